@@ -1,0 +1,1 @@
+"""What was measured: configuration and run sheet, validated, every problem at once."""

@@ -1,0 +1,131 @@
+"""Published numbers of Li, Zhang and Goldman (2013), as printed, each with its table or figure.
+
+Every file is a tidy csv whose leading ``#`` lines name the table or figure and the source.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CITATION = (
+    "Li, C., Zhang, T. and Goldman, D. I., A Terradynamics of Legged Locomotion on Granular "
+    "Media, Science 339, 1408 (2013), DOI 10.1126/science.1229163"
+)
+
+MEDIA = ("poppy_LP", "poppy_CP", "glass0.3mm_LP", "glass0.3mm_CP", "glass3mm_CP")
+"""The five laboratory media, in the order of Tables S1 to S5."""
+
+SANDS = ("yuma", "palms29", "palms29_sieved")
+"""The three natural sands of Figs. S11 and S12."""
+
+LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
+
+BETA_DEG = np.array([-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0])
+"""Attack angles of Table S5."""
+
+_TANGENTS = np.array([0.0, 1 / 3, 2 / 3, 1.0, 3 / 2, 3.0])
+_GAMMA_UP = np.append(np.degrees(np.arctan(_TANGENTS)), 90.0)
+GAMMA_DEG = np.concatenate([-_GAMMA_UP[:0:-1], _GAMMA_UP])
+"""Intrusion angles of Table S5: tan gamma = 0, 1/3, 2/3, 1, 3/2, 3, infinity, both signs."""
+
+NAMES = (
+    "table_s1",
+    "table_s2",
+    "table_s3",
+    "table_s4",
+    "table_s5",
+    "fig_s5",
+    "fig_s11",
+    "fig_s12",
+    "fig_4c",
+)
+
+
+@cache
+def _read(name: str) -> pd.DataFrame:
+    import pandas as pd
+
+    with files(__name__).joinpath(f"{name}.csv").open(encoding="utf-8") as handle:
+        return pd.read_csv(handle, comment="#")
+
+
+def load(name: str) -> pd.DataFrame:
+    """Return one published table as a new data frame.
+
+    Parameters
+    ----------
+    name : str
+        One of `NAMES`; units are in the column names.
+
+    Returns
+    -------
+    pandas.DataFrame
+
+    Raises
+    ------
+    KeyError
+        If there is no table of that name.
+    """
+    if name not in NAMES:
+        raise KeyError(f"no published table {name!r}; there are {', '.join(NAMES)}")
+    return _read(name).copy()
+
+
+def alpha_grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
+    """Measured alpha of one medium on the published grid (Table S5).
+
+    Parameters
+    ----------
+    medium : str
+        One of `MEDIA`.
+
+    Returns
+    -------
+    alpha_z, alpha_x : numpy.ndarray, shape (7, 13)
+        In N/cm^3, rows in the order of `BETA_DEG`, columns in that of `GAMMA_DEG`.
+
+    Raises
+    ------
+    KeyError
+        If the medium is not in Table S5.
+    """
+    if medium not in MEDIA:
+        raise KeyError(f"Table S5 has no medium {medium!r}; it has {', '.join(MEDIA)}")
+    table = _read("table_s5")
+    rows = table[table["medium"] == medium].sort_values(["beta_deg", "gamma_deg"])
+    shape = (BETA_DEG.size, GAMMA_DEG.size)
+    alpha_z = rows["alpha_z_N_per_cm3"].to_numpy(float).reshape(shape)
+    alpha_x = rows["alpha_x_N_per_cm3"].to_numpy(float).reshape(shape)
+    return alpha_z, alpha_x
+
+
+def coefficients(medium: str) -> dict[str, float]:
+    """Coefficients (and ``zeta``) of one medium or of ``generic`` as printed in Table S2.
+
+    Parameters
+    ----------
+    medium : str
+        One of `MEDIA`, or ``generic``.
+
+    Returns
+    -------
+    dict of str to float
+        N/cm^3; dimensionless for ``generic`` and ``zeta``.
+
+    Raises
+    ------
+    KeyError
+        If the medium is not in Table S2.
+    """
+    table = _read("table_s2")
+    rows = table[table["medium"] == medium]
+    if rows.empty:
+        raise KeyError(f"Table S2 has no medium {medium!r}")
+    return dict(zip(rows["coefficient"], rows["value"].astype(float), strict=True))

@@ -1,0 +1,19 @@
+"""Atomic, deterministic reading and writing of results."""
+
+from rftfit.store.atomic import atomic_path, write_bytes, write_text
+from rftfit.store.tables import (
+    read_csv,
+    read_parquet,
+    write_csv,
+    write_parquet,
+)
+
+__all__ = [
+    "atomic_path",
+    "read_csv",
+    "read_parquet",
+    "write_bytes",
+    "write_csv",
+    "write_parquet",
+    "write_text",
+]
