@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Channel = Annotated[str, Field(pattern=r"^[+-]F[123]$")]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=64)]
+T = TypeVar("T")
 LengthUnit = Literal["mm", "cm", "m", "in"]
 ForceUnit = Literal["N", "mN", "kN", "lbf"]
 
@@ -17,7 +18,8 @@ ForceUnit = Literal["N", "mN", "kN", "lbf"]
 class Model(BaseModel):
     """A section of the configuration: unknown keys are errors, values never change."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    # strict: "24" in quotes or `yes` is no number, and the user should hear of it
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class Axes(Model):
@@ -25,7 +27,9 @@ class Axes(Model):
 
     x: Channel = Field(description="channel along mount x, for example -F2")
     y: Channel = Field(description="channel along mount y")
-    z: Channel = Field(description="channel along mount z; a push from below must come out positive")
+    z: Channel = Field(
+        description="channel along mount z; a push from below must come out positive"
+    )
 
     @model_validator(mode="after")
     def _each_channel_once(self) -> Axes:
@@ -39,29 +43,38 @@ class Transducer(Model):
     """The force sensor and how it is mounted."""
 
     name: str = Field(description="make and model, for the report")
-    force_unit: ForceUnit = Field("N", description="unit of the force columns of the logs")
+    force_unit: ForceUnit = Field(default="N", description="unit of the force columns of the logs")
     range_N: tuple[Positive, Positive, Positive] = Field(
-        description="largest force that channels F1, F2, F3 can measure, N"
+        strict=False,  # YAML knows lists only; the numbers inside stay strict
+        description="largest force that channels F1, F2, F3 can measure, N",
     )
-    precision_N: Positive = Field(0.05, description="standard deviation of one sample, N")
-    axes: Axes
+    precision_N: Positive = Field(default=0.05, description="standard deviation of one sample, N")
+    axes: Axes = Field(description="which signed sensor channel lies along each axis of the mount")
     turn_deg: float = Field(
-        0.0, ge=-180, le=180, description="turn of the mount about y, from z toward x, degrees"
+        default=0.0,
+        ge=-180,
+        le=180,
+        description="turn of the mount about y, from z toward x, degrees",
     )
     max_drift_N: Positive = Field(
-        0.2, description="a run whose force zero moves by more than this is flagged, N"
+        default=0.2, description="a run whose force zero moves by more than this is flagged, N"
     )
 
 
 class Arm(Model):
     """The robot arm that moves the intruder."""
 
-    position_unit: LengthUnit = Field("mm", description="unit of the position columns")
-    surface_z_mm: float = Field(0.0, description="arm z of the free surface unless the sheet says, mm")
-    speed_cm_per_s: Positive = Field(1.0, description="speed along the stroke, cm/s")
-    leg_speed_rad_per_s: Positive = Field(0.2, description="speed of a leg's rotation, rad/s")
+    position_unit: LengthUnit = Field(default="mm", description="unit of the position columns")
+    surface_z_mm: float = Field(
+        default=0.0, description="arm z of the free surface unless the sheet says, mm"
+    )
+    speed_cm_per_s: Positive = Field(default=1.0, description="speed along the stroke, cm/s")
+    leg_speed_rad_per_s: Positive = Field(
+        default=0.2, description="speed of a leg's rotation, rad/s"
+    )
     angle_tolerance_deg: Positive = Field(
-        2.0, description="largest difference between sheet and log, of beta and of the path, degrees"
+        default=2.0,
+        description="largest difference between sheet and log, of beta and of the path, degrees",
     )
 
 
@@ -69,13 +82,15 @@ class Clock(Model):
     """How the clocks of the force log and of the motion log are brought together."""
 
     method: Literal["sync_line", "same_clock"] = Field(
-        "sync_line",
+        default="sync_line",
         description="sync_line: the force log records when the arm moves; same_clock: one clock",
     )
     max_residual_s: Positive = Field(
-        0.05, description="a run whose edges agree no better than this is refused, s"
+        default=0.05, description="a run whose edges agree no better than this is refused, s"
     )
-    max_gap_s: Positive = Field(0.1, description="a longer step between samples is a gap, s")
+    max_gap_s: Positive = Field(
+        default=0.1, description="a longer step between samples is a gap, s"
+    )
 
 
 class Container(Model):
@@ -89,10 +104,10 @@ class Container(Model):
 class Plate(Model):
     """A flat plate; its length lies in the x-z plane."""
 
-    shape: Literal["plate"]
-    length_cm: Positive
-    width_cm: Positive
-    thickness_cm: Positive
+    shape: Literal["plate"] = Field(description="a flat plate")
+    length_cm: Positive = Field(description="side that lies in the x-z plane, cm")
+    width_cm: Positive = Field(description="side across, along y, cm")
+    thickness_cm: Positive = Field(description="thickness, cm")
 
     @property
     def area_cm2(self) -> float:
@@ -103,14 +118,16 @@ class Plate(Model):
 class Leg(Model):
     """A thin leg turned about an axle above the surface."""
 
-    shape: Literal["leg"]
+    shape: Literal["leg"] = Field(description="a thin leg turned about an axle")
     curvature_times_R: float = Field(
-        ge=-1, le=1, description="R/r: 1 c-leg, 0 flat, -1 reversed c-leg (2R is the maximal length)"
+        ge=-1,
+        le=1,
+        description="R/r: 1 c-leg, 0 flat, -1 reversed c-leg (2R is the maximal length)",
     )
-    max_length_cm: Positive
-    width_cm: Positive
-    thickness_cm: Positive
-    hip_height_cm: float
+    max_length_cm: Positive = Field(description="largest distance from axle to tip, 2R, cm")
+    width_cm: Positive = Field(description="side along the axle, cm")
+    thickness_cm: Positive = Field(description="thickness, cm")
+    hip_height_cm: float = Field(description="height of the axle above the free surface, cm")
 
 
 Intruder = Annotated[Plate | Leg, Field(discriminator="shape")]
@@ -120,36 +137,50 @@ class Fit(Model):
     """Which part of a stroke is fitted, and how intervals are made."""
 
     wall_clearance_cm: NotNegative = Field(
-        6.0, description="distance that the plate keeps from walls and bottom in the window, cm"
+        default=6.0,
+        description="distance that the plate keeps from walls and bottom in the window, cm",
     )
     submergence_cm: float | None = Field(
-        None, description="smallest depth of the window, cm; default: the plate wholly submerged"
+        default=None,
+        description="smallest depth of the window, cm; default: the plate wholly submerged",
     )
     max_depth_cm: Positive | None = Field(
-        None, description="largest depth of the window, cm; default: from the container"
+        default=None, description="largest depth of the window, cm; default: from the container"
     )
     horizontal_depths_cm: tuple[Positive, ...] = Field(
-        (2.54, 5.08, 7.62), description="depths of the horizontal runs, cm"
+        default=(2.54, 5.08, 7.62),
+        strict=False,
+        min_length=1,
+        description="depths of the horizontal runs, cm",
     )
     horizontal_skip_cm: NotNegative = Field(
-        2.0, description="start-up length left out of a horizontal run, cm"
+        default=2.0, description="start-up length left out of a horizontal run, cm"
     )
     air_clearance_cm: Positive = Field(
-        0.5, description="how far the whole intruder must be above the surface to count as in air, cm"
+        default=0.5,
+        description="how far the whole intruder must be above the surface to count as in air, cm",
     )
-    min_points: int = Field(30, ge=3, description="fewer samples in the window give no alpha")
-    confidence: float = Field(0.95, gt=0.5, lt=1, description="level of all intervals")
+    min_points: int = Field(
+        default=30, ge=3, description="fewer samples in the window give no alpha"
+    )
+    confidence: float = Field(default=0.95, gt=0.5, lt=1, description="level of all intervals")
 
 
 class Fourier(Model):
     """The nine-term fit."""
 
     method: Literal["lsq", "dft-index"] = Field(
-        "lsq", description="the fit that zeta and chi of new media are taken from"
+        default="lsq", description="the fit that zeta and chi of new media are taken from"
     )
-    threshold: NotNegative = Field(0.05, description="a term is kept above this fraction of A00")
-    draws: int = Field(2000, ge=200, description="bootstrap draws for the intervals")
-    seed: int = Field(2013, ge=0)
+    threshold: NotNegative = Field(
+        default=0.05, description="a term is kept above this fraction of A00"
+    )
+    draws: int = Field(
+        default=2000, ge=200, le=1_000_000, description="bootstrap draws for the intervals"
+    )
+    seed: int = Field(
+        default=2013, ge=0, description="seed of the bootstrap: same seed, same intervals"
+    )
 
 
 class Medium(Model):
@@ -157,15 +188,18 @@ class Medium(Model):
 
     title: str = Field(description="name in tables and figures")
     role: Literal["laboratory", "natural_sand"] = Field(
-        "laboratory", description="laboratory: measured over the grid; natural_sand: one penetration"
+        default="laboratory",
+        description="laboratory: measured over the grid; natural_sand: one penetration",
     )
-    compaction: str = ""
-    note: str = ""
+    compaction: str = Field(
+        default="", description="how the bed was prepared, for example LP or CP"
+    )
+    note: str = Field(default="", description="free text")
     published_as: str | None = Field(
-        None, description="key of this medium in the published tables, for comparison"
+        default=None, description="key of this medium in the published tables, for comparison"
     )
     linear_to_cm: Positive | None = Field(
-        None, description="end of the linear regime of a penetration test, cm"
+        default=None, description="end of the linear regime of a penetration test, cm"
     )
 
 
@@ -175,22 +209,29 @@ class Config(Model):
     title: str = Field(description="name of the campaign, for the report")
     raw: str = Field(description="folder of the logs, relative to the campaign's folder")
     run_sheet: str = Field(description="csv, tsv or xlsx, relative to the campaign's folder")
-    dialect: Name = Field("rig", description="log dialect, see rftfit inspect --help")
-    transducer: Transducer
-    arm: Arm = Arm()
-    clock: Clock = Clock()
-    container: Container
-    intruders: dict[Name, Intruder] = Field(min_length=1)
-    media: dict[Name, Medium] = Field(min_length=1)
-    fit: Fit = Fit()
-    fourier: Fourier = Fourier()
+    dialect: Name = Field(default="rig", description="log dialect, see rftfit inspect --help")
+    transducer: Transducer = Field(description="the force sensor and how it is mounted")
+    arm: Arm = Field(default=Arm(), description="the robot arm that moves the intruder")
+    clock: Clock = Field(
+        default=Clock(), description="how the clocks of the two logs are brought together"
+    )
+    container: Container = Field(description="the box that holds the medium")
+    intruders: dict[Name, Intruder] = Field(
+        min_length=1, description="plates and legs, by the name that the run sheet uses"
+    )
+    media: dict[Name, Medium] = Field(
+        min_length=1, description="granular media, by the name that the run sheet uses"
+    )
+    fit: Fit = Field(default=Fit(), description="which part of a stroke is fitted")
+    fourier: Fourier = Field(default=Fourier(), description="the nine-term fit")
 
-    @model_validator(mode="after")
-    def _names_differ(self) -> Config:
-        for kind in ("intruders", "media"):
-            names: dict[str, str] = {}
-            for name in getattr(self, kind):
-                twin = names.setdefault(name.casefold(), name)
-                if twin != name:
-                    raise ValueError(f"{kind} {twin!r} and {name!r} differ by case only")
-        return self
+    @field_validator("intruders", "media")
+    @classmethod
+    def _names_differ(cls, section: dict[str, T]) -> dict[str, T]:
+        # names become file names, and not every disk tells case apart
+        names: dict[str, str] = {}
+        for name in section:
+            twin = names.setdefault(name.casefold(), name)
+            if twin != name:
+                raise ValueError(f"the names {twin!r} and {name!r} differ by case only")
+        return section

@@ -1,0 +1,64 @@
+# Every step of the project; `make` alone lists them.
+# All paths are relative, so that the folder's own name may hold spaces.
+
+SHELL := /bin/sh
+PYTHON ?= python3
+BIN := .venv/bin
+LOCK := requirements/lock.txt
+STAMP := .venv/.made-in
+
+# An environment knows the folder it was made in: it is made again where the folder was moved.
+MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" ] || echo yes)
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help env run test lint benchmark lock clean FORCE
+
+help: ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+	@echo
+	@echo "  PYTHON=python3.12 chooses another Python for .venv; ARGS=... goes to run, test and lock."
+
+env: $(STAMP) ## make the environment in .venv from the hash-locked requirements
+	@$(BIN)/python -m compileall -q src
+
+$(STAMP): $(LOCK) pyproject.toml $(if $(MOVED),FORCE)
+	@command -v "$(PYTHON)" >/dev/null || { \
+	  echo "There is no '$(PYTHON)' here. rftfit needs Python 3.11 or newer; name yours with"; \
+	  echo "  make $(MAKECMDGOALS) PYTHON=python3.12"; exit 1; } >&2
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "rftfit needs Python 3.11 or newer, but '$(PYTHON)' is $$("$(PYTHON)" --version 2>&1). Name a newer one with"; \
+	  echo "  make $(MAKECMDGOALS) PYTHON=python3.12"; exit 1; } >&2
+	@"$(PYTHON)" -m venv $(if $(MOVED),--clear) .venv || { \
+	  echo "'$(PYTHON)' cannot make a virtual environment. On Debian and Ubuntu: apt-get install python3-venv"; exit 1; } >&2
+	@echo "Installing the locked packages into .venv; this takes a minute or two, once ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r $(LOCK)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@pwd -P > $(STAMP)
+
+run: env ## write the demonstration campaign if it is not there, then run the whole workflow
+	@$(BIN)/rftfit reenact --if-missing
+	@$(BIN)/rftfit run $(ARGS)
+
+test: env ## run the whole test suite
+	@$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
+
+lint: env ## check style, types, the workflow and the shape of the project
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/mypy
+	$(BIN)/snakemake --lint
+	$(BIN)/sp-repo-review .
+
+benchmark: env ## measure the speeds that docs/performance.md states
+	@for script in benchmarks/*.py; do $(BIN)/python "$$script" || exit 1; done
+
+lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer versions)
+	@command -v uv >/dev/null || { echo "make lock needs the program uv." >&2; exit 1; }
+	uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 \
+	  --group dev pyproject.toml -o $(LOCK) --no-header $(ARGS)
+
+clean: ## delete all results and caches; raw logs and .venv stay
+	rm -rf results .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage dist build
+	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

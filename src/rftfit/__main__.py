@@ -1,0 +1,121 @@
+"""``python -m rftfit STAGE name=value ...``: one step of the workflow.
+
+A list of paths is given by repeating its name. People use the ``rftfit`` command instead.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rftfit.errors import InputError, RftfitError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+STAGES = {
+    "ingest": "rftfit.stages.ingest",
+    "tare": "rftfit.stages.tare",
+    "slopes": "rftfit.stages.slopes",
+    "legs": "rftfit.stages.legs",
+    "symmetry": "rftfit.stages.symmetry",
+    "fourier": "rftfit.stages.fourier",
+    "scaling": "rftfit.stages.scaling",
+    "ledger": "rftfit.stages.ledger",
+    "reproduction": "rftfit.stages.reproduction",
+    "workbooks": "rftfit.stages.workbooks",
+    "figures": "rftfit.stages.figures",
+    "quality": "rftfit.stages.quality",
+}
+"""Stage to the module whose function of that name does the work."""
+
+
+def stage_function(name: str) -> Callable[..., None]:
+    """Return the function of a stage.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    callable
+
+    Raises
+    ------
+    InputError
+        If there is no such stage.
+    """
+    if name not in STAGES:
+        raise InputError(f"no stage {name!r}; allowed: {', '.join(STAGES)}")
+    function: Callable[..., None] = getattr(importlib.import_module(STAGES[name]), name)
+    return function
+
+
+def bind(function: Callable[..., None], words: list[str]) -> dict[str, Any]:
+    """Turn ``name=value`` words into the arguments of a stage.
+
+    Parameters
+    ----------
+    function : callable
+        Its annotations (``Path``, ``str``, ``list[Path]``) say what each argument is.
+    words : list of str
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputError
+        If a word is not of that form, or arguments are unknown, missing or given twice.
+    """
+    kinds = inspect.signature(function).parameters
+    found: dict[str, list[str]] = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not equals or name not in kinds:
+            raise InputError(f"found {word!r}; allowed: {', '.join(f'{k}=...' for k in kinds)}")
+        found.setdefault(name, []).append(value)
+    arguments: dict[str, Any] = {}
+    for name, kind in kinds.items():
+        values = found.get(name, [])
+        if str(kind.annotation).startswith("list"):
+            arguments[name] = [Path(value) for value in values]
+        elif len(values) != 1:
+            raise InputError(f"{name}= must be given once, found {len(values)} times")
+        else:
+            arguments[name] = values[0] if kind.annotation == "str" else Path(values[0])
+    return arguments
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one stage and return its exit code.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        Stage and arguments; default: the command line's.
+
+    Returns
+    -------
+    int
+        0, or the exit code of the error, whose message goes to standard error.
+    """
+    words = sys.argv[1:] if argv is None else argv
+    try:
+        if not words:
+            raise InputError(f"which stage? allowed: {', '.join(STAGES)}")
+        function = stage_function(words[0])
+        function(**bind(function, words[1:]))
+    except RftfitError as error:
+        sys.stderr.write(f"rftfit {words[0] if words else ''}: {error}\n")
+        return error.exit_code
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,210 @@
+"""The campaign: configuration and run sheet together, and where their files lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rftfit.campaign.cells import Known
+from rftfit.campaign.configfile import ConfigFile, read_config
+from rftfit.campaign.files import Folder, plain_path
+from rftfit.campaign.problems import CampaignError, Problem
+from rftfit.campaign.sheet import read_sheet
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
+    from rftfit.campaign.runs import Run
+
+_SHAPES = ("plate", "leg")
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A checked campaign.
+
+    Attributes
+    ----------
+    root : Path
+        The campaign's folder.
+    raw : Path
+        The folder of the logs.
+    sheet : Path
+        The run sheet.
+    config : Config
+    runs : tuple of Run
+        In the order of the sheet.
+    """
+
+    root: Path
+    raw: Path
+    sheet: Path
+    config: Config
+    runs: tuple[Run, ...]
+
+    @cached_property
+    def by_id(self) -> dict[str, Run]:
+        """The runs by their run_id."""
+        return {run.run_id: run for run in self.runs}
+
+    def runs_of(self, medium: str) -> tuple[Run, ...]:
+        """List the runs that belong to one medium, excluded ones too.
+
+        Parameters
+        ----------
+        medium : str
+            Key of the configuration's ``media``.
+
+        Returns
+        -------
+        tuple of Run
+            Its plates, rods and legs, and the in-air runs that its legs name, sorted by run_id so
+            that the order of the sheet does not matter.
+
+        Raises
+        ------
+        KeyError
+            If the configuration has no such medium.
+        """
+        if medium not in self.config.media:
+            raise KeyError(medium)
+        own = {run.run_id: run for run in self.runs if run.medium == medium}
+        named = {run.tare_run for run in own.values() if run.kind == "leg" and run.tare_run}
+        own |= {name: self.by_id[name] for name in named}
+        return tuple(own[name] for name in sorted(own))
+
+    @cached_property
+    def media_with_runs(self) -> tuple[str, ...]:
+        """The media that have runs, in the order of the configuration."""
+        used = {run.medium for run in self.runs}
+        return tuple(medium for medium in self.config.media if medium in used)
+
+    @cached_property
+    def unclaimed(self) -> tuple[Run, ...]:
+        """The in-air runs that no leg names, so that they belong to no medium, by run_id."""
+        named = {run.tare_run for run in self.runs if run.kind == "leg"}
+        loose = [run for run in self.runs if not run.medium and run.run_id not in named]
+        return tuple(sorted(loose, key=lambda run: run.run_id))
+
+
+def load_campaign(config_path: Path) -> Campaign:
+    """Read a campaign that must be right.
+
+    Parameters
+    ----------
+    config_path : Path
+        ``config.yaml``.
+
+    Returns
+    -------
+    Campaign
+
+    Raises
+    ------
+    CampaignError
+        If there is any error; it carries and prints every problem.
+    """
+    campaign, problems = check_campaign(config_path)
+    if campaign is None:
+        raise CampaignError(problems)
+    return campaign
+
+
+def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
+    """Read a campaign and find everything that is wrong with it.
+
+    Parameters
+    ----------
+    config_path : Path
+        ``config.yaml``. Its folder is the campaign's, or the folder above if it is named ``config``.
+
+    Returns
+    -------
+    campaign : Campaign or None
+        None when there is any error.
+    problems : list of Problem
+        Errors and warnings: of the configuration in the order of its lines, then of the run sheet
+        in the order of its rows.
+    """
+    folder = Path(config_path).absolute().parent
+    root = (folder.parent if folder.name == "config" else folder).resolve()
+    name = _shown_path(Path(config_path), folder, root)
+    file, problems = read_config(Path(config_path), name)
+    if file.data is None:
+        return None, problems
+    inside = Folder(root)
+    raw = _locate(file, inside, "raw", problems)
+    sheet = _locate(file, inside, "run_sheet", problems)
+    runs: list[Run] = []
+    if sheet:
+        logs = Folder(root / raw) if raw else None
+        runs, of_sheet = read_sheet(root / sheet, sheet, _known(file), logs)
+        problems += of_sheet
+    if file.config is None or any(problem.severity == "error" for problem in problems):
+        return None, problems
+    return Campaign(root, root / raw, root / sheet, file.config, tuple(runs)), problems
+
+
+def _shown_path(path: Path, folder: Path, root: Path) -> str:
+    if not path.exists():
+        # the user needs to know where it was looked for
+        return path.as_posix()
+    return f"config/{path.name}" if folder.name == "config" and root != folder else path.name
+
+
+def _locate(file: ConfigFile, root: Folder, key: str, problems: list[Problem]) -> str:
+    """Path that one key gives, relative to the campaign's folder; empty if it cannot be used."""
+    written = file.data.get(key) if isinstance(file.data, dict) else None
+    if not isinstance(written, str):
+        return ""
+
+    def refuse(code: str, allowed: str, nearest: str | None = None) -> str:
+        line = file.document.line_of((key,))
+        problems.append(
+            Problem(file.name, line, key, written, allowed, f"config.{code}", nearest=nearest)
+        )
+        return ""
+
+    what = "a folder" if key == "raw" else "a file"
+    path, fault, nearest = plain_path(written)
+    if fault or not written.strip():
+        code, allowed = fault.split(": ", 1) if fault else ("path", "not blank")
+        return refuse(code, f"the path of {what} inside the campaign's folder: {allowed}", nearest)
+    status = root.status(path)
+    if status == "outside":
+        allowed = f"{what} inside the campaign's folder; a link leads out of it"
+        return refuse("path-outside", allowed)
+    if key == "raw" and path == ".":
+        allowed = "a folder below the campaign's own, so that results never lie among the logs"
+        return refuse("raw-is-root", allowed)
+    if key == "raw" and status != "folder":
+        allowed = "a folder that exists, relative to the folder of the campaign"
+        return refuse("raw-missing", allowed, root.nearest(path))
+    # a sheet that is missing or no file is said by its reader, in the sheet's own name
+    return path
+
+
+def _known(file: ConfigFile) -> Known:
+    """Words of the configuration; from the plain data where it has errors, so far as they are clear."""
+    if file.config is not None:
+        return Known(
+            media=tuple(file.config.media),
+            shapes={name: item.shape for name, item in file.config.intruders.items()},
+            depths_cm=file.config.fit.horizontal_depths_cm,
+        )
+    media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
+    return Known(
+        media=tuple(media) if media else None,
+        shapes={name: _shape(item) for name, item in intruders.items()} if intruders else None,
+    )
+
+
+def _section(data: Any, key: str) -> dict[str, Any]:
+    section = data.get(key) if isinstance(data, dict) else None
+    return section if isinstance(section, dict) else {}
+
+
+def _shape(item: Any) -> str:
+    shape = item.get("shape") if isinstance(item, dict) else None
+    return shape if shape in _SHAPES else ""

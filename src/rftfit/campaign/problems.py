@@ -1,0 +1,153 @@
+"""One problem of the configuration or the run sheet, said so that a student can act on it."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal
+
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+_LONGEST_SHOWN = 80
+_LONGEST_COMPARED = 64
+_LINE_AND_COLUMN = frozenset({"config.not-yaml", "config.alias", "config.tag"})
+_JOINTS = str.maketrans("- ", "__")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong at one place.
+
+    Attributes
+    ----------
+    file : str
+        Path as the user knows it, relative to the campaign's folder where possible.
+    row : int or None
+        Row of the run sheet as a spreadsheet numbers it (header: 1), or line of the configuration.
+    column : str or None
+        Column of the run sheet, key of the configuration, or column of a YAML syntax error.
+    found : str or None
+        The offending text; None where there is none.
+    allowed : str
+        What would be right; the whole message where `found` is None.
+    code : str
+        Stable name of this sort of problem, for example ``sheet.unknown-word``.
+    severity : {"error", "warning"}
+    nearest : str or None
+        The valid word that was probably meant.
+    """
+
+    file: str
+    row: int | None
+    column: str | None
+    found: str | None
+    allowed: str
+    code: str
+    severity: Literal["error", "warning"] = "error"
+    nearest: str | None = None
+
+    def __str__(self) -> str:
+        in_config = self.code.startswith("config.")
+        place = self.file
+        if self.row is not None:
+            place += f", {'line' if in_config else 'row'} {self.row}"
+        if self.column is not None:
+            is_key = in_config and self.code not in _LINE_AND_COLUMN
+            place += f", {'key' if is_key else 'column'} {shown(self.column)}"
+        if self.found is None:
+            text = f"{place}: {self.allowed}"
+        else:
+            text = f"{place}: found '{shown(self.found)}'; allowed: {self.allowed}"
+        if self.nearest is not None:
+            text += f"; did you mean '{shown(self.nearest)}'?"
+        return text
+
+
+class CampaignError(InputError):
+    """The campaign cannot be used; the text is every problem, a line each.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        Errors and warnings, in the order in which they are to be shown.
+    """
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__(self.problems)
+
+    def __str__(self) -> str:
+        lines: list[str] = []
+        for severity in ("error", "warning"):
+            of_this = [str(problem) for problem in self.problems if problem.severity == severity]
+            if of_this:
+                plural = "" if len(of_this) == 1 else "s"
+                lines += [f"{len(of_this)} {severity}{plural}:", *of_this]
+        return "\n".join(lines)
+
+
+def shown(text: str) -> str:
+    """Make `text` fit to be shown: control characters escaped, long text cut.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+    """
+    if len(text) > _LONGEST_SHOWN:
+        text = text[: _LONGEST_SHOWN - 3] + "..."
+    return "".join(
+        char if char.isprintable() else char.encode("unicode_escape").decode("ascii")
+        for char in text
+    )
+
+
+def listed(words: Iterable[str], most: int = 12) -> str:
+    """Write `words` as ``a, b, c``, the first `most` of them.
+
+    Parameters
+    ----------
+    words : iterable of str
+    most : int
+
+    Returns
+    -------
+    str
+    """
+    words = list(words)
+    rest = len(words) - most
+    return ", ".join(words[:most]) + (f" and {rest} more" if rest > 0 else "")
+
+
+def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
+    """Find the choice that was probably meant by `word`.
+
+    Parameters
+    ----------
+    word : str
+    choices : iterable of str
+
+    Returns
+    -------
+    str or None
+        None when nothing comes near; case, blanks and hyphens count for little.
+    """
+    return _nearest(word[:_LONGEST_COMPARED], tuple(choices))
+
+
+@lru_cache(maxsize=1024)
+def _nearest(word: str, choices: tuple[str, ...]) -> str | None:
+    plain = {_plain(choice): choice for choice in reversed(choices)}
+    found = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=0.6)
+    return plain[found[0]] if found else None
+
+
+def _plain(word: str) -> str:
+    return word.strip().casefold().translate(_JOINTS)

@@ -1,0 +1,174 @@
+"""Recordings as the text of log files, and the run sheet."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from rftfit.campaign.config import Config
+    from rftfit.lab.path import FloatArray
+    from rftfit.lab.plan import Run
+    from rftfit.lab.rig import Recording
+
+NEWTONS = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605}
+_FORCE_DECIMALS = {"N": 5, "mN": 2, "kN": 8, "lbf": 5}
+_MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+_LENGTH_DECIMALS = {"mm": 2, "cm": 3, "m": 5, "in": 4}
+
+SHEET_COLUMNS = (
+    "run_id",
+    "kind",
+    "medium",
+    "intruder",
+    "direction",
+    "beta_deg",
+    "gamma_deg",
+    "depth_cm",
+    "force_log",
+    "motion_log",
+    "tare_run",
+    "tare_shared",
+    "surface_z_mm",
+    "excluded",
+    "reason",
+    "note",
+)
+
+
+def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
+    """Format columns of equal length as comma-separated rows with fixed decimals.
+
+    Parameters
+    ----------
+    columns : list of numpy.ndarray, each of shape (n,)
+    decimals : list of int
+        One for each column.
+
+    Returns
+    -------
+    str
+        n lines, each ended by a line feed; no value is written as minus zero.
+    """
+    # + 0.0 turns the -0.0 that rounding makes into 0.0
+    table = np.column_stack(
+        [np.round(column, places) + 0.0 for column, places in zip(columns, decimals, strict=True)]
+    )
+    row = ",".join(f"%.{places}f" for places in decimals) + "\n"
+    # one formatting of the whole table is several times faster than one for each row
+    return (row * len(table)) % tuple(table.ravel().tolist())
+
+
+def force_text(run: Run, recording: Recording, unit: str) -> str:
+    """Text of a force log.
+
+    Parameters
+    ----------
+    run : Run
+    recording : Recording
+    unit : str
+        N, mN, kN or lbf: the values are converted to it and the header says so.
+
+    Returns
+    -------
+    str
+    """
+    head = (
+        f"# force log of run {run.run_id}, re-enacted from published measurements\n"
+        f"# 100 samples/s, clock of the force logger: s since midnight\n"
+        f"time_s,arm_moving,F1_{unit},F2_{unit},F3_{unit}\n"
+    )
+    forces = recording.channels_N / NEWTONS[unit]
+    columns = [recording.force_time_s, recording.arm_moving.astype(float), *forces.T]
+    return head + fixed(columns, [3, 0, *[_FORCE_DECIMALS[unit]] * 3])
+
+
+def motion_text(run: Run, recording: Recording, unit: str) -> str:
+    """Text of a motion log.
+
+    Parameters
+    ----------
+    run : Run
+    recording : Recording
+    unit : str
+        mm, cm, m or in.
+
+    Returns
+    -------
+    str
+    """
+    head = (
+        f"# motion log of run {run.run_id}, re-enacted from published measurements\n"
+        f"# 50 samples/s, clock of the arm controller: s since midnight\n"
+        f"time_s,x_{unit},z_{unit},angle_deg\n"
+    )
+    x, z = recording.x_mm / _MILLIMETRES[unit], recording.z_mm / _MILLIMETRES[unit]
+    places = _LENGTH_DECIMALS[unit]
+    columns = [recording.motion_time_s, x, z, recording.angle_deg]
+    return head + fixed(columns, [3, places, places, 2])
+
+
+def log_texts(run: Run, recording: Recording, config: Config) -> tuple[str, str]:
+    """Texts of the force log and of the motion log in the units of the config.
+
+    Parameters
+    ----------
+    run : Run
+    recording : Recording
+    config : Config
+
+    Returns
+    -------
+    force, motion : str
+    """
+    return (
+        force_text(run, recording, config.transducer.force_unit),
+        motion_text(run, recording, config.arm.position_unit),
+    )
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.4f}".rstrip("0").rstrip(".")
+
+
+def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
+    """Text of the run sheet, one row for each run in the given order.
+
+    Parameters
+    ----------
+    runs : iterable of Run
+    tares : mapping of str to str
+        run_id to the tare_run to be written instead of the run's own.
+
+    Returns
+    -------
+    str
+        csv, lines ended by a line feed.
+    """
+    buffer = io.StringIO()
+    sheet = csv.DictWriter(buffer, SHEET_COLUMNS, restval="", lineterminator="\n")
+    sheet.writeheader()
+    for run in runs:
+        sheet.writerow(
+            {
+                "run_id": run.run_id,
+                "kind": run.kind,
+                "medium": run.medium,
+                "intruder": run.intruder,
+                "direction": run.direction,
+                "beta_deg": _number(run.beta_deg),
+                "gamma_deg": _number(run.gamma_deg),
+                "depth_cm": _number(run.depth_cm),
+                "force_log": run.force_log,
+                "motion_log": run.motion_log,
+                "tare_run": tares.get(run.run_id, run.tare_run),
+                "tare_shared": "yes" if run.tare_shared else "",
+                "note": run.note,
+            }
+        )
+    return buffer.getvalue()

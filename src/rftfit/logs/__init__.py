@@ -1,0 +1,1 @@
+"""Transducer and motion logs: one small reader per file dialect, behind one registry."""

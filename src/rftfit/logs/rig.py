@@ -1,0 +1,125 @@
+"""The rig's own csv pair: a force log and a motion log (docs/architecture.md)."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from rftfit.logs.base import Log, LogError
+from rftfit.logs.numbers import parse_body
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FORCE_COLUMNS = ("time", "arm_moving", "F1", "F2", "F3")
+MOTION_COLUMNS = ("time", "x", "z", "angle")
+MAX_BYTES = 512 * 1024 * 1024
+
+_CELL = re.compile(r"^(time|F[123]|x|z|angle)_([A-Za-z]+)$")
+
+
+class RigDialect:
+    """Comma-separated text with ``#`` comments, one header row and the unit in each name."""
+
+    name = "rig"
+
+    def describe(self) -> str:
+        """Return one line on which program writes such files."""
+        return "force and motion csv pair of the rig, one header row, units in the column names"
+
+    def detect(self, head: bytes) -> bool:
+        """Tell from the first 64 kB of a file whether it is of this dialect.
+
+        Parameters
+        ----------
+        head : bytes
+
+        Returns
+        -------
+        bool
+        """
+        header, _ = _split(head)
+        try:
+            _columns(header)
+        except ValueError:
+            return False
+        return True
+
+    def load(self, path: Path) -> Log:
+        """Read a force log or a motion log.
+
+        Parameters
+        ----------
+        path : Path
+
+        Returns
+        -------
+        Log
+            Columns ``time, arm_moving, F1, F2, F3`` or ``time, x, z, angle``.
+
+        Raises
+        ------
+        LogError
+            If the file is missing, empty, without data rows, or has another header.
+        """
+        content = _read(path)
+        if not content.strip():
+            raise LogError("empty", f"{path}: the file is empty")
+        header, body = _split(content)
+        try:
+            names, units = _columns(header)
+        except ValueError as error:
+            rows = sum(1 for line in body.splitlines() if line.strip())
+            raise LogError("header", f"{path}: {error}", rows) from None
+        values, rows, dropped = parse_body(body, len(names))
+        if rows == 0:
+            raise LogError("header_only", f"{path}: a header row and no data", 0)
+        return Log(path, dict(zip(names, values, strict=True)), units, rows, dropped)
+
+
+def _read(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise LogError("too_large", f"{path}: larger than {MAX_BYTES >> 20} MB")
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise LogError("missing", f"{path}: log missing") from None
+    except OSError as error:
+        raise LogError("unreadable", f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _split(content: bytes) -> tuple[str, bytes]:
+    """Header row, and everything after it; comments and blank lines in front are passed over."""
+    start = 3 if content.startswith(b"\xef\xbb\xbf") else 0
+    while start < len(content):
+        end = content.find(b"\n", start)
+        end = len(content) if end < 0 else end
+        line = content[start:end].strip()
+        start = end + 1
+        if line and not line.startswith(b"#"):
+            return line.decode("utf-8", "replace"), content[start:]
+    return "", b""
+
+
+def _columns(header: str) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Names without units, and the units; `ValueError` says what is wrong with the header."""
+    if ";" in header or "\t" in header:
+        found = "semicolons" if ";" in header else "tabs"
+        raise ValueError(
+            f"the header row is separated by {found}; this dialect wants commas between cells and "
+            "points in numbers: export the log again that way"
+        )
+    names: list[str] = []
+    units: dict[str, str] = {}
+    for cell in (part.strip() for part in header.split(",")):
+        match = _CELL.match(cell)
+        name = match[1] if match else cell
+        names.append(name)
+        units[name] = match[2] if match else ""
+    found_names = tuple(names)
+    if found_names not in (FORCE_COLUMNS, MOTION_COLUMNS):
+        raise ValueError(
+            f"found the header {header[:120]!r}; allowed: 'time_s,arm_moving,F1_N,F2_N,F3_N' for a "
+            "force log, 'time_s,x_mm,z_mm,angle_deg' for a motion log"
+        )
+    return found_names, units

@@ -1,0 +1,1 @@
+"""From logs to the alpha table: ingest, phases, tare, slopes, intervals."""

@@ -1,0 +1,169 @@
+"""From fits of runs to the table alpha(beta, gamma) of one medium."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.measure.autocorrelation import combine_dof
+from rftfit.measure.fits import COMPONENTS
+from rftfit.measure.slope import student_quantile
+from rftfit.reference import BETA_DEG, GAMMA_DEG
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pandas as pd
+
+    from rftfit.conventions import FloatArray
+
+ANGLE_TOLERANCE_DEG = 0.05
+QUANTITIES = ("", "_se", "_lo", "_hi")
+
+
+def column(component: str, quantity: str = "") -> str:
+    """Name of a column of alpha.
+
+    Parameters
+    ----------
+    component : str
+        ``z`` or ``x``.
+    quantity : str, optional
+        One of `QUANTITIES`.
+
+    Returns
+    -------
+    str
+    """
+    return f"alpha_{component}{quantity}_N_per_cm3"
+
+
+def alpha_table(fits: pd.DataFrame, medium: str, confidence: float, depths: int) -> pd.DataFrame:
+    """Combine the fits of one medium into the 7 x 13 grid of Table S5.
+
+    A cell with several runs gets their mean. The cells beta = -90 and +90 degrees are one and the
+    same plate and share their runs. A horizontal cell is the zero-intercept fit through the
+    steady-state means at the depths of its runs (design section 2).
+
+    Parameters
+    ----------
+    fits : pandas.DataFrame
+        One row per plate run (docs/architecture.md).
+    medium : str
+    confidence : float
+        Level of the intervals.
+    depths : int
+        Number of depths that a horizontal cell should have.
+
+    Returns
+    -------
+    pandas.DataFrame
+        91 rows; NaN with a reason where no run gave a number.
+    """
+    import pandas as pd
+
+    rows = []
+    for beta in BETA_DEG:
+        for gamma in GAMMA_DEG:
+            here = _runs_of_cell(fits, float(beta), float(gamma))
+            rows.append({"medium": medium, "beta_deg": beta, "gamma_deg": gamma,
+                         **_cell(here, float(gamma), confidence, depths)})  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def _runs_of_cell(fits: pd.DataFrame, beta: float, gamma: float) -> pd.DataFrame:
+    off_beta = (fits["beta_deg"].to_numpy(float) - beta + 90) % 180 - 90
+    off_gamma = fits["gamma_deg"].to_numpy(float) - gamma
+    near = (np.abs(off_beta) < ANGLE_TOLERANCE_DEG) & (np.abs(off_gamma) < ANGLE_TOLERANCE_DEG)
+    return fits[near].sort_values("run_id")
+
+
+def _cell(
+    runs: pd.DataFrame, gamma: float, confidence: float, depths: int
+) -> dict[str, float | int | str]:
+    names = [column(component, quantity) for component in COMPONENTS for quantity in QUANTITIES]
+    cell: dict[str, float | int | str] = dict.fromkeys(names, math.nan)
+    good = runs[np.isfinite(runs["alpha_z_N_per_cm3"].to_numpy(float))]
+    flags = [f"{run}: {flag}" for run, flag in zip(runs["run_id"], runs["flags"], strict=True) if flag]
+    reasons = [
+        f"{run}: {reason}" for run, reason in zip(runs["run_id"], runs["reason"], strict=True) if reason
+    ]
+    horizontal = gamma == 0
+    n_depths = int(good["depth_from_cm"].round(1).nunique()) if horizontal else depths
+    if horizontal and 0 < n_depths < depths:
+        flags.append(f"{n_depths} of {depths} depths")
+    if len(runs) == 0:
+        reasons.append("no run")
+    # one depth cannot show that stress is proportional to depth
+    if len(good) and (not horizontal or n_depths >= 2):
+        for component in COMPONENTS:
+            combine = _through_depths if horizontal else _mean_of_runs
+            alpha, se, dof = combine(good, component)
+            half = float(student_quantile(confidence, dof)) * se
+            values = (alpha, se, alpha - half, alpha + half)
+            cell.update({column(component, quantity): value
+                         for quantity, value in zip(QUANTITIES, values, strict=True)})  # fmt: skip
+    elif len(good):
+        reasons.append(f"only {n_depths} of {depths} depths")
+    return cell | {
+        "n_runs": len(good),
+        "run_ids": " ".join(good["run_id"]),
+        "flags": "; ".join(flags),
+        "reason": "; ".join(reasons),
+    }
+
+
+def _parts(runs: pd.DataFrame, component: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    alpha = runs[column(component)].to_numpy(float)
+    return alpha, runs[column(component, "_se")].to_numpy(float), _dofs(runs, component)
+
+
+def _dofs(runs: pd.DataFrame, component: str) -> FloatArray:
+    return runs[f"alpha_{component}_dof"].to_numpy(float)
+
+
+def _mean_of_runs(runs: pd.DataFrame, component: str) -> tuple[float, float, float]:
+    """Mean, its standard error and degrees of freedom."""
+    alpha, se, dof = _parts(runs, component)
+    n = alpha.size
+    within = float((se**2).sum()) / n**2
+    within_dof = float(combine_dof((se / n) ** 2, dof))
+    if n == 1:
+        return float(alpha[0]), math.sqrt(within), within_dof
+    # repeats show what one run cannot: how well the bed was prepared again
+    between = float(alpha.var(ddof=1)) / n
+    if between > within:
+        return float(alpha.mean()), math.sqrt(between), n - 1.0
+    return float(alpha.mean()), math.sqrt(within), within_dof
+
+
+def _through_depths(runs: pd.DataFrame, component: str) -> tuple[float, float, float]:
+    """Zero-intercept fit through the mean stress at each depth."""
+    alpha, se, dof = _parts(runs, component)
+    depth = (runs["depth_from_cm"].to_numpy(float) + runs["depth_to_cm"].to_numpy(float)) / 2
+    share = depth**2 / float(depth @ depth)
+    variances = (share * se) ** 2
+    total = math.sqrt(float(variances.sum()))
+    return float(share @ alpha), total, float(combine_dof(variances, dof))
+
+
+def grid(table: pd.DataFrame, name: str) -> FloatArray:
+    """One column of an alpha table as an array over the grid.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        From `alpha_table`.
+    name : str
+        Column.
+
+    Returns
+    -------
+    numpy.ndarray, shape (7, 13)
+        Rows by beta, columns by gamma, both increasing.
+    """
+    ordered = table.sort_values(["beta_deg", "gamma_deg"])
+    shape: Sequence[int] = (BETA_DEG.size, GAMMA_DEG.size)
+    return ordered[name].to_numpy(float).reshape(shape)

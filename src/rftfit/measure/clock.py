@@ -1,0 +1,161 @@
+"""Two clocks brought together by what both logs saw: the arm starting and stopping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from rftfit.conventions import FloatArray
+
+HOUR_S = 3600.0
+LONGEST_RAMP_S = 0.1
+
+
+class ClockError(ValueError):
+    """The data cannot decide how the clocks lie; the message says why."""
+
+
+@dataclass(frozen=True)
+class ClockFit:
+    """Motion time = force time + offset + drift x (force time - reference).
+
+    Parameters
+    ----------
+    offset_s : float
+        At the reference time.
+    drift : float
+        Relative difference of the clocks' rates.
+    reference_s : float
+        Force time.
+    residual_s : float
+        Root mean square of the edges about the fit.
+    edges : int
+        Edges used.
+    """
+
+    offset_s: float
+    drift: float
+    reference_s: float
+    residual_s: float
+    edges: int
+
+    @property
+    def whole_hours(self) -> int:
+        """Whole hours in the offset: a time zone or daylight saving, when not zero."""
+        return round(self.offset_s / HOUR_S)
+
+    def motion_time(self, force_time: FloatArray) -> FloatArray:
+        """Turn times of the force log into times of the motion log.
+
+        Parameters
+        ----------
+        force_time : numpy.ndarray
+            s.
+
+        Returns
+        -------
+        numpy.ndarray
+            s, same shape.
+        """
+        return force_time + self.offset_s + self.drift * (force_time - self.reference_s)
+
+
+def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> FloatArray:
+    """Start and end of every stretch in which the arm moves.
+
+    Parameters
+    ----------
+    time : numpy.ndarray, shape (n,)
+        s, increasing.
+    speed : numpy.ndarray, shape (n,)
+        Not negative, any unit.
+    threshold : float
+        Same unit; the edge is where the speed crosses it, interpolated between samples.
+
+    Returns
+    -------
+    numpy.ndarray, shape (k, 2)
+        s; stretches of less than 0.1 s are jitter and left out.
+    """
+    moving = np.concatenate([[False], speed > threshold, [False]])
+    change = np.flatnonzero(moving[1:] != moving[:-1])
+    first, last = change[::2], change[1::2] - 1
+    spans = np.stack([_crossing(time, speed, threshold, first - 1, first),
+                      _crossing(time, speed, threshold, last, last + 1)], axis=1)
+    return spans[spans[:, 1] - spans[:, 0] > 0.1]
+
+
+def _crossing(
+    time: FloatArray, speed: FloatArray, threshold: float, before: np.ndarray, after: np.ndarray
+) -> FloatArray:
+    """Time between two neighbouring samples at which the speed passes the threshold."""
+    low, high = np.clip(before, 0, time.size - 1), np.clip(after, 0, time.size - 1)
+    rise = speed[high] - speed[low]
+    share = np.divide(threshold - speed[low], rise, out=np.zeros(low.size), where=rise != 0)
+    return time[low] + np.clip(share, 0, 1) * (time[high] - time[low])
+
+
+def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: float) -> ClockFit:
+    """Find offset and drift between two clocks from the spans in which the arm moved.
+
+    The two ends of a ramp are seen at slightly different speeds by the two logs; because each
+    stretch has a start and an end, that cancels in the offset.
+
+    Parameters
+    ----------
+    force_spans, motion_spans : numpy.ndarray, shape (k, 2)
+        s, on the clock of the force log and on that of the motion log. One may lack stretches at
+        either end (a log cut short): the shift at which they agree is found.
+    max_residual_s : float
+
+    Returns
+    -------
+    ClockFit
+
+    Raises
+    ------
+    ClockError
+        If no shift agrees to `max_residual_s`, or more than one does.
+    """
+    short, long = sorted((force_spans, motion_spans), key=len)
+    if len(short) == 0:
+        raise ClockError(
+            f"the arm moves in {len(force_spans)} stretches by the force log's sync line and in "
+            f"{len(motion_spans)} by the motion log: nothing to match"
+        )
+    fits = []
+    for shift in range(len(long) - len(short) + 1):
+        part = long[shift : shift + len(short)]
+        pair = (short, part) if short is force_spans else (part, short)
+        fits.append(_fit(pair[0].ravel(), pair[1].ravel()))
+    fits.sort(key=lambda fit: fit.residual_s)
+    if fits[0].residual_s > max_residual_s:
+        raise ClockError(
+            f"force and motion log disagree by {fits[0].residual_s:.3f} s on when the arm moved; "
+            f"allowed: {max_residual_s:g} s. Do the two files belong to one run?"
+        )
+    if len(fits) > 1 and fits[1].residual_s <= max_residual_s:
+        raise ClockError("two ways of matching force and motion log fit equally well")
+    return fits[0]
+
+
+def _fit(force_edges: FloatArray, motion_edges: FloatArray) -> ClockFit:
+    difference = motion_edges - force_edges
+    offset = float(difference.mean())
+    reference = float(force_edges.mean())
+    # the rate differs by parts in 1e5: over a run of seconds that is far below an edge's own
+    # error, so a drift is fitted only where the lever arm is long
+    lever = force_edges - reference
+    drift = 0.0
+    if np.ptp(force_edges) > 600:
+        drift = float(lever @ difference / (lever @ lever))
+    residual = difference - offset - drift * lever
+    # both ends of a ramp are seen half a ramp apart, one early and one late: that is no disagreement
+    pairs = residual.reshape(-1, 2)
+    ramp = float((pairs[:, 0] - pairs[:, 1]).mean()) / 2
+    residual = (pairs - [ramp, -ramp]).ravel() if abs(ramp) < LONGEST_RAMP_S else residual
+    spread = float(np.sqrt(np.mean(residual**2)))
+    return ClockFit(offset, drift, reference, spread, force_edges.size)

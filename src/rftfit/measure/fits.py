@@ -1,0 +1,178 @@
+"""From a tared stroke to one row of the table of fits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.conventions import file_extraction
+from rftfit.measure.ingest import SATURATED
+from rftfit.measure.slope import Slope, fit_slope
+from rftfit.measure.tare import OUTSIDE
+from rftfit.measure.window import horizontal_window, linear_window, slanted_window
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config, Plate
+    from rftfit.campaign.runs import Run
+    from rftfit.conventions import FloatArray
+
+NOT_LINEAR = "not linear"
+_CURVED_P, _CURVED_RATIO = 0.01, 0.10
+COMPONENTS = ("z", "x")
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A tared stroke; arrays of shape (n,), in the order of recording.
+
+    Parameters
+    ----------
+    depth, x, path : numpy.ndarray
+        cm; path is the length travelled.
+    force : numpy.ndarray, shape (2, n)
+        Granular force z, x, N; NaN where the tare is not known.
+    drop : numpy.ndarray of str
+        Why a row must not be used; empty where it may.
+    zero_variance, zero_dof : numpy.ndarray, shape (2, 2)
+        Of run and tare (rows), for z and x, N^2.
+    flags : tuple of str
+        What earlier stages remarked.
+    """
+
+    depth: FloatArray
+    x: FloatArray
+    path: FloatArray
+    force: FloatArray
+    drop: np.ndarray
+    zero_variance: FloatArray
+    zero_dof: FloatArray
+    flags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What one plate run says about one cell of the alpha table.
+
+    Parameters
+    ----------
+    beta_deg, gamma_deg : float
+        The cell it is filed under.
+    depth_from_cm, depth_to_cm : float
+        Depths actually fitted; NaN if there is no fit.
+    slope : Slope or None
+        Components z, x, the sign of x already that of the cell.
+    row_reasons : numpy.ndarray of str, shape (n,)
+        Why each sample of the stroke was not fitted; empty where it was.
+    flags : tuple of str
+    reason : str
+        Why there is no alpha; empty if there is one.
+    """
+
+    beta_deg: float
+    gamma_deg: float
+    depth_from_cm: float = math.nan
+    depth_to_cm: float = math.nan
+    slope: Slope | None = None
+    row_reasons: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=object))
+    flags: tuple[str, ...] = ()
+    reason: str = ""
+
+
+def filed_under(run: Run) -> tuple[float, float, float]:
+    """Cell of the alpha table to which a run belongs, and the sign of its alpha_x there.
+
+    Parameters
+    ----------
+    run : Run
+
+    Returns
+    -------
+    beta_deg, gamma_deg, sign_x : float
+        Extractions go under (-beta, -gamma) with alpha_x turned.
+    """
+    if run.direction == "extraction":
+        return file_extraction(run.beta_deg, run.gamma_deg)
+    return run.beta_deg, run.gamma_deg, 1.0
+
+
+def fit_run(run: Run, stroke: Stroke, config: Config) -> Fit:
+    """Fit alpha_z and alpha_x of one plate run in its window.
+
+    Parameters
+    ----------
+    run : Run
+    stroke : Stroke
+    config : Config
+
+    Returns
+    -------
+    Fit
+        With a reason and no slope where the run must not give a number.
+    """
+    plate = config.intruders[run.intruder]
+    assert plate.shape == "plate"
+    beta_deg, gamma_deg, sign_x = filed_under(run)
+    window = _window(run, stroke, plate, config)
+    wanted = window == ""
+    usable = wanted & (stroke.drop == "")
+    reasons = np.where(stroke.drop == "", window, stroke.drop)
+
+    def refuse(reason: str) -> Fit:
+        lost = np.where(reasons == "", f"no alpha: {reason}", reasons)
+        return Fit(beta_deg, gamma_deg, row_reasons=lost, flags=stroke.flags, reason=reason)
+
+    saturated = int(np.count_nonzero(wanted & (stroke.drop == SATURATED)))
+    if saturated:
+        return refuse(f"transducer saturated in {saturated} samples of the window")
+    untared = int(np.count_nonzero(wanted & (stroke.drop == OUTSIDE)))
+    # a step or two at the ends is the difference of two logs' starts, not a tare that is short
+    if untared > 0.02 * max(np.count_nonzero(wanted), 1) + 2:
+        return refuse(f"tare shorter than the run: {untared} samples of the window have no tare")
+    points = int(np.count_nonzero(usable))
+    if points < max(config.fit.min_points, 8):
+        return refuse(f"too few points: {points} in the window, {config.fit.min_points} wanted")
+
+    depth = stroke.depth[usable]
+    stress = stroke.force[:, usable] / plate.area_cm2
+    stress[1] *= sign_x
+    slope = fit_slope(depth, stress, stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof)
+    flags = stroke.flags + _linearity_flags(run, slope, float(depth.max()), plate, config)
+    return Fit(
+        beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, reasons, flags
+    )
+
+
+def _window(run: Run, stroke: Stroke, plate: Plate, config: Config) -> np.ndarray:
+    beta = math.radians(run.beta_deg)
+    medium = config.media[run.medium]
+    if medium.role == "natural_sand":
+        return linear_window(stroke.depth, medium.linear_to_cm or math.inf)
+    if run.direction == "horizontal":
+        return horizontal_window(
+            stroke.path, stroke.x, plate, beta, config.container, config.fit
+        )
+    return slanted_window(stroke.depth, stroke.x, plate, beta, config.container, config.fit)
+
+
+def _linearity_flags(
+    run: Run, slope: Slope, deepest: float, plate: Plate, config: Config
+) -> tuple[str, ...]:
+    """Name the components whose curvature is both significant and large enough to matter."""
+    if run.direction == "horizontal":
+        return ()
+    # curvature that stays below the noise of one sample bends nothing that could be measured
+    visible = config.transducer.precision_N / plate.area_cm2
+    end_stress = np.abs(slope.alpha) * deepest
+    curved = (
+        (slope.nonlinear_p < _CURVED_P)
+        & (np.abs(slope.nonlinear_ratio) > _CURVED_RATIO)
+        & (np.abs(slope.nonlinear_ratio) * end_stress > visible)
+    )
+    return tuple(
+        f"alpha_{name} {NOT_LINEAR} ({100 * ratio:+.0f} % at the end of the window)"
+        for name, ratio, bad in zip(COMPONENTS, slope.nonlinear_ratio, curved, strict=True)
+        if bad
+    )

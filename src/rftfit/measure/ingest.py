@@ -1,0 +1,262 @@
+"""One run from its two logs to a trace in the lab frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.logs.base import Log, LogError
+from rftfit.logs.registry import dialect
+from rftfit.measure.clean import clean, gaps
+from rftfit.measure.clock import ClockError, ClockFit, align, moving_spans
+from rftfit.measure.frame import sensor_to_lab
+from rftfit.measure.ledger import DROPPED, USED, Ledger
+from rftfit.measure.motion import Motion, StrokeError, find_stroke
+from rftfit.measure.units import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
+from rftfit.measure.zero import find_zero, height_needed
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.runs import Run
+    from rftfit.conventions import FloatArray
+
+PHASES = ("air", "approach", "pause", "stroke", "other")
+SATURATED = "transducer saturated"
+_NEAR_FULL_RANGE = 0.995
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One run in the lab frame, on the force log's clock; arrays of shape (n,).
+
+    Parameters
+    ----------
+    run : Run
+    time : numpy.ndarray
+        s.
+    phase : numpy.ndarray of int
+        Index into `PHASES`.
+    x, z : numpy.ndarray
+        Reference point of the intruder, cm.
+    angle : numpy.ndarray
+        beta or theta, rad.
+    force : numpy.ndarray, shape (2, n)
+        z, x; N; zero removed.
+    drop : numpy.ndarray of str
+        Why a row must not be used; empty where it may.
+    zero_variance : numpy.ndarray, shape (2,)
+        N^2.
+    zero_dof : float
+    clock : ClockFit
+    flags : tuple of str
+        Remarks that do not stop the run.
+    """
+
+    run: Run
+    time: FloatArray
+    phase: np.ndarray
+    x: FloatArray
+    z: FloatArray
+    angle: FloatArray
+    force: FloatArray
+    drop: np.ndarray
+    zero_variance: FloatArray
+    zero_dof: float
+    clock: ClockFit
+    flags: tuple[str, ...]
+
+
+class RunRefused(ValueError):
+    """A run that gives no trace; the text is the reason in ledger, table and report."""
+
+
+def ingest_run(campaign: Campaign, run: Run, ledger: Ledger) -> Trace:
+    """Read both logs of a run and bring them into the lab frame.
+
+    Rows that go no further are put into the ledger here; the good ones of the stroke are left to
+    the stages that use them.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    run : Run
+    ledger : Ledger
+        Is added to.
+
+    Returns
+    -------
+    Trace
+
+    Raises
+    ------
+    RunRefused
+        If the run cannot be used; all rows of both files are then in the ledger.
+    """
+    config = campaign.config
+    force_log, motion_log, problems = _load_both(campaign, run)
+    if run.excluded:
+        problems = [f"excluded: {run.reason}"]
+    if not problems and force_log is not None and motion_log is not None:
+        try:
+            trace = _make_trace(config, run, force_log, motion_log)
+        except (ClockError, StrokeError, ValueError) as error:
+            problems = [str(error)]
+        else:
+            _account(ledger, run, force_log, motion_log, trace)
+            return trace
+    reason = "; ".join(problems)
+    for file, log in ((run.force_log, force_log), (run.motion_log, motion_log)):
+        _account_refused(ledger, run, file, log, reason)
+    raise RunRefused(reason)
+
+
+def _load_both(
+    campaign: Campaign, run: Run
+) -> tuple[Log | LogError, Log | LogError, list[str]]:
+    """Read and clean both logs; an unusable one comes back as its error."""
+    reader = dialect(campaign.config.dialect)
+    results: list[Log | LogError] = []
+    problems: list[str] = []
+    for file, wanted in ((run.force_log, "F1"), (run.motion_log, "x")):
+        try:
+            log = clean(reader.load(campaign.raw / file))
+            if wanted not in log.columns:
+                kind = "force" if wanted == "F1" else "motion"
+                raise LogError("wrong_kind", f"{file}: this is not a {kind} log", log.rows)
+        except LogError as error:
+            # the folder of the raw data is the reader's business, not the ledger's
+            text = str(error).replace(str(campaign.raw / file), file)
+            results.append(LogError(error.code, text, error.rows))
+            problems.append(text)
+        else:
+            results.append(log)
+    return results[0], results[1], problems
+
+
+def _make_trace(
+    config: Config, run: Run, force_log: Log | LogError, motion_log: Log | LogError
+) -> Trace:
+    assert isinstance(force_log, Log)
+    assert isinstance(motion_log, Log)
+    channels, force_time, line = _force(config, force_log)
+    motion = _motion(config, run, motion_log)
+    spans = motion.spans(config.arm)
+    clock = _clock(config, force_time, line, spans)
+    start, end = find_stroke(motion, spans, run, config.arm)
+
+    on_motion = clock.motion_time(force_time)
+    x, z, angle = motion.at(on_motion)
+    reasons = np.full(force_time.size, "", dtype=object)
+    for gap_start, gap_end in gaps(motion.time, config.clock.max_gap_s):
+        reasons[(on_motion > gap_start) & (on_motion < gap_end)] = "gap in the motion log"
+    reasons[(on_motion < motion.time[0]) | (on_motion > motion.time[-1])] = "outside the motion log"
+    limits = np.array(config.transducer.range_N)[:, None]
+    saturated = (np.abs(channels) >= _NEAR_FULL_RANGE * limits).any(axis=0)
+    reasons[saturated] = SATURATED
+
+    moving = np.zeros(force_time.size, dtype=bool)
+    for span_start, span_end in spans:
+        # a tenth of a second around each stretch belongs to its ramps
+        moving |= (on_motion > span_start - 0.1) & (on_motion < span_end + 0.1)
+    intruder = config.intruders[run.intruder]
+    in_air = z >= height_needed(intruder, angle, config.fit.air_clearance_cm)
+    in_stroke = (on_motion >= start) & (on_motion <= end)
+    force = (sensor_to_lab(config.transducer) @ channels)[::-1]
+    zero = find_zero(force_time, force, in_air & (reasons == "") & ~in_stroke, moving)
+    if zero is None:
+        raise StrokeError("no_zero", "no zero: the intruder is never at rest in air for half a second")
+
+    phase = np.full(force_time.size, PHASES.index("other"))
+    phase[in_air & ~moving] = PHASES.index("air")
+    phase[~in_air & ~moving & (np.abs(z) < 0.2)] = PHASES.index("pause")
+    phase[moving & (on_motion < start)] = PHASES.index("approach")
+    phase[in_stroke] = PHASES.index("stroke")
+    flags = _flags(config, force_time, in_stroke, clock, zero.drift_N)
+    return Trace(
+        run, force_time, phase, x, z, angle, force - zero.force, reasons,
+        zero.variance, zero.dof, clock, flags,
+    )  # fmt: skip
+
+
+def _force(config: Config, log: Log) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Channels in N, shape (3, n); time in s; the sync line."""
+    unit = config.transducer.force_unit
+    names = ("F1", "F2", "F3")
+    channels = np.stack([log.columns[name] for name in names])
+    for index, name in enumerate(names):
+        channels[index] *= factor(FORCE_TO_N, log.units[name], unit, f"{log.path.name}: {name}")
+    time = log.columns["time"] * factor(TIME_TO_S, log.units["time"], "s", f"{log.path.name}: time")
+    return channels, time, log.columns["arm_moving"]
+
+
+def _motion(config: Config, run: Run, log: Log) -> Motion:
+    unit = config.arm.position_unit
+    name = log.path.name
+    to_cm = factor(LENGTH_TO_CM, log.units["x"], unit, f"{name}: x")
+    to_cm_z = factor(LENGTH_TO_CM, log.units["z"], unit, f"{name}: z")
+    to_rad = factor(ANGLE_TO_RAD, log.units["angle"], "deg", f"{name}: angle")
+    to_s = factor(TIME_TO_S, log.units["time"], "s", f"{name}: time")
+    surface_mm = config.arm.surface_z_mm if run.surface_z_mm is None else run.surface_z_mm
+    return Motion(
+        log.columns["time"] * to_s,
+        log.columns["x"] * to_cm,
+        log.columns["z"] * to_cm_z - surface_mm / 10,
+        log.columns["angle"] * to_rad,
+    )
+
+
+def _clock(config: Config, time: FloatArray, line: FloatArray, spans: FloatArray) -> ClockFit:
+    if config.clock.method == "same_clock":
+        return ClockFit(0.0, 0.0, 0.0, 0.0, 0)
+    force_spans = moving_spans(time, line, 0.5)
+    return align(force_spans, spans, config.clock.max_residual_s)
+
+
+def _flags(
+    config: Config, time: FloatArray, in_stroke: np.ndarray, clock: ClockFit, drift: float
+) -> tuple[str, ...]:
+    flags = []
+    stroke_time = time[in_stroke]
+    for start, end in gaps(stroke_time, config.clock.max_gap_s):
+        flags.append(f"gap of {end - start:.2f} s in the force log during the stroke")
+    if clock.whole_hours:
+        flags.append(f"clocks {clock.whole_hours:+d} h apart (time zone or daylight saving)")
+    if math.isfinite(drift) and drift > config.transducer.max_drift_N:
+        flags.append(f"zero drifted by {drift:.2f} N")
+    return tuple(flags)
+
+
+def _account(
+    ledger: Ledger, run: Run, force_log: Log | LogError, motion_log: Log | LogError,
+    trace: Trace,
+) -> None:  # fmt: skip
+    """Put everything but the stroke's own rows into the ledger."""
+    assert isinstance(force_log, Log)
+    assert isinstance(motion_log, Log)
+    for file, log in ((run.force_log, force_log), (run.motion_log, motion_log)):
+        for reason, rows in log.dropped.items():
+            ledger.add(run, file, DROPPED, reason, rows)
+    ledger.add(run, run.motion_log, USED, "path", motion_log.columns["time"].size)
+    stroke = trace.phase == PHASES.index("stroke")
+    labels = {"air": "", "approach": "approach", "pause": "pause at the surface",
+              "stroke": "", "other": "before or after the stroke"}  # fmt: skip
+    named = np.array([labels[name] for name in PHASES], dtype=object)[trace.phase]
+    reasons = np.where(trace.drop == "", named, trace.drop)
+    ledger.add_reasons(
+        run, run.force_log, reasons[~stroke | (trace.drop != "")], "zero of the transducer"
+    )
+
+
+def _account_refused(
+    ledger: Ledger, run: Run, file: str, log: Log | LogError, reason: str
+) -> None:
+    if isinstance(log, LogError):
+        ledger.add(run, file, DROPPED, reason, log.rows)
+        return
+    for cause, rows in log.dropped.items():
+        ledger.add(run, file, DROPPED, cause, rows)
+    ledger.add(run, file, DROPPED, reason, next(iter(log.columns.values())).size)

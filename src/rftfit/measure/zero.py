@@ -1,0 +1,113 @@
+"""The transducer's zero: what it reads while the whole intruder is in air."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.config import Leg
+from rftfit.measure.autocorrelation import weighted_sum_variance
+from rftfit.measure.window import half_extent
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Plate
+    from rftfit.conventions import FloatArray
+
+MIN_SAMPLES = 50
+
+
+@dataclass(frozen=True)
+class Zero:
+    """Zero of the forces (z, x) of one run.
+
+    Parameters
+    ----------
+    force : numpy.ndarray, shape (2, n)
+        To be subtracted, N; a straight line in time between two stretches in air, else constant.
+    variance : numpy.ndarray, shape (2,)
+        Of its error, N^2, autocorrelation allowed for.
+    dof : float
+        Degrees of freedom of `variance`.
+    drift_N : float
+        Largest change of the zero between the two stretches in air; NaN if there is but one.
+    """
+
+    force: FloatArray
+    variance: FloatArray
+    dof: float
+    drift_N: float
+
+
+def height_needed(intruder: Plate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
+    """Height of the reference point at which the whole intruder is clear of the surface.
+
+    Parameters
+    ----------
+    intruder : Plate or Leg
+    angle : numpy.ndarray, shape (n,)
+        beta or theta, rad.
+    clearance : float
+        cm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n,)
+        cm. For a leg that of the circle around its chord, which every model leg lies within.
+    """
+    if isinstance(intruder, Leg):
+        half = intruder.max_length_cm / 2
+        # the tip lies at max_length x (-sin theta, -cos theta) from the axle
+        return half * np.cos(angle) + half + clearance
+    _, half_z = half_extent(intruder, float(np.median(angle)))
+    return np.full(angle.size, half_z + clearance)
+
+
+def find_zero(
+    time: FloatArray, force: FloatArray, in_air: np.ndarray, moving: np.ndarray
+) -> Zero | None:
+    """Estimate the zero from the samples in air.
+
+    Parameters
+    ----------
+    time : numpy.ndarray, shape (n,)
+        s.
+    force : numpy.ndarray, shape (2, n)
+        z, x; N.
+    in_air : numpy.ndarray of bool, shape (n,)
+        The whole intruder is clear of the surface.
+    moving : numpy.ndarray of bool, shape (n,)
+        The arm moves; only stretches at rest are used.
+
+    Returns
+    -------
+    Zero or None
+        None if there are fewer than `MIN_SAMPLES` samples at rest in air.
+    """
+    rest = np.flatnonzero(in_air & ~moving)
+    if rest.size < MIN_SAMPLES:
+        return None
+    breaks = np.flatnonzero(np.diff(rest) > 1) + 1
+    pieces = [piece for piece in np.split(rest, breaks) if piece.size >= MIN_SAMPLES]
+    if not pieces:
+        return None
+    means, variances, dofs = zip(*(_mean(force[:, piece]) for piece in pieces), strict=True)
+    if len(pieces) == 1:
+        constant = np.repeat(means[0][:, None], time.size, axis=1)
+        return Zero(constant, variances[0], dofs[0], math.nan)
+    first, last = means[0], means[-1]
+    t0, t1 = (float(time[piece].mean()) for piece in (pieces[0], pieces[-1]))
+    share = np.clip((time - t0) / (t1 - t0), 0, 1)
+    line = first[:, None] * (1 - share) + last[:, None] * share
+    # the larger of the two: an upper bound for any mix of the two means
+    variance = np.maximum(variances[0], variances[-1])
+    return Zero(line, variance, min(dofs), float(np.abs(last - first).max()))
+
+
+def _mean(force: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    mean = force.mean(axis=1)
+    count = force.shape[1]
+    variance, dof = weighted_sum_variance(force - mean[:, None], np.ones(count))
+    return mean, variance / count**2, dof

@@ -1,0 +1,1 @@
+"""Everything that answers alpha(beta, gamma): symmetry, Fourier fits, scaling."""

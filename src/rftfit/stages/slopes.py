@@ -1,0 +1,142 @@
+"""Stage 3: zero-intercept slopes of one medium, and its alpha table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.load import load_campaign
+from rftfit.measure.alpha import alpha_table
+from rftfit.measure.fits import COMPONENTS, Fit, Stroke, filed_under, fit_run
+from rftfit.measure.ledger import Ledger
+from rftfit.measure.strokes import split_runs
+from rftfit.store import read_csv, read_parquet, write_csv
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.runs import Run
+
+
+def slopes(
+    config: Path, medium: str, runs: Path, tared: Path, tares: Path,
+    fits: Path, alpha: Path, ledger: Path,
+) -> None:  # fmt: skip
+    """Fit every plate run of a medium and combine the fits into its alpha table.
+
+    Parameters
+    ----------
+    config : Path
+    medium : str
+    runs, tared, tares : Path
+        Read: from the ingest and tare stages.
+    fits, alpha, ledger : Path
+        Written: one row per plate run, one per cell of the grid, counts of rows.
+
+    Raises
+    ------
+    RftfitError
+        If an input is not valid or a result cannot be written.
+    """
+    campaign = load_campaign(config)
+    table, book = fit_medium(
+        campaign, medium, read_csv(runs), read_parquet(tared), read_csv(tares)
+    )
+    fit = campaign.config.fit
+    write_csv(table, fits)
+    write_csv(alpha_table(table, medium, fit.confidence, len(fit.horizontal_depths_cm)), alpha)
+    write_csv(book.table(), ledger)
+
+
+def fit_medium(
+    campaign: Campaign, medium: str, status: pd.DataFrame, tared: pd.DataFrame, tares: pd.DataFrame
+) -> tuple[pd.DataFrame, Ledger]:
+    """Fit every plate run of a medium.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    medium : str
+    status, tared, tares : pandas.DataFrame
+        From the ingest and tare stages.
+
+    Returns
+    -------
+    fits : pandas.DataFrame
+        One row per plate run of the sheet, also of those that give no alpha.
+    ledger : Ledger
+        The rows of the strokes that were handed on.
+    """
+    import pandas as pd
+
+    ledger = Ledger()
+    where = split_runs(tared)
+    columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm")}
+    force = tared[["force_z_N", "force_x_N"]].to_numpy().T
+    drop = np.asarray(tared["drop"].cat.categories, dtype=object)[tared["drop"].cat.codes.to_numpy()]
+    run_status = status.set_index("run_id")
+    no_tare = dict(zip(tares["run_id"], tares["reason"], strict=True))
+    confidence = campaign.config.fit.confidence
+    rows = []
+    for run in campaign.runs_of(medium):
+        if run.kind != "plate":
+            continue
+        flags = tuple(filter(None, str(run_status.at[run.run_id, "flags"]).split("; ")))
+        if run.run_id not in where:
+            reason = str(run_status.at[run.run_id, "reason"]) or no_tare.get(run.run_id, "")
+            beta, gamma, _ = filed_under(run)
+            rows.append(_row(run, Fit(beta, gamma, flags=flags, reason=reason), confidence))
+            continue
+        part = where[run.run_id]
+        pair = run_status.loc[[run.run_id, run.tare_run]]
+        stroke = Stroke(
+            columns["depth_cm"][part], columns["x_cm"][part], columns["path_cm"][part],
+            force[:, part], drop[part],
+            pair[["zero_var_z_N2", "zero_var_x_N2"]].to_numpy(float),
+            np.repeat(pair[["zero_dof"]].to_numpy(float), 2, axis=1),
+            flags,
+        )  # fmt: skip
+        fit = fit_run(run, stroke, campaign.config)
+        # rows dropped by an earlier stage are in that stage's ledger already
+        handed_on = fit.row_reasons[stroke.drop == ""]
+        ledger.add_reasons(run, run.force_log, handed_on, "slope")
+        rows.append(_row(run, fit, confidence))
+    return pd.DataFrame(rows, columns=list(_row_names())), ledger
+
+
+def _names_of(c: str) -> list[str]:
+    """Columns of one component, in the order of `_row`'s values."""
+    return [f"alpha_{c}_N_per_cm3", f"alpha_{c}_se_N_per_cm3", f"alpha_{c}_lo_N_per_cm3",
+            f"alpha_{c}_hi_N_per_cm3", f"alpha_{c}_dof", f"alpha_{c}_ols_se_N_per_cm3",
+            f"intercept_{c}_N_per_cm2", f"free_slope_{c}_N_per_cm3", f"nonlinear_{c}_p",
+            f"nonlinear_{c}_ratio"]  # fmt: skip
+
+
+def _row_names() -> list[str]:
+    names = ["run_id", "medium", "beta_deg", "gamma_deg", "direction", "tare_run",
+             "depth_from_cm", "depth_to_cm", "n_points"]  # fmt: skip
+    return [*names, *(name for c in COMPONENTS for name in _names_of(c)), "flags", "reason"]
+
+
+def _row(run: Run, fit: Fit, confidence: float) -> dict[str, object]:
+    row: dict[str, object] = dict.fromkeys(_row_names(), np.nan)
+    row |= {
+        "run_id": run.run_id, "medium": run.medium, "beta_deg": fit.beta_deg,
+        "gamma_deg": fit.gamma_deg, "direction": run.direction, "tare_run": run.tare_run,
+        "depth_from_cm": fit.depth_from_cm, "depth_to_cm": fit.depth_to_cm, "n_points": 0,
+        "flags": "; ".join(fit.flags), "reason": fit.reason,
+    }  # fmt: skip
+    slope = fit.slope
+    if slope is None:
+        return row
+    row["n_points"] = slope.points
+    lo, hi = slope.interval(confidence)
+    for i, c in enumerate(COMPONENTS):
+        values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.intercept,
+                  slope.free_slope, slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
+        row |= {name: value[i] for name, value in zip(_names_of(c), values, strict=True)}
+    return row

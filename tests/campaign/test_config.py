@@ -1,0 +1,216 @@
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from rftfit.campaign.configfile import MAX_BYTES
+from rftfit.campaign.load import check_campaign
+from rftfit.campaign.yamlfile import MAX_DEPTH, MAX_NODES, parse_yaml
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from conftest import Room
+
+
+def broken(room: Room, old: str, new: str) -> str:
+    assert old in room.config
+    room.config = room.config.replace(old, new, 1)
+    return "\n".join(
+        f"{problem.code}: {problem}" for problem in room.check() if problem.code[:6] == "config"
+    )
+
+
+def test_missing(tmp_path: Path) -> None:
+    campaign, problems = check_campaign(tmp_path / "config.yaml")
+    assert campaign is None
+    assert [problem.code for problem in problems] == ["config.missing"]
+    assert str(problems[0]) == f"{(tmp_path / 'config.yaml').as_posix()}: the file does not exist"
+
+
+def test_a_folder_and_too_large_a_file_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").mkdir()
+    assert check_campaign(tmp_path / "a.yaml")[1][0].code == "config.not-a-file"
+    (tmp_path / "b.yaml").write_bytes(b"#" * (MAX_BYTES + 1))
+    problem = check_campaign(tmp_path / "b.yaml")[1][0]
+    assert problem.code == "config.too-large"
+    assert "1.0 MB are too large; at most 1 MB" in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "parts"),
+    [
+        ("title: Test", "title: a: b", "config.not-yaml", ["line 1, column 9", "not YAML"]),
+        ("title: Test", "title: \x01", "config.not-yaml", ["line 1"]),
+        (
+            "title: Test",
+            "titel: Test",
+            "config.unknown-key",
+            ["line 1, key titel", "did you mean 'title'?"],
+        ),
+        ("title: Test", "titel: Test", "config.missing-key", ["key title", "is missing"]),
+        ("  name: s", "  nam: s", "config.unknown-key", ["line 5, key transducer.nam", "'name'?"]),
+        (
+            "0.64}",
+            "0.64, lenght_cm: 3}",
+            "config.unknown-key",
+            ["line 10, key intruders.plate.lenght_cm", "did you mean 'length_cm'?"],
+        ),
+        ("shape: plate", "shape: plat", "config.shape", ["intruders.plate.shape", "'plate'?"]),
+        ("width_cm: 22", "width_cm: -22", "config.out-of-range", ["'-22'", "a number above 0"]),
+        ("width_cm: 22", "width_cm: .nan", "config.out-of-range", ["container.width_cm", "'nan'"]),
+        ("width_cm: 22", "width_cm: .inf", "config.out-of-range", ["'inf'"]),
+        ("width_cm: 22", 'width_cm: "22"', "config.wrong-type", ["'22'", "without quotes"]),
+        ("width_cm: 22", 'width_cm: "2,5"', "config.wrong-type", ["did you mean '2.5'?"]),
+        ("width_cm: 22", "width_cm: true", "config.wrong-type", ["found 'true'"]),
+        ("title: Test", "title: 2013", "config.wrong-type", ["text", "put it in quotes"]),
+        ("[65, 65, 200]", "[65, 200]", "config.wrong-type", ["found 'a list of 2'", "3 numbers"]),
+        ("[65, 65, 200]", "[65, 65, 0]", "config.out-of-range", ["range_N.2", "3 numbers"]),
+        ('z: "-F3"', 'z: "-F4"', "config.out-of-range", ["axes.z", "+F1, -F1"]),
+        ('z: "-F3"', 'z: "+F2"', "config.inconsistent", ["axes", "F1, F2, F3 must be used once"]),
+        ("  poppy_CP:", "  poppy_lp:", "config.inconsistent", ["media", "differ by case only"]),
+        ("  poppy_CP:", "  poppy CP:", "config.bad-name", ["media.poppy CP", "letters"]),
+        (
+            '{title: "poppy seeds, close"}',
+            "{title: x, role: sand}",
+            "config.unknown-word",
+            ["laboratory"],
+        ),
+        (
+            "  poppy_CP:",
+            "  poppy_LP:",
+            "config.duplicate-key",
+            ["line 16, key media.poppy_LP", "line 15"],
+        ),
+        ("raw: raw", "raw: raw\nraw: raw", "config.duplicate-key", ["line 3, key raw"]),
+        ("title: Test", "title: &a Test", "config.alias", ["line 1, column 8", "'&a'"]),
+        ("title: Test", "title: *a", "config.alias", ["'*a'"]),
+        ("title: Test", "title: !!python/name:os.system x", "config.tag", ["line 1", "tags"]),
+        (
+            "container: {length_cm: 24, width_cm: 22, depth_cm: 15}",
+            "container:",
+            "config.wrong-type",
+            ["nothing"],
+        ),
+        (
+            "container: {",
+            "fit: {horizontal_depths_cm: [2, -1]}\ncontainer: {",
+            "config.out-of-range",
+            ["depths_cm.1"],
+        ),
+        (
+            "container: {",
+            "fit: {min_points: 2.5}\ncontainer: {",
+            "config.wrong-type",
+            ["whole number"],
+        ),
+        ("container: {", "fit: {confidence: 95}\ncontainer: {", "config.out-of-range", ["below 1"]),
+        ("media:", "--- {}\nmedia:", "config.not-yaml", ["line"]),
+        ("raw: raw", "raw: ../raw", "config.path-outside", ["line 2, key raw", "without .."]),
+        ("raw: raw", "raw: /raw", "config.path-outside", ["not an absolute one"]),
+        ("raw: raw", "raw: C:/raw", "config.path-outside", ["not an absolute one"]),
+        ("raw: raw", r"raw: a\b", "config.backslash", ["did you mean 'a/b'?"]),
+        ("raw: raw", "raw: rau", "config.raw-missing", ["did you mean 'raw'?"]),
+        ("raw: raw", "raw: ./", "config.raw-is-root", ["below the campaign's own"]),
+        ("raw: raw", 'raw: ""', "config.path", ["not blank"]),
+        ("raw: raw", 'raw: "a\\0b"', "config.path", ["control characters"]),
+        ("run_sheet: runs.csv", "run_sheet: ../runs.csv", "config.path-outside", ["key run_sheet"]),
+    ],
+)
+def test_each_fault_has_its_message(
+    room: Room, old: str, new: str, code: str, parts: list[str]
+) -> None:
+    text = broken(room, old, new)
+    line = next((line for line in text.splitlines() if line.startswith(code)), "")
+    assert line, text
+    assert line.startswith(f"{code}: config/config.yaml")
+    for part in parts:
+        assert part in line
+
+
+def test_all_faults_at_once(room: Room) -> None:
+    room.config = room.config.replace("title:", "titel:").replace("24", "x").replace("F3", "F5")
+    codes = [problem.code for problem in room.check() if problem.code.startswith("config")]
+    assert sorted(codes) == [
+        "config.missing-key",
+        "config.out-of-range",
+        "config.unknown-key",
+        "config.wrong-type",
+    ]
+
+
+def test_raw_by_a_link_that_leads_out_is_refused(
+    room: Room, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    (room.folder / "link").symlink_to(tmp_path_factory.mktemp("elsewhere"))
+    assert "a link leads out" in broken(room, "raw: raw", "raw: link")
+
+
+@pytest.mark.parametrize("text", ["", "# nothing\n", "---\n", "~"])
+def test_an_empty_config_says_so(room: Room, text: str) -> None:
+    room.config = text
+    assert "config.yaml: the file is empty" in room.only("config.empty")
+
+
+@pytest.mark.parametrize("text", ["3", "[1, 2]", "word"])
+def test_a_config_that_is_no_section(room: Room, text: str) -> None:
+    room.config = text
+    assert "a section with keys of its own" in room.only("config.wrong-type")
+
+
+def test_not_utf8(room: Room) -> None:
+    room.write()
+    room.path.write_bytes(room.config.replace("Test", "Körner").encode("latin-1"))
+    problem = check_campaign(room.path)[1][0]
+    assert problem.code == "config.not-utf8"
+    assert "line 1: found 'byte 0xf6'; allowed: UTF-8 text" in str(problem)
+
+
+def test_byte_order_mark_and_line_ends_do_not_matter(room: Room) -> None:
+    room.write()
+    room.path.write_bytes(b"\xef\xbb\xbf" + room.path.read_bytes().replace(b"\n", b"\r\n"))
+    assert check_campaign(room.path)[1] == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[" * 100_000,
+        "{a: " * 50_000,
+        "- " * 50_000,
+        "[" + "a," * MAX_NODES + "]",
+        "a:\n" + "".join(f" k{i}: 1\n" for i in range(MAX_NODES)),
+    ],
+)
+def test_bombs_are_refused(text: str) -> None:
+    document = parse_yaml(text, "c.yaml")
+    assert document.data is None
+    assert [problem.code for problem in document.problems] == ["config.too-large"]
+    assert str(MAX_DEPTH) in str(document.problems[0])
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("010", 10),
+        ("1e-3", 0.001),
+        ("-.5", -0.5),
+        ("1:30", "1:30"),
+        ("no", "no"),
+        ("True", True),
+        ("2024-05-02", "2024-05-02"),
+        ("1_000", "1_000"),
+        ("", None),
+        ("'5'", "5"),
+        ("9" * 400, float("inf")),
+    ],
+)
+def test_numbers_and_words_are_what_they_look_like(text: str, value: object) -> None:
+    data = parse_yaml(f"a: {text}", "c.yaml").data
+    assert data == {"a": value}
+    assert type(data["a"]) is type(value)
+
+
+def test_keys_are_names_whatever_they_look_like() -> None:
+    assert parse_yaml("2013: 1\nno: 2\n~: 3", "c.yaml").data == {"2013": 1, "no": 2, "~": 3}

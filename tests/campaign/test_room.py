@@ -1,0 +1,152 @@
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from rftfit.campaign.load import check_campaign, load_campaign
+from rftfit.campaign.problems import CampaignError, Problem, did_you_mean, shown
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from conftest import Room
+
+
+def test_a_right_campaign_has_no_problem_and_all_its_runs(room: Room) -> None:
+    campaign = room.campaign()
+    assert room.check() == []
+    assert [run.run_id for run in campaign.runs] == list(room.rows)
+    run = campaign.by_id["p1"]
+    assert (run.beta_deg, run.gamma_deg, run.row) == (30.0, 45.0, 2)
+    assert math.isnan(run.depth_cm)
+    assert campaign.by_id["h1"].depth_cm == 2.54
+    air = campaign.by_id["a1"]
+    assert air.medium == ""
+    assert math.isnan(air.beta_deg)
+    assert math.isnan(air.gamma_deg)
+    assert air.surface_z_mm is None
+    assert campaign.root == room.folder.resolve()
+    assert campaign.raw == campaign.root / "raw"
+    assert campaign.sheet == campaign.root / "runs.csv"
+
+
+def test_runs_of_a_medium_are_sorted_and_bring_their_air_runs(room: Room) -> None:
+    room.add("q1", "p1", medium="poppy_CP", tare_run="")
+    campaign = room.campaign()
+    assert [run.run_id for run in campaign.runs_of("poppy_LP")] == [
+        "a1",
+        "c1",
+        "h1",
+        "p1",
+        "t1",
+        "th",
+    ]
+    assert [run.run_id for run in campaign.runs_of("poppy_CP")] == ["q1"]
+    assert campaign.media_with_runs == ("poppy_LP", "poppy_CP")
+    room.rows = dict(reversed(room.rows.items()))
+    ids = [[run.run_id for run in one.runs_of("poppy_LP")] for one in (campaign, room.campaign())]
+    assert ids[0] == ids[1]
+    with pytest.raises(KeyError):
+        campaign.runs_of("sand")
+
+
+def test_an_air_run_without_a_leg_is_unclaimed_and_warned_about(room: Room) -> None:
+    room.add("a2", "a1")
+    assert "column run_id: found 'a2'; allowed: a tare that some run names" in room.only(
+        "sheet.tare-unused"
+    )
+    assert [run.run_id for run in room.campaign().unclaimed] == ["a2"]
+
+
+def test_config_outside_a_config_folder_makes_its_own_folder_the_root(room: Room) -> None:
+    room.write()
+    moved = room.folder / "mine.yaml"
+    room.path.rename(moved)
+    campaign, problems = check_campaign(moved)
+    assert problems == []
+    assert campaign is not None
+    assert campaign.root == room.folder.resolve()
+
+
+def test_load_raises_with_every_problem_a_line_each(room: Room) -> None:
+    room.config = room.config.replace("title:", "titel:")
+    room.rows["p1"]["medium"] = "popy_LP"
+    room.rows["h1"]["beta_deg"] = "100"
+    room.rows["c1"]["note"] = "x"
+    room.rows["t1"]["reason"] = "y"
+    room.write()
+    with pytest.raises(CampaignError) as caught:
+        load_campaign(room.path)
+    lines = str(caught.value).splitlines()
+    assert lines[0] == "4 errors:"
+    assert lines[-2] == "1 warning:"
+    assert len(lines) == 2 + 5 == 2 + len(caught.value.problems)
+    assert "did you mean 'title'?" in str(caught.value)
+    assert "did you mean 'poppy_LP'?" in str(caught.value)
+    assert isinstance(caught.value, InputError)
+
+
+def test_the_sheet_is_checked_even_when_the_config_is_wrong(room: Room) -> None:
+    room.config = room.config.replace("width_cm: 22,", "width_cm: wide,")
+    room.rows["p1"]["medium"] = "popy_LP"
+    assert {problem.code for problem in room.check()} == {"config.wrong-type", "sheet.unknown-word"}
+
+
+def test_warnings_do_not_stop_a_campaign(room: Room) -> None:
+    (room.folder / "raw" / room.rows["p1"]["force_log"]).unlink()
+    assert room.check()[0].severity == "warning"
+    room.campaign()
+
+
+def test_problem_reads_as_a_sentence() -> None:
+    problem = Problem(
+        "runs.csv",
+        14,
+        "medium",
+        "popy_LP",
+        "one of poppy_LP",
+        "sheet.unknown-word",
+        "error",
+        "poppy_LP",
+    )
+    assert str(problem) == (
+        "runs.csv, row 14, column medium: found 'popy_LP'; allowed: one of poppy_LP; "
+        "did you mean 'poppy_LP'?"
+    )
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [("popy_LP", "poppy_LP"), ("POPPY-cp", "poppy_CP"), ("glass", None), ("", None)],
+)
+def test_did_you_mean(word: str, expected: str | None) -> None:
+    assert did_you_mean(word, ["poppy_LP", "poppy_CP"]) == expected
+
+
+def test_shown_text_has_no_control_characters_and_an_end() -> None:
+    assert shown("a\x1b[31m\n") == r"a\x1b[31m\n"
+    assert shown("ö") == "ö"
+    assert len(shown("x" * 1000)) == 80
+
+
+def test_loading_needs_neither_pandas_nor_openpyxl(room: Room) -> None:
+    room.write()
+    code = (
+        "import sys; from pathlib import Path; from rftfit.campaign.load import load_campaign; "
+        f"load_campaign(Path({str(room.path)!r})); "
+        "print([m for m in ('pandas', 'openpyxl', 'matplotlib', 'scipy', 'numpy') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_demonstration_config_is_right(pytestconfig: pytest.Config) -> None:
+    path: Path = pytestconfig.rootpath / "config" / "config.yaml"
+    codes = {problem.code for problem in check_campaign(path)[1] if problem.severity == "error"}
+    # its logs and sheet are made by `rftfit reenact`
+    assert codes <= {"config.raw-missing", "sheet.missing"}

@@ -1,0 +1,157 @@
+"""The campaign has the runs it should have, along paths that leave a fit window."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rftfit.lab
+from rftfit import reference
+from rftfit.campaign.config import Config, Container
+from rftfit.errors import InputError
+from rftfit.lab.path import half_extents, motion_at, segments, window
+from rftfit.lab.plan import Run, plan_runs, plate_of
+from rftfit.lab.write import SHEET_COLUMNS, sheet_text
+
+
+@pytest.fixture(scope="module")
+def runs(config: Config) -> list[Run]:
+    return plan_runs(config)
+
+
+def test_number_of_runs(runs: list[Run]) -> None:
+    assert len(runs) == 933
+    assert Counter(run.medium for run in runs) == {
+        **dict.fromkeys(reference.MEDIA, 183),
+        **dict.fromkeys(reference.SANDS, 5),
+        "": 3,
+    }
+    kinds = Counter((run.kind, run.direction) for run in runs if run.medium == "poppy_CP")
+    for kind in ("plate", "rod"):
+        assert kinds[kind, "intrusion"] == kinds[kind, "extraction"] == 36
+        assert kinds[kind, "horizontal"] == 18
+    assert kinds["leg", "rotation"] == 3
+    assert [run.run_id for run in runs] == sorted({run.run_id for run in runs})
+
+
+def test_every_cell_of_table_s5_is_measured(runs: list[Run]) -> None:
+    cells = set()
+    for run in runs:
+        if run.kind == "plate" and run.medium == "poppy_LP":
+            assert run.beta_deg is not None
+            assert run.gamma_deg is not None
+            sign = -1 if run.direction == "extraction" else 1
+            # one plate for -90 and 90 degrees
+            for beta in {run.beta_deg, -run.beta_deg if run.beta_deg == 90 else run.beta_deg}:
+                cells.add((sign * beta, round(sign * run.gamma_deg, 2)))
+    assert cells == {
+        (beta, round(gamma, 2)) for beta in reference.BETA_DEG for gamma in reference.GAMMA_DEG
+    }
+
+
+def test_tares(runs: list[Run]) -> None:
+    by_id = {run.run_id: run for run in runs}
+    users = Counter(run.tare_run for run in runs if run.tare_run)
+    for run in runs:
+        if run.kind in ("rod", "leg_air"):
+            assert not run.tare_run
+            continue
+        tare = by_id[run.tare_run]
+        assert run.tare_shared == (users[run.tare_run] > 1) == (run.kind == "leg")
+        assert tare.intruder == run.intruder
+        if run.kind == "plate":
+            assert replace(run, run_id="", kind="", tare_run="", note="", clock_s=0) == replace(
+                tare, run_id="", kind="", tare_run="", note="", clock_s=0
+            )
+
+
+def test_subset_has_the_same_runs(config: Config, runs: list[Run]) -> None:
+    some = plan_runs(config, ["yuma", "poppy_LP"])
+    assert len(some) == 183 + 5 + 3
+    assert set(some) <= set(runs)
+
+
+def test_unknown_medium(config: Config) -> None:
+    with pytest.raises(InputError, match="did you mean 'poppy_LP'"):
+        plan_runs(config, ["popy_LP"])
+
+
+def test_sheet(runs: list[Run]) -> None:
+    lines = sheet_text(runs, {}).split("\n")
+    assert lines[0] == ",".join(SHEET_COLUMNS)
+    assert len(lines) == 935
+    assert lines[-1] == ""
+    row = next(line for line in lines if line.startswith("poppy_LP_bm60_g18_ex,"))
+    assert row == (
+        "poppy_LP_bm60_g18_ex,plate,poppy_LP,plate,extraction,-60,18.4349,,"
+        "poppy_LP/poppy_LP_bm60_g18_ex_force.csv,poppy_LP/poppy_LP_bm60_g18_ex_motion.csv,"
+        "poppy_LP_bm60_g18_ex_rod,,,,,re-enacted from Table S5"
+    )
+    air = next(line for line in lines if line.startswith("air_c_leg,"))
+    assert air.startswith("air_c_leg,leg_air,,c_leg,rotation,,,,air/air_c_leg_force.csv")
+    leg = next(line for line in lines if line.startswith("yuma_c_leg,"))
+    assert ",air_c_leg,yes," in leg
+
+
+def test_every_path_leaves_a_window(config: Config, runs: list[Run]) -> None:
+    for run in runs:
+        if run.kind == "plate" and run.direction != "horizontal":
+            shallow, deep = window(run, config)
+            assert deep - shallow >= 0.5
+
+
+def test_paths_stay_in_the_box(config: Config, runs: list[Run]) -> None:
+    plate = plate_of(config)[1]
+    for run in runs:
+        if run.kind != "plate" or run.medium not in ("poppy_LP", "yuma"):
+            continue
+        assert run.beta_deg is not None
+        half_x, half_z = half_extents(plate, run.beta_deg)
+        parts = segments(run, config)
+        motion = motion_at(parts, np.arange(0, 40, 0.01))
+        assert np.all(np.abs(motion.x_cm) + half_x <= config.container.length_cm / 2 - 6 + 1e-9)
+        assert motion.z_cm.min() - half_z >= 4 - config.container.depth_cm
+        stroke = next(part for part in parts if part.phase == "stroke")
+        dx, dz = (np.subtract(stroke.end, stroke.start) / stroke.distance)[:2]
+        gamma = math.radians(run.gamma_deg or 0.0)
+        back = -1 if run.direction == "extraction" else 1
+        assert (dx, dz) == pytest.approx((-back * math.cos(gamma), -back * math.sin(gamma)))
+        air = parts[-1] if run.direction == "extraction" else parts[0]
+        assert air.phase == "rest"
+        assert air.duration_s == 2
+        assert air.start[1] - half_z >= 1.5
+        assert [p.duration_s for p in parts if p.phase == "pause"] == [2.0]
+        speed = np.hypot(np.diff(motion.x_cm), np.diff(motion.z_cm)) / 0.01
+        assert speed.max() <= config.arm.speed_cm_per_s + 1e-6
+
+
+def test_too_small_a_container(config: Config) -> None:
+    small = config.model_copy(
+        update={"container": Container(length_cm=17, width_cm=22, depth_cm=15)}
+    )
+    with pytest.raises(InputError, match="no fit window"):
+        segments(plan_runs(small, ["poppy_LP"])[20], small)
+
+
+def test_lab_knows_nothing_of_the_analysis() -> None:
+    allowed = {"lab", "campaign", "reference", "store", "errors"}
+    files = list(Path(str(rftfit.lab.__file__)).parent.glob("*.py"))
+    assert len(files) > 5
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            names = []
+            if isinstance(node, ast.ImportFrom):
+                assert not node.level
+                module = node.module or ""
+                names = [f"{module}.{a.name}" if module == "rftfit" else module for a in node.names]
+            elif isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            for name in names:
+                if name.split(".")[0] == "rftfit":
+                    assert name.split(".")[1] in allowed, f"{file.name} imports {name}"

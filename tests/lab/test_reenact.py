@@ -1,0 +1,246 @@
+"""Files: the same bytes always, sizes and rows as they should be, faults where they were asked."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.errors import InputError, OutputError
+from rftfit.lab import FAULTS, plan_runs, reenact
+from rftfit.lab.faults import DEFAULT_RUNS
+from rftfit.lab.worker import run_logs
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
+    from rftfit.lab.plan import Run
+
+SANDS = ["yuma", "palms29", "palms29_sieved"]
+
+
+@pytest.fixture(scope="module")
+def runs(config: Config) -> dict[str, Run]:
+    return {run.run_id: run for run in plan_runs(config)}
+
+
+def _contents(folder: Path) -> dict[str, bytes]:
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def _table(content: bytes | None) -> pd.DataFrame:
+    assert content is not None
+    return pd.read_csv(io.BytesIO(content), comment="#")
+
+
+def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
+    one, two, part = (tmp_path / name for name in ("one", "two parts", "part"))
+    few = ["poppy_LP"]
+    summary = reenact(config, one, one / "runs.csv", media=few, workers=1)
+    reenact(config, two, two / "runs.csv", media=few, workers=2)
+    reenact(config, part, part / "runs.csv", media=["yuma"], workers=1)
+    first = _contents(one)
+    assert first == _contents(two)
+    air = {name: data for name, data in _contents(part).items() if name.startswith("air/")}
+    assert len(air) == 6
+    assert air.items() <= first.items()
+    assert summary.n_runs == 186
+    assert summary.n_files == len(first) == 2 * 186 + 1
+    assert summary.bytes == sum(len(data) for data in first.values())
+    # the whole campaign has 933 runs
+    assert summary.bytes / 186 * 933 < 150e6
+
+
+def test_another_seed_other_bytes(config: Config, runs: dict[str, Run]) -> None:
+    run = runs["yuma_c_leg"]
+    assert run_logs(run, config, 1) == run_logs(run, config, 1)
+    first, second = run_logs(run, config, 1), run_logs(run, config, 2)
+    assert all(first[name] != second[name] for name in first)
+
+
+def test_form_of_the_logs(config: Config, runs: dict[str, Run]) -> None:
+    run = runs["poppy_CP_bp30_g34_in"]
+    logs = run_logs(run, config, 2013)
+    force, motion = _table(logs[run.force_log]), _table(logs[run.motion_log])
+    assert list(force) == ["time_s", "arm_moving", "F1_N", "F2_N", "F3_N"]
+    assert list(motion) == ["time_s", "x_mm", "z_mm", "angle_deg"]
+    content = logs[run.force_log] or b""
+    assert b"\r" not in content
+    assert content.startswith(b"#")
+    assert b"-0.00000" not in content
+    assert np.diff(force["time_s"]) == pytest.approx(0.01)
+    # rest 2 s, approach, pause 2 s, stroke of 8 cm in x, rest 1 s
+    stroke = 8 / np.cos(np.radians(run.gamma_deg or 0.0))
+    approach = 1.905 * 0.5 + 0.32 * np.cos(np.pi / 6) + 1.6
+    assert len(force) == pytest.approx(100 * (5 + approach + stroke + 0.1), abs=2)
+    assert len(motion) == pytest.approx(len(force) / 2, abs=6)
+    steps = force["F3_N"] * 160
+    assert np.abs(steps - steps.round()).max() < 1e-6
+    assert set(force["arm_moving"]) == {0, 1}
+    assert np.abs(motion["angle_deg"] - 30).max() < 0.15
+
+
+def test_unguarded_script(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    config = Path(__file__).parents[2] / "config" / "config.yaml"
+    script.write_text(
+        "import yaml\nfrom pathlib import Path\nfrom rftfit.campaign.config import Config\n"
+        f"from rftfit.lab import reenact\nconfig = Config(**yaml.safe_load(open({str(config)!r})))\n"
+        f"raw = Path({str(tmp_path / 'raw')!r})\n"
+        "print(reenact(config, raw, raw / 'runs.csv', media=['yuma', 'palms29', 'palms29_sieved'],"
+        " workers=2).n_files)\n",
+        encoding="utf-8",
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["37"]
+
+
+def test_folder_that_cannot_be_written(config: Config, tmp_path: Path) -> None:
+    blocked = tmp_path / "raw"
+    blocked.write_text("a file, no folder", encoding="utf-8")
+    for workers in (1, 2):
+        with pytest.raises(OutputError, match="cannot write"):
+            reenact(config, blocked, tmp_path / "runs.csv", media=["poppy_LP"], workers=workers)
+    assert not (tmp_path / "runs.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        ("gapp", "did you mean 'gap'"),
+        ("gap:poppy_LP_c_lag", "did you mean"),
+        ("flipped_beta:yuma_bp00_g90_in", "same with -beta"),
+        ("never_touches:yuma_c_leg", "is a leg"),
+    ],
+)
+def test_fault_that_cannot_be(config: Config, tmp_path: Path, fault: str, words: str) -> None:
+    media = ["poppy_LP", "yuma"]
+    with pytest.raises(InputError, match=words):
+        reenact(config, tmp_path, tmp_path / "runs.csv", media=media, faults=[fault])
+    assert not list(tmp_path.iterdir())
+
+
+def test_default_runs_exist(runs: dict[str, Run]) -> None:
+    assert set(DEFAULT_RUNS) == set(FAULTS)
+    assert len(set(DEFAULT_RUNS.values())) == len(FAULTS)
+    for ending in DEFAULT_RUNS.values():
+        assert runs[f"poppy_LP_{ending}"].kind == "plate"
+
+
+def test_faults_in_a_campaign(config: Config, tmp_path: Path) -> None:
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    reenact(config, whole, whole / "runs.csv", media=SANDS, workers=1)
+    reenact(config, broken, broken / "runs.csv", media=SANDS, workers=1)
+    asked = [
+        "missing_tare",
+        "missing_log:palms29_c_leg",
+        "wrong_medium_tare:palms29_bp00_g90_in",
+        "gap:yuma_flat_leg",
+    ]
+    summary = reenact(config, broken, broken / "runs.csv", media=SANDS, faults=asked, workers=1)
+    before, after = _contents(whole), _contents(broken)
+    assert set(before) - set(after) == {
+        "yuma/yuma_bp00_g90_in_rod_force.csv",
+        "yuma/yuma_bp00_g90_in_rod_motion.csv",
+        "palms29/palms29_c_leg_force.csv",
+    }
+    assert {name for name in after if after[name] != before[name]} == {
+        "runs.csv",
+        "yuma/yuma_flat_leg_force.csv",
+    }
+    sheets = [pd.read_csv(folder / "runs.csv", dtype=str) for folder in (whole, broken)]
+    changed = sheets[0].compare(sheets[1])
+    assert changed.shape == (1, 2)
+    assert sheets[1].loc[changed.index[0], "run_id"] == "palms29_bp00_g90_in"
+    assert sheets[1].loc[changed.index[0], "tare_run"] == "palms29_sieved_bp00_g90_in_rod"
+    assert [(f.name, f.run_id, f.changed) for f in summary.faults] == [
+        ("missing_tare", "yuma_bp00_g90_in", "yuma_bp00_g90_in_rod"),
+        ("missing_log", "palms29_c_leg", "palms29_c_leg"),
+        ("wrong_medium_tare", "palms29_bp00_g90_in", "palms29_bp00_g90_in"),
+        ("gap", "yuma_flat_leg", "yuma_flat_leg"),
+    ]
+    assert summary.n_files == len(after)
+
+
+def test_faults_of_the_force_log(config: Config, runs: dict[str, Run]) -> None:
+    run = runs["poppy_LP_bm30_g45_in"]
+    whole = run_logs(run, config, 2013)
+    good = _table(whole[run.force_log])
+
+    def with_fault(name: str) -> bytes:
+        logs = run_logs(run, config, 2013, (name,))
+        assert logs[run.motion_log] == whole[run.motion_log]
+        content = logs[run.force_log]
+        assert content is not None
+        return content
+
+    gap = _table(with_fault("gap"))
+    assert len(gap) == len(good) - 150
+    assert np.diff(gap["time_s"]).max() == pytest.approx(1.51)
+
+    stuck = _table(with_fault("saturated"))
+    # the vertical axis is -F3, of 200 N
+    assert (stuck["F3_N"] == -200).sum() == 100
+    assert (stuck["F3_N"] != good["F3_N"]).sum() == 100
+
+    cut = with_fault("truncated")
+    lines = (whole[run.force_log] or b"").split(b"\n")
+    pieces = cut.split(b"\n")
+    assert pieces[:-1] == lines[: len(pieces) - 1]
+    last = pieces[-1]
+    assert last
+    assert len(last) == len(lines[len(pieces) - 1]) - 4
+    assert 0.6 < len(pieces) / len(lines) < 0.7
+
+    unit = _table(with_fault("wrong_unit"))
+    assert list(unit)[2:] == ["F1_lbf", "F2_lbf", "F3_lbf"]
+    np.testing.assert_allclose(unit["F3_lbf"] * 4.4482216, good["F3_N"], atol=3e-5)
+
+    twice = _table(with_fault("duplicated_rows"))
+    assert len(twice) == len(good) + 60
+    assert twice.duplicated().sum() == 60
+
+    turned = _table(with_fault("time_reversed"))
+    assert (np.diff(turned["time_s"]) < 0).sum() == 59
+    pd.testing.assert_frame_equal(
+        turned.sort_values("time_s", ignore_index=True), good, check_exact=True
+    )
+
+    holes = _table(with_fault("nan_cells"))
+    assert list(holes.isna().sum()) == [0, 0, 30, 30, 30]
+
+    header = with_fault("header_only").decode().splitlines()
+    assert header[-1] == "time_s,arm_moving,F1_N,F2_N,F3_N"
+    assert all(line.startswith("#") for line in header[:-1])
+
+    assert with_fault("empty") == b""
+
+    text = with_fault("wrong_delimiter").decode()
+    comma = pd.read_csv(io.StringIO(text), comment="#", sep=";", decimal=",")
+    pd.testing.assert_frame_equal(comma, good)
+
+    assert run_logs(run, config, 2013, ("missing_log",))[run.force_log] is None
+    assert set(run_logs(run, config, 2013, ("missing_tare",)).values()) == {None}
+
+
+def test_faults_of_the_motion(config: Config, runs: dict[str, Run]) -> None:
+    run = runs["poppy_LP_bm30_g45_in"]
+    whole = run_logs(run, config, 2013)
+    flipped = run_logs(run, config, 2013, ("flipped_beta",))
+    assert flipped[run.force_log] == whole[run.force_log]
+    table, good = _table(flipped[run.motion_log]), _table(whole[run.motion_log])
+    np.testing.assert_array_equal(table["angle_deg"], -good["angle_deg"])
+    np.testing.assert_array_equal(table["z_mm"], good["z_mm"])
+
+    raised = run_logs(run, config, 2013, ("never_touches",))
+    force, motion = _table(raised[run.force_log]), _table(raised[run.motion_log])
+    assert motion["z_mm"].min() > 150 + 10 * (1.905 * 0.5 + 0.32 * 0.866 + 1.5)
+    assert force[["F1_N", "F2_N", "F3_N"]].std().max() < 0.1
+    assert len(force) == len(_table(whole[run.force_log]))
