@@ -11,7 +11,7 @@ from rftfit.campaign.yamlfile import MAX_DEPTH, MAX_NODES, parse_yaml
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from conftest import Room
+    from .conftest import Room
 
 
 def broken(room: Room, old: str, new: str) -> str:
@@ -130,7 +130,7 @@ def test_each_fault_has_its_message(
 
 
 def test_all_faults_at_once(room: Room) -> None:
-    room.config = room.config.replace("title:", "titel:").replace("24", "x").replace("F3", "F5")
+    room.config = room.config.replace("title:", "titel:", 1).replace("24", "x").replace("F3", "F5")
     codes = [problem.code for problem in room.check() if problem.code.startswith("config")]
     assert sorted(codes) == [
         "config.missing-key",

@@ -14,7 +14,7 @@ from rftfit.errors import InputError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from conftest import Room
+    from .conftest import Room
 
 
 def test_a_right_campaign_has_no_problem_and_all_its_runs(room: Room) -> None:
@@ -74,7 +74,7 @@ def test_config_outside_a_config_folder_makes_its_own_folder_the_root(room: Room
 
 
 def test_load_raises_with_every_problem_a_line_each(room: Room) -> None:
-    room.config = room.config.replace("title:", "titel:")
+    room.config = room.config.replace("title:", "titel:", 1)
     room.rows["p1"]["medium"] = "popy_LP"
     room.rows["h1"]["beta_deg"] = "100"
     room.rows["c1"]["note"] = "x"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.campaign.columns import BY_NAME, COLUMNS, DIRECTION_WORDS, KINDS, NO, YES, Column
 from rftfit.campaign.files import plain_path
-from rftfit.campaign.problems import Problem, did_you_mean
+from rftfit.campaign.problems import Problem, did_you_mean, listed
 
 if TYPE_CHECKING:
     from rftfit.campaign.table import Odd
@@ -164,7 +164,7 @@ def _choice(draft: Draft, column: Column, cell: str, known: Known) -> None:
         draft.error(
             column.name,
             cell,
-            f"one of {', '.join(words)}",
+            f"one of {listed(words)}",
             "sheet.unknown-word",
             did_you_mean(cell, words),
         )
@@ -201,7 +201,7 @@ def _path(draft: Draft, column: Column, cell: str, _: Known) -> None:
     path, fault, nearest = plain_path(cell)
     if fault:
         code, allowed = fault.split(": ", 1)
-        draft.error(column.name, cell, f"{column.allowed}: {allowed}", f"sheet.{code}", nearest)
+        draft.error(column.name, cell, f"{column.allowed}; {allowed}", f"sheet.{code}", nearest)
     else:
         draft.text[column.name] = path
 

@@ -56,6 +56,10 @@ class Transducer(Model):
         le=180,
         description="turn of the mount about y, from z toward x, degrees",
     )
+    drift_N_per_min: NotNegative = Field(
+        default=0.02,
+        description="largest drift of the zero within a run, N/min; enters the intervals",
+    )
     max_drift_N: Positive = Field(
         default=0.2, description="a run whose force zero moves by more than this is flagged, N"
     )

@@ -85,6 +85,9 @@ def _translate(detail: Any, document: Document, name: str) -> Problem:
     """One error of the models, in the user's terms."""
     sort: str = detail["type"]
     path = _path(detail["loc"])
+    if sort == "missing" and isinstance(path[-1], int):
+        # a list that is too short: speak of the list
+        sort, path = "tuple_type", path[:-1]
     parent, shape = path[:-1], ""
     if len(parent) == 2 and parent[0] == "intruders":
         shape = str(document.data["intruders"][parent[1]].get("shape", ""))
@@ -96,7 +99,7 @@ def _translate(detail: Any, document: Document, name: str) -> Problem:
         code, found = "unknown-key", str(path[-1])
         allowed = f"one of {', '.join(choices)}"
         nearest = did_you_mean(found, choices)
-    elif sort == "missing" and not isinstance(path[-1], int):
+    elif sort == "missing":
         code, found = "missing-key", None
         allowed = f"this key is missing; it is needed: {key.description if key else 'a value'}"
         allowed += f" ({key.allowed})" if key else ""
@@ -107,8 +110,7 @@ def _translate(detail: Any, document: Document, name: str) -> Problem:
         nearest = did_you_mean(word, _SHAPES) if isinstance(word, str) else None
     elif "[key]" in detail["loc"]:
         code, found = "bad-name", str(path[-1])
-        allowed = "a name of letters A-Z a-z, digits, and . _ -, at most 64, beginning with one of "
-        allowed += "the first two"
+        allowed = "letters A-Z a-z, digits, and . _ -, at most 64, beginning with a letter or digit"
     elif sort == "value_error":
         code, found = "inconsistent", None
         allowed = str(detail["msg"]).removeprefix("Value error, ")
@@ -153,7 +155,7 @@ def _with_point(value: Any) -> str | None:
 def _quotes(sort: str, value: Any) -> str:
     if sort == "string_type" and isinstance(value, (int, float)):
         return "; put it in quotes"
-    if sort in ("float_type", "int_type") and re.fullmatch(r"[-+]?[0-9.]+", str(value)):
+    if sort in ("float_type", "int_type") and re.fullmatch(r"[-+]?[0-9]+(\.[0-9]*)?", str(value)):
         return "; without quotes"
     return ""
 

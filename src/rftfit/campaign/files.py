@@ -99,13 +99,13 @@ def plain_path(text: str) -> tuple[str, str, str | None]:
         of a problem's code, a colon and what is allowed); and what was probably meant.
     """
     if "\\" in text:
-        return text, "backslash: a path with /, not with backslashes", text.replace("\\", "/")
+        return text, "backslash: write / and not backslashes", text.replace("\\", "/")
     if not text.isprintable():
-        return text, "path: a path without control characters", None
+        return text, "path: without control characters", None
     if text.startswith(("/", "~")) or re.match(r"[A-Za-z]:", text):
         return text, "path-outside: a relative path, not an absolute one", None
     if ".." in text.split("/"):
-        return text, "path-outside: a path that stays inside the folder, without ..", None
+        return text, "path-outside: it must stay inside, without ..", None
     return posixpath.normpath(text), "", None
 
 

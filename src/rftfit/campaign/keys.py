@@ -15,6 +15,7 @@ NAME = "<name>"
 """Stands for a name that the user chooses, in the path of a key."""
 
 _UNITS = (
+    ("_N_per_min", "N/min"),
     ("_cm_per_s", "cm/s"),
     ("_rad_per_s", "rad/s"),
     ("_cm", "cm"),

@@ -170,7 +170,7 @@ def _locate(file: ConfigFile, root: Folder, key: str, problems: list[Problem]) -
     path, fault, nearest = plain_path(written)
     if fault or not written.strip():
         code, allowed = fault.split(": ", 1) if fault else ("path", "not blank")
-        return refuse(code, f"the path of {what} inside the campaign's folder: {allowed}", nearest)
+        return refuse(code, f"the path of {what} inside the campaign's folder; {allowed}", nearest)
     status = root.status(path)
     if status == "outside":
         allowed = f"{what} inside the campaign's folder; a link leads out of it"

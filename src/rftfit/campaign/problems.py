@@ -64,7 +64,8 @@ class Problem:
             text = f"{place}: found '{shown(self.found)}'; allowed: {self.allowed}"
         if self.nearest is not None:
             text += f"; did you mean '{shown(self.nearest)}'?"
-        return text
+        # names of media and parser messages too may hold what a terminal would act on
+        return escaped(text)
 
 
 class CampaignError(InputError):
@@ -91,7 +92,7 @@ class CampaignError(InputError):
 
 
 def shown(text: str) -> str:
-    """Make `text` fit to be shown: control characters escaped, long text cut.
+    """Make `text` fit to be shown: long text cut, control characters escaped.
 
     Parameters
     ----------
@@ -103,6 +104,22 @@ def shown(text: str) -> str:
     """
     if len(text) > _LONGEST_SHOWN:
         text = text[: _LONGEST_SHOWN - 3] + "..."
+    return escaped(text)
+
+
+def escaped(text: str) -> str:
+    """Write control characters of `text` as escapes.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+    """
+    if text.isprintable():
+        return text
     return "".join(
         char if char.isprintable() else char.encode("unicode_escape").decode("ascii")
         for char in text

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.columns import BY_NAME, DIRECTIONS
+from rftfit.campaign.problems import listed
 
 if TYPE_CHECKING:
     from rftfit.campaign.cells import Draft, Known
@@ -47,7 +48,7 @@ def check_logs(draft: Draft, logs: Folder) -> None:
             continue
         status = logs.status(path)
         if status == "outside":
-            allowed = f"{BY_NAME[column].allowed}: a link leads out of it"
+            allowed = f"{BY_NAME[column].allowed}; a link leads out of it"
             draft.error(column, path, allowed, "sheet.path-outside")
         elif status in ("folder", "other"):
             what = "a folder" if status == "folder" else "no regular file"
@@ -72,7 +73,7 @@ def _check_intruder(draft: Draft, known: Known) -> None:
     if shape and shape != wanted:
         fitting = [name for name, other in known.shapes.items() if other == wanted]
         allowed = f"an intruder with shape {wanted} for a {kind} run: "
-        allowed += ", ".join(fitting) or "the config has none"
+        allowed += listed(fitting) or "the config has none"
         draft.error("intruder", intruder, allowed, "sheet.intruder-kind")
 
 

@@ -120,7 +120,7 @@ def _read_text(text: str, file: str, suffix: str) -> tuple[Table | None, list[Pr
                 return None, [too_many_rows(file)]
             table.add(row, [cell.strip() for cell in cells])
     except csv.Error as error:
-        allowed = f"text as csv; this row cannot be taken apart ({error}): look for a stray quote"
+        allowed = f"this row cannot be taken apart into cells ({error}); look for a stray quote"
         return None, [Problem(file, row + 1, None, None, allowed, "sheet.not-csv")]
     # one long cell that names several columns: cut by something else
     if len(table.header) == 1 and sum(name in table.header[0] for name in BY_NAME) > 2:

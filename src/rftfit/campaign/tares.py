@@ -57,7 +57,7 @@ def check_tares(drafts: list[Draft]) -> None:
             allowed = f"the run_id of {_WORDS[_TARE_OF[kind]]} in this sheet"
             draft.error("tare_run", name, allowed, "sheet.tare-unknown", nearest)
             continue
-        if not excluded:
+        if not excluded and by_id[name].text["kind"] == _TARE_OF[kind]:
             users[name].append(draft)
         _match(draft, by_id[name])
     for name, several in users.items():
@@ -74,8 +74,11 @@ def _check_shared(name: str, several: list[Draft]) -> None:
     rows = ", ".join(str(draft.row) for draft in several[:5]) + (", ..." if several[5:] else "")
     for draft in several:
         if not draft.yes("tare_shared") and "tare_shared" not in draft.bad:
-            allowed = f"yes on each run that uses {name} (rows {rows}), or a tare of its own"
-            draft.error("tare_shared", "no", allowed, "sheet.tare-shared")
+            allowed = (
+                f"this must be yes on each run that uses {name} (rows {rows}); or give each run a "
+            )
+            allowed += "tare of its own"
+            draft.error("tare_shared", None, allowed, "sheet.tare-shared")
 
 
 def _match(draft: Draft, tare: Draft) -> None:

@@ -39,6 +39,8 @@ class Nuisance:
     start_s: float
     motion_offset_s: float
     motion_phase_s: float
+    force_phase_s: float
+    """First force sample after the start: the samplers of the two logs know nothing of each other."""
     bias_N: FloatArray
     """Of F1, F2, F3."""
     drift_N_per_min: FloatArray
@@ -99,6 +101,7 @@ def nuisance(run: Run, seed: int) -> Nuisance:
         bias_N=np.clip(random.normal(0, 1.5, 3), -4, 4),
         drift_N_per_min=random.uniform(-0.02, 0.02, 3),
         side_N=random.uniform(-0.1, 0.1),
+        force_phase_s=round(random.uniform(0, 1 / FORCE_HZ), 3),
     )
 
 
@@ -121,7 +124,7 @@ def cable(run: Run, angle_deg: FloatArray) -> Forces:
     return force_z, force_x
 
 
-def ideal(run: Run, config: Config, raised: bool = False) -> Ideal:
+def ideal(run: Run, config: Config, raised: bool = False, phase_s: float = 0.0) -> Ideal:
     """Noise-free forces of a run at the force log's sample times.
 
     Parameters
@@ -130,6 +133,8 @@ def ideal(run: Run, config: Config, raised: bool = False) -> Ideal:
     config : Config
     raised : bool
         The whole path stays above the surface.
+    phase_s : float
+        Time of the first sample after the start, s.
 
     Returns
     -------
@@ -137,8 +142,8 @@ def ideal(run: Run, config: Config, raised: bool = False) -> Ideal:
         `granular` on the intruder, `rod` on rod and mount, `steady` weights and cable.
     """
     parts = segments(run, config, raised)
-    count = int(duration(parts) * FORCE_HZ) + 1
-    motion = motion_at(parts, np.arange(count) / FORCE_HZ)
+    count = int((duration(parts) - phase_s) * FORCE_HZ) + 1
+    motion = motion_at(parts, phase_s + np.arange(count) / FORCE_HZ)
     nothing = np.zeros(count)
     level = run.direction == "horizontal"
     law = granular_law(run, config)
@@ -206,7 +211,8 @@ def record(run: Run, config: Config, seed: int, raised: bool = False) -> Recordi
     -------
     Recording
     """
-    true, odd = ideal(run, config, raised), nuisance(run, seed)
+    odd = nuisance(run, seed)
+    true = ideal(run, config, raised, odd.force_phase_s)
     motion = true.motion
     count = motion.elapsed_s.size
     drift = odd.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
@@ -228,7 +234,7 @@ def record(run: Run, config: Config, seed: int, raised: bool = False) -> Recordi
     wobble = random.normal(0, 1, (3, ticks))
     stroke = np.array([part.phase == "stroke" for part in parts])
     return Recording(
-        force_time_s=odd.start_s + np.arange(count) / FORCE_HZ,
+        force_time_s=odd.start_s + odd.force_phase_s + np.arange(count) / FORCE_HZ,
         arm_moving=motion.moving.astype(np.int64),
         channels_N=channels,
         stroke=stroke[motion.segment],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -41,6 +42,23 @@ class ClockFit:
     reference_s: float
     residual_s: float
     edges: int
+
+    def offset_se(self, step_s: float) -> float:
+        """Standard error of the offset.
+
+        Parameters
+        ----------
+        step_s : float
+            Sampling step of the sync line: an edge is known to within one.
+
+        Returns
+        -------
+        float
+            s; 0 for logs on one clock.
+        """
+        if self.edges == 0:
+            return 0.0
+        return max(self.residual_s, step_s / math.sqrt(12)) / math.sqrt(self.edges)
 
     @property
     def whole_hours(self) -> int:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.conventions import file_extraction
-from rftfit.measure.ingest import SATURATED
+from rftfit.measure.rows import Why
 from rftfit.measure.slope import Slope, fit_slope
-from rftfit.measure.tare import OUTSIDE
 from rftfit.measure.window import horizontal_window, linear_window, slanted_window
 
 if TYPE_CHECKING:
@@ -34,10 +33,12 @@ class Stroke:
         cm; path is the length travelled.
     force : numpy.ndarray, shape (2, n)
         Granular force z, x, N; NaN where the tare is not known.
-    drop : numpy.ndarray of str
-        Why a row must not be used; empty where it may.
+    why : numpy.ndarray of int8
+        `Why` a row must not be used; GOOD where it may.
     zero_variance, zero_dof : numpy.ndarray, shape (2, 2)
         Of run and tare (rows), for z and x, N^2.
+    depth_sd : float
+        Standard error of the depth common to all samples, from the clocks, cm.
     flags : tuple of str
         What earlier stages remarked.
     """
@@ -46,9 +47,10 @@ class Stroke:
     x: FloatArray
     path: FloatArray
     force: FloatArray
-    drop: np.ndarray
+    why: np.ndarray
     zero_variance: FloatArray
     zero_dof: FloatArray
+    depth_sd: float = 0.0
     flags: tuple[str, ...] = ()
 
 
@@ -64,8 +66,8 @@ class Fit:
         Depths actually fitted; NaN if there is no fit.
     slope : Slope or None
         Components z, x, the sign of x already that of the cell.
-    row_reasons : numpy.ndarray of str, shape (n,)
-        Why each sample of the stroke was not fitted; empty where it was.
+    why : numpy.ndarray of int8, shape (n,)
+        `Why` each sample of the stroke was not fitted; GOOD where it was, or would have been.
     flags : tuple of str
     reason : str
         Why there is no alpha; empty if there is one.
@@ -76,7 +78,7 @@ class Fit:
     depth_from_cm: float = math.nan
     depth_to_cm: float = math.nan
     slope: Slope | None = None
-    row_reasons: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=object))
+    why: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int8))
     flags: tuple[str, ...] = ()
     reason: str = ""
 
@@ -116,18 +118,17 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> Fit:
     assert plate.shape == "plate"
     beta_deg, gamma_deg, sign_x = filed_under(run)
     window = _window(run, stroke, plate, config)
-    wanted = window == ""
-    usable = wanted & (stroke.drop == "")
-    reasons = np.where(stroke.drop == "", window, stroke.drop)
+    wanted = window == Why.GOOD
+    usable = wanted & (stroke.why == Why.GOOD)
+    why = np.where(stroke.why == Why.GOOD, window, stroke.why)
 
     def refuse(reason: str) -> Fit:
-        lost = np.where(reasons == "", f"no alpha: {reason}", reasons)
-        return Fit(beta_deg, gamma_deg, row_reasons=lost, flags=stroke.flags, reason=reason)
+        return Fit(beta_deg, gamma_deg, why=why, flags=stroke.flags, reason=reason)
 
-    saturated = int(np.count_nonzero(wanted & (stroke.drop == SATURATED)))
+    saturated = int(np.count_nonzero(wanted & (stroke.why == Why.SATURATED)))
     if saturated:
         return refuse(f"transducer saturated in {saturated} samples of the window")
-    untared = int(np.count_nonzero(wanted & (stroke.drop == OUTSIDE)))
+    untared = int(np.count_nonzero(wanted & (stroke.why == Why.NO_TARE)))
     # a step or two at the ends is the difference of two logs' starts, not a tare that is short
     if untared > 0.02 * max(np.count_nonzero(wanted), 1) + 2:
         return refuse(f"tare shorter than the run: {untared} samples of the window have no tare")
@@ -138,10 +139,12 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> Fit:
     depth = stroke.depth[usable]
     stress = stroke.force[:, usable] / plate.area_cm2
     stress[1] *= sign_x
-    slope = fit_slope(depth, stress, stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof)
+    slope = fit_slope(
+        depth, stress, stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof, stroke.depth_sd
+    )
     flags = stroke.flags + _linearity_flags(run, slope, float(depth.max()), plate, config)
     return Fit(
-        beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, reasons, flags
+        beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why, flags
     )
 
 

@@ -15,6 +15,7 @@ from rftfit.measure.clock import ClockError, ClockFit, align, moving_spans
 from rftfit.measure.frame import sensor_to_lab
 from rftfit.measure.ledger import DROPPED, USED, Ledger
 from rftfit.measure.motion import Motion, StrokeError, find_stroke
+from rftfit.measure.rows import Why
 from rftfit.measure.units import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
 from rftfit.measure.zero import find_zero, height_needed
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
-SATURATED = "transducer saturated"
+_WHY_OF_PHASE = np.array([Why.GOOD, Why.APPROACH, Why.PAUSE, Why.GOOD, Why.ELSEWHERE], dtype=np.int8)
 _NEAR_FULL_RANGE = 0.995
 
 
@@ -46,14 +47,16 @@ class Trace:
         beta or theta, rad.
     force : numpy.ndarray, shape (2, n)
         z, x; N; zero removed.
-    drop : numpy.ndarray of str
-        Why a row must not be used; empty where it may.
+    why : numpy.ndarray of int8
+        `Why` a row must not be used; GOOD where it may.
     zero_variance : numpy.ndarray, shape (2,)
         N^2.
     zero_dof : float
     clock : ClockFit
     flags : tuple of str
         Remarks that do not stop the run.
+    rows : tuple of int
+        Data lines of force and motion log.
     """
 
     run: Run
@@ -63,11 +66,17 @@ class Trace:
     z: FloatArray
     angle: FloatArray
     force: FloatArray
-    drop: np.ndarray
+    why: np.ndarray
     zero_variance: FloatArray
     zero_dof: float
     clock: ClockFit
     flags: tuple[str, ...]
+    rows: tuple[int, int]
+
+    @property
+    def step_s(self) -> float:
+        """Typical step between samples, s."""
+        return float(np.median(self.time[1:] - self.time[:-1]))
 
 
 class RunRefused(ValueError):
@@ -150,13 +159,13 @@ def _make_trace(
 
     on_motion = clock.motion_time(force_time)
     x, z, angle = motion.at(on_motion)
-    reasons = np.full(force_time.size, "", dtype=object)
+    why = np.full(force_time.size, Why.GOOD, dtype=np.int8)
     for gap_start, gap_end in gaps(motion.time, config.clock.max_gap_s):
-        reasons[(on_motion > gap_start) & (on_motion < gap_end)] = "gap in the motion log"
-    reasons[(on_motion < motion.time[0]) | (on_motion > motion.time[-1])] = "outside the motion log"
+        why[(on_motion > gap_start) & (on_motion < gap_end)] = Why.MOTION_GAP
+    why[(on_motion < motion.time[0]) | (on_motion > motion.time[-1])] = Why.NO_MOTION
     limits = np.array(config.transducer.range_N)[:, None]
     saturated = (np.abs(channels) >= _NEAR_FULL_RANGE * limits).any(axis=0)
-    reasons[saturated] = SATURATED
+    why[saturated] = Why.SATURATED
 
     moving = np.zeros(force_time.size, dtype=bool)
     for span_start, span_end in spans:
@@ -165,8 +174,17 @@ def _make_trace(
     intruder = config.intruders[run.intruder]
     in_air = z >= height_needed(intruder, angle, config.fit.air_clearance_cm)
     in_stroke = (on_motion >= start) & (on_motion <= end)
+    if not in_stroke.any():
+        raise StrokeError("no_force", "the force log has no sample during the stroke")
     force = (sensor_to_lab(config.transducer) @ channels)[::-1]
-    zero = find_zero(force_time, force, in_air & (reasons == "") & ~in_stroke, moving)
+    zero = find_zero(
+        force_time,
+        force,
+        in_air & (why == Why.GOOD) & ~in_stroke,
+        moving,
+        float(force_time[in_stroke].mean()),
+        config.transducer.drift_N_per_min,
+    )
     if zero is None:
         raise StrokeError("no_zero", "no zero: the intruder is never at rest in air for half a second")
 
@@ -175,10 +193,11 @@ def _make_trace(
     phase[~in_air & ~moving & (np.abs(z) < 0.2)] = PHASES.index("pause")
     phase[moving & (on_motion < start)] = PHASES.index("approach")
     phase[in_stroke] = PHASES.index("stroke")
-    flags = _flags(config, force_time, in_stroke, clock, zero.drift_N)
+    missing = max(float(end - on_motion[-1]), float(on_motion[0] - start))
+    flags = _flags(config, force_time[in_stroke], missing, clock, zero.drift_N)
     return Trace(
-        run, force_time, phase, x, z, angle, force - zero.force, reasons,
-        zero.variance, zero.dof, clock, flags,
+        run, force_time, phase, x, z, angle, force - zero.force, why,
+        zero.variance, zero.dof, clock, flags, (force_log.rows, motion_log.rows),
     )  # fmt: skip
 
 
@@ -217,12 +236,14 @@ def _clock(config: Config, time: FloatArray, line: FloatArray, spans: FloatArray
 
 
 def _flags(
-    config: Config, time: FloatArray, in_stroke: np.ndarray, clock: ClockFit, drift: float
+    config: Config, stroke_time: FloatArray, missing_s: float, clock: ClockFit, drift: float
 ) -> tuple[str, ...]:
     flags = []
-    stroke_time = time[in_stroke]
-    for start, end in gaps(stroke_time, config.clock.max_gap_s):
+    longest = config.clock.max_gap_s
+    for start, end in gaps(stroke_time, longest):
         flags.append(f"gap of {end - start:.2f} s in the force log during the stroke")
+    if missing_s > longest:
+        flags.append(f"force log lacks {missing_s:.2f} s of the stroke")
     if clock.whole_hours:
         flags.append(f"clocks {clock.whole_hours:+d} h apart (time zone or daylight saving)")
     if math.isfinite(drift) and drift > config.transducer.max_drift_N:
@@ -241,14 +262,10 @@ def _account(
         for reason, rows in log.dropped.items():
             ledger.add(run, file, DROPPED, reason, rows)
     ledger.add(run, run.motion_log, USED, "path", motion_log.columns["time"].size)
-    stroke = trace.phase == PHASES.index("stroke")
-    labels = {"air": "", "approach": "approach", "pause": "pause at the surface",
-              "stroke": "", "other": "before or after the stroke"}  # fmt: skip
-    named = np.array([labels[name] for name in PHASES], dtype=object)[trace.phase]
-    reasons = np.where(trace.drop == "", named, trace.drop)
-    ledger.add_reasons(
-        run, run.force_log, reasons[~stroke | (trace.drop != "")], "zero of the transducer"
-    )
+    outside = _WHY_OF_PHASE[trace.phase]
+    outside = np.where(trace.why == Why.GOOD, outside, trace.why)
+    handed_on = (trace.phase == PHASES.index("stroke")) & (trace.why == Why.GOOD)
+    ledger.add_rows(run, run.force_log, outside[~handed_on], "zero of the transducer")
 
 
 def _account_refused(

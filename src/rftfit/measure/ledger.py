@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.rows import Why
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -19,7 +21,13 @@ COLUMNS = ["run_id", "medium", "kind", "file", "fate", "reason", "rows"]
 
 @dataclass
 class Ledger:
-    """Counts of rows by run, file, fate and reason."""
+    """Counts of rows by run, file, fate and reason.
+
+    Attributes
+    ----------
+    counts : dict
+        (run_id, medium, kind, file, fate, reason) to number of rows.
+    """
 
     counts: dict[tuple[str, str, str, str, str, str], int] = field(
         default_factory=lambda: defaultdict(int)
@@ -41,22 +49,23 @@ class Ledger:
         """
         self.counts[run.run_id, run.medium, run.kind, file, fate, reason] += int(rows)
 
-    def add_reasons(self, run: Run, file: str, reasons: np.ndarray, used_as: str) -> None:
+    def add_rows(self, run: Run, file: str, why: np.ndarray, used_as: str) -> None:
         """Count the rows of one file by the reason each of them carries.
 
         Parameters
         ----------
         run : Run
         file : str
-        reasons : numpy.ndarray of str, shape (n,)
-            Empty where the row is used.
+        why : numpy.ndarray of int, shape (n,)
+            `Why` of each row.
         used_as : str
-            What the rows with an empty reason are used for.
+            What the good rows are used for.
         """
-        names, counts = np.unique(reasons.astype(str), return_counts=True)
-        for name, count in zip(names, counts, strict=True):
-            fate = DROPPED if name else USED
-            self.add(run, file, fate, str(name) or used_as, int(count))
+        for code, count in enumerate(np.bincount(why)):
+            if count:
+                good = code == Why.GOOD
+                reason = used_as if good else Why(code).text
+                self.add(run, file, USED if good else DROPPED, reason, int(count))
 
     def table(self) -> pd.DataFrame:
         """Return the counts as a table, sorted.

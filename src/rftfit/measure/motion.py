@@ -70,10 +70,12 @@ class Motion:
         """
         if self.time.size < 3:
             return np.empty((0, 2))
-        speed = np.hypot(np.gradient(self.x, self.time), np.gradient(self.z, self.time))
-        turning = np.abs(np.gradient(self.angle, self.time))
+        step = self.time[2:] - self.time[:-2]
+        # central differences, so that an edge is not seen half a step late
+        speed = np.hypot(self.x[2:] - self.x[:-2], self.z[2:] - self.z[:-2])
+        turning = np.abs(self.angle[2:] - self.angle[:-2])
         relative = np.maximum(speed / arm.speed_cm_per_s, turning / arm.leg_speed_rad_per_s)
-        return moving_spans(self.time, relative, 0.5)
+        return moving_spans(self.time[1:-1], relative / step, 0.5)
 
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position and angle at other times, linear between samples.

@@ -114,7 +114,11 @@ def zero_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, F
 
 
 def fit_slope(
-    depth: FloatArray, stress: FloatArray, zero_variance: FloatArray, zero_dof: FloatArray
+    depth: FloatArray,
+    stress: FloatArray,
+    zero_variance: FloatArray,
+    zero_dof: FloatArray,
+    depth_sd: float = 0.0,
 ) -> Slope:
     """Fit the zero-intercept slope with its honest standard error and quality figures.
 
@@ -129,6 +133,8 @@ def fit_slope(
         the same in all samples, so their scatter does not show it.
     zero_dof : numpy.ndarray, shape (m, k)
         Degrees of freedom of these.
+    depth_sd : float, optional
+        Standard error of the depth common to all samples (of the clocks), cm.
 
     Returns
     -------
@@ -144,8 +150,9 @@ def fit_slope(
     residual = stress - alpha[:, None] * depth
     scatter, count = weighted_sum_variance(residual, depth)
     lever = float(depth.sum()) / power
-    parts = np.vstack([scatter[None] / power**2, zero_variance * lever**2])
-    dofs = np.vstack([np.full((1, alpha.size), count), zero_dof])
+    shifted = (alpha * depth_sd * lever) ** 2
+    parts = np.vstack([scatter / power**2, shifted, zero_variance * lever**2])
+    dofs = np.vstack([np.full((2, alpha.size), count), zero_dof])
     se = np.sqrt(parts.sum(axis=0))
     intercept, free_slope = _free_intercept(depth, stress)
     p_value, ratio = _curvature(depth, stress, alpha, residual)

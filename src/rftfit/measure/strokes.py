@@ -27,8 +27,8 @@ class Samples:
         Length travelled since the stroke's start, cm.
     force : numpy.ndarray, shape (2, n)
         z, x; N.
-    drop : numpy.ndarray of str
-        Why a row must not be used; empty where it may.
+    why : numpy.ndarray of int8
+        `Why` a row must not be used; GOOD where it may.
     """
 
     depth: FloatArray
@@ -36,7 +36,7 @@ class Samples:
     angle_deg: FloatArray
     path: FloatArray
     force: FloatArray
-    drop: np.ndarray
+    why: np.ndarray
 
     def position(self, abscissa: str) -> FloatArray:
         """Position that a tare is subtracted at.
@@ -106,13 +106,12 @@ def strokes(samples: pd.DataFrame) -> dict[str, Samples]:
     part = samples[(samples["phase"] == "stroke").to_numpy()]
     columns = {name: part[name].to_numpy() for name in ("x_cm", "depth_cm", "angle_deg")}
     force = part[["force_z_N", "force_x_N"]].to_numpy().T
-    reasons = np.asarray(part["drop"].cat.categories, dtype=object)
-    drop = reasons[part["drop"].cat.codes.to_numpy()] if len(part) else np.empty(0, dtype=object)
+    why = part["why"].to_numpy()
     found = {}
     for name, rows in split_runs(part).items():
         x, depth = columns["x_cm"][rows], columns["depth_cm"][rows]
         path = np.hypot(x - x[0], depth - depth[0])
         found[name] = Samples(
-            depth, x, columns["angle_deg"][rows], path, force[:, rows], drop[rows]
+            depth, x, columns["angle_deg"][rows], path, force[:, rows], why[rows]
         )
     return found

@@ -10,8 +10,6 @@ import numpy as np
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
-OUTSIDE = "outside the tare's range"
-
 
 class TareError(ValueError):
     """A tare is asked for what it does not know."""

@@ -7,16 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.rows import Why
+
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from rftfit.campaign.config import Container, Fit, Plate
     from rftfit.conventions import FloatArray
-
-ABOVE = "outside the window: plate not wholly submerged"
-BOTTOM = "outside the window: too near the bottom"
-WALL = "outside the window: too near a wall"
-STARTUP = "outside the window: start-up of a horizontal run"
-NONLINEAR = "outside the window: beyond the linear regime"
-
 
 def half_extent(plate: Plate, beta: float) -> tuple[float, float]:
     """Half the size of a plate along x and z when it is held at `beta`.
@@ -39,7 +36,7 @@ def half_extent(plate: Plate, beta: float) -> tuple[float, float]:
 
 def slanted_window(
     depth: FloatArray, x: FloatArray, plate: Plate, beta: float, container: Container, fit: Fit
-) -> FloatArray:
+) -> npt.NDArray[np.int8]:
     """Tell for each sample of a slanted stroke why it is not fitted, design section 2.
 
     Parameters
@@ -55,8 +52,8 @@ def slanted_window(
 
     Returns
     -------
-    numpy.ndarray of str, shape (n,)
-        Empty where the sample is fitted, else the reason.
+    numpy.ndarray of int8, shape (n,)
+        `Why`; GOOD where the sample is fitted.
     """
     half_x, half_z = half_extent(plate, beta)
     shallowest = half_z if fit.submergence_cm is None else fit.submergence_cm
@@ -65,16 +62,16 @@ def slanted_window(
         deepest = fit.max_depth_cm
     widest = container.length_cm / 2 - fit.wall_clearance_cm - half_x
     # the outermost reason is tested last, so that it wins
-    reason = np.full(depth.size, "", dtype=object)
-    reason[np.abs(x) > widest] = WALL
-    reason[depth > deepest] = BOTTOM
-    reason[depth < shallowest] = ABOVE
+    reason = np.full(depth.size, Why.GOOD, dtype=np.int8)
+    reason[np.abs(x) > widest] = Why.WALL
+    reason[depth > deepest] = Why.BOTTOM
+    reason[depth < shallowest] = Why.ABOVE
     return reason
 
 
 def horizontal_window(
     travel: FloatArray, x: FloatArray, plate: Plate, beta: float, container: Container, fit: Fit
-) -> FloatArray:
+) -> npt.NDArray[np.int8]:
     """Tell for each sample of a horizontal stroke why it is not averaged.
 
     Parameters
@@ -91,17 +88,17 @@ def horizontal_window(
 
     Returns
     -------
-    numpy.ndarray of str, shape (n,)
-        Empty where the sample is averaged, else the reason.
+    numpy.ndarray of int8, shape (n,)
+        `Why`; GOOD where the sample is averaged.
     """
     half_x, _ = half_extent(plate, beta)
-    reason = np.full(travel.size, "", dtype=object)
-    reason[np.abs(x) > container.length_cm / 2 - fit.wall_clearance_cm - half_x] = WALL
-    reason[travel < fit.horizontal_skip_cm] = STARTUP
+    reason = np.full(travel.size, Why.GOOD, dtype=np.int8)
+    reason[np.abs(x) > container.length_cm / 2 - fit.wall_clearance_cm - half_x] = Why.WALL
+    reason[travel < fit.horizontal_skip_cm] = Why.STARTUP
     return reason
 
 
-def linear_window(depth: FloatArray, linear_to_cm: float) -> FloatArray:
+def linear_window(depth: FloatArray, linear_to_cm: float) -> npt.NDArray[np.int8]:
     """Tell for each sample of a natural sand's penetration test why it is not fitted.
 
     Parameters
@@ -113,10 +110,10 @@ def linear_window(depth: FloatArray, linear_to_cm: float) -> FloatArray:
 
     Returns
     -------
-    numpy.ndarray of str, shape (n,)
-        Empty where the sample is fitted, else the reason.
+    numpy.ndarray of int8, shape (n,)
+        `Why`; GOOD where the sample is fitted.
     """
-    reason = np.full(depth.size, "", dtype=object)
-    reason[depth > linear_to_cm] = NONLINEAR
-    reason[depth < 0] = ABOVE
+    reason = np.full(depth.size, Why.GOOD, dtype=np.int8)
+    reason[depth > linear_to_cm] = Why.NONLINEAR
+    reason[depth < 0] = Why.ABOVE
     return reason

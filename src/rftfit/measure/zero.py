@@ -66,7 +66,12 @@ def height_needed(intruder: Plate | Leg, angle: FloatArray, clearance: float) ->
 
 
 def find_zero(
-    time: FloatArray, force: FloatArray, in_air: np.ndarray, moving: np.ndarray
+    time: FloatArray,
+    force: FloatArray,
+    in_air: np.ndarray,
+    moving: np.ndarray,
+    stroke_time: float,
+    drift_N_per_min: float,
 ) -> Zero | None:
     """Estimate the zero from the samples in air.
 
@@ -80,6 +85,11 @@ def find_zero(
         The whole intruder is clear of the surface.
     moving : numpy.ndarray of bool, shape (n,)
         The arm moves; only stretches at rest are used.
+    stroke_time : float
+        Middle of the stroke, s.
+    drift_N_per_min : float
+        Largest drift to be expected. Where the intruder is in air at one end of the run only, the
+        zero may have moved by this until the stroke, and nothing in the log would show it.
 
     Returns
     -------
@@ -96,7 +106,10 @@ def find_zero(
     means, variances, dofs = zip(*(_mean(force[:, piece]) for piece in pieces), strict=True)
     if len(pieces) == 1:
         constant = np.repeat(means[0][:, None], time.size, axis=1)
-        return Zero(constant, variances[0], dofs[0], math.nan)
+        apart = abs(stroke_time - float(time[pieces[0]].mean()))
+        # any drift up to the largest is equally likely
+        unseen = (drift_N_per_min / 60 * apart) ** 2 / 3
+        return Zero(constant, variances[0] + unseen, dofs[0], math.nan)
     first, last = means[0], means[-1]
     t0, t1 = (float(time[piece].mean()) for piece in (pieces[0], pieces[-1]))
     share = np.clip((time - t0) / (t1 - t0), 0, 1)

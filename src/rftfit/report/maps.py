@@ -118,7 +118,9 @@ def draw_maps(
     heads, missing = [], False
     for c in _COMPONENTS:
         level = f"{100 * confidence:.4g} %"
-        half = f"half width of the {level} interval\nof {labels.alpha_label(c)}"
+        half = (
+            f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {labels.PER_CM3})"
+        )
         heads += [f"measured\n{labels.alpha_label(c)}", half]
     _heads(figure, heads)
     for row, medium in enumerate(media):
@@ -130,7 +132,8 @@ def draw_maps(
             axes = panels.empty_map(figure, row, 2 * index, (index == 0, last))
             panels.add_bar(figure, axes, panels.add_cells(axes, beta, gamma, alpha, signed=True))
             panels.add_signs(axes, c, beta, gamma, alpha)
-            width = pivot(table.assign(half=half_width(table, c)), "half")[2]
+            # in thousandths: four digits after the point would run into the next map
+            width = 1e3 * pivot(table.assign(half=half_width(table, c)), "half")[2]
             axes = panels.empty_map(figure, row, 2 * index + 1, (False, last))
             panels.add_bar(figure, axes, panels.add_cells(axes, beta, gamma, width, signed=False))
             missing |= bool(np.isnan(alpha).any() or np.isnan(width).any())

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from rftfit import conventions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Hashable, Iterable, Mapping
 
     import pandas as pd
 
@@ -37,9 +37,10 @@ def filed(traces: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
     pandas.DataFrame
         A copy, so that every trace lies along ``alpha * depth`` of its row in `fits`.
     """
-    pulled = fits.loc[fits["direction"] == "extraction", "run_id"]
+    # a sheet may number its runs; a number read from one file is not one read from another
+    pulled = fits.loc[fits["direction"] == "extraction", "run_id"].astype(str)
     sign = conventions.file_extraction(0.0, 0.0)[2]
-    factor = np.where(traces["run_id"].isin(pulled), sign, 1.0)
+    factor = np.where(traces["run_id"].astype(str).isin(pulled), sign, 1.0)
     names = [name for name in traces.columns if name.endswith("_x_N_per_cm2")]
     return traces.assign(**{name: traces[name].to_numpy(float) * factor for name in names})
 
@@ -59,7 +60,7 @@ def by_run(traces: pd.DataFrame, columns: Iterable[str]) -> dict[str, Trace]:
     dict of str to dict of str to numpy.ndarray
         By run, by column.
     """
-    ids, code = np.unique(traces["run_id"].to_numpy(str), return_inverse=True)
+    ids, code = np.unique(traces["run_id"].astype(str).to_numpy(str), return_inverse=True)
     order = np.argsort(code, kind="stable")
     cuts = np.flatnonzero(np.diff(code[order])) + 1
     parts: dict[str, list[FloatArray]] = {}
@@ -140,7 +141,7 @@ def span(trace: Trace) -> tuple[float, float]:
     return (-max(low, most / 5), most) if high >= low else (-most, max(high, most / 5))
 
 
-def trouble(fit: Mapping[str, Any]) -> str:
+def trouble(fit: Mapping[Hashable, Any]) -> str:
     """Say what is wrong with a run, in few words; empty if nothing is.
 
     Parameters

@@ -110,9 +110,9 @@ def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
                 index=False, name=None
             )
         }
-        labels = [_column_label(gamma, name, level) for gamma, _, level, name in column_of]
+        heads = [_column_label(gamma, name, level) for gamma, _, level, name in column_of]
         for rows in _chunks(len(betas), MAX_ROWS):
-            for across in _chunks(len(labels), MAX_COLUMNS):
+            for across in _chunks(len(heads), MAX_COLUMNS):
                 here = {
                     run: (i - rows.start, j - across.start)
                     for run, (i, j) in place.items()
@@ -122,6 +122,6 @@ def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
                     names = [
                         f"\N{GREEK SMALL LETTER BETA} = {labels.degrees(betas[i])}" for i in rows
                     ]
-                    heads = [labels[j] for j in across]
-                    pages.append(Page(names, heads, here, repeat == 0))
+                    above = [heads[j] for j in across]
+                    pages.append(Page(names, above, here, repeat == 0))
     return pages

@@ -12,7 +12,7 @@ from rftfit.report import labels, style
 from rftfit.report.runs import by_run, filed
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Hashable, Mapping, Sequence
 
     import pandas as pd
     from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ _LEGEND_COLUMNS = {1: 2, 2: 2, 3: 3, 4: 6}
 _SIDE_CM, _PITCH_CM, _ROW_CM, _LEFT_CM, _TOP_CM = 3.1, 4.1, 4.9, 1.45, 1.15
 
 
-def _draw_run(axes: Axes, trace: dict[str, FloatArray], fit: Mapping[str, Any]) -> None:
+def _draw_run(axes: Axes, trace: dict[str, FloatArray], fit: Mapping[Hashable, Any]) -> None:
     depth, window = trace["depth_cm"], trace["in_window"] > 0
     if window.any():
         axes.axvspan(depth[window].min(), depth[window].max(), color="#e6e6e6", linewidth=0)
@@ -41,7 +41,7 @@ def _draw_run(axes: Axes, trace: dict[str, FloatArray], fit: Mapping[str, Any]) 
             axes.plot([0, end], [0, alpha * end], style_of, color="black", linewidth=0.8)
 
 
-def _note(fit: Mapping[str, Any]) -> str:
+def _note(fit: Mapping[Hashable, Any]) -> str:
     lines = []
     for c in "zx":
         alpha, low, high = (float(fit[f"alpha_{c}_{part}N_per_cm3"]) for part in ("", "lo_", "hi_"))
@@ -102,7 +102,7 @@ def draw_stress(
         If a run is not in the fit table, has no samples, or is horizontal (its depth is one number).
     """
     names = ["depth_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "in_window"]
-    chosen = traces[traces["run_id"].isin(list(run_ids))]
+    chosen = traces[traces["run_id"].astype(str).isin(list(run_ids))]
     samples = by_run(filed(chosen, fits), names)
     rows = {str(fit["run_id"]): fit for fit in fits.to_dict("records")}
     for run in run_ids:

@@ -78,15 +78,19 @@ def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Dat
 
 def _row(run: Run, trace: Trace | None = None, reason: str = "") -> dict[str, object]:
     known = trace is not None
+    step = trace.step_s if trace else np.nan
     return {
         "run_id": run.run_id,
         "kind": run.kind,
         "status": "read" if known else "refused",
         "reason": reason,
         "flags": "; ".join(trace.flags) if trace else "",
-        "samples": trace.time.size if trace else 0,
+        "rows_force": trace.rows[0] if trace else 0,
+        "rows_motion": trace.rows[1] if trace else 0,
+        "sample_step_s": step,
         "clock_offset_s": trace.clock.offset_s if trace else np.nan,
         "clock_residual_s": trace.clock.residual_s if trace else np.nan,
+        "clock_se_s": trace.clock.offset_se(step) if trace else np.nan,
         "zero_var_z_N2": trace.zero_variance[0] if trace else np.nan,
         "zero_var_x_N2": trace.zero_variance[1] if trace else np.nan,
         "zero_dof": trace.zero_dof if trace else np.nan,
@@ -102,7 +106,6 @@ def _samples(traces: list[Trace]) -> pd.DataFrame:
 
     sizes = [trace.time.size for trace in traces]
     names = [trace.run.run_id for trace in traces]
-    drops = joined([trace.drop for trace in traces]).astype(str)
     return pd.DataFrame(
         {
             "run_id": pd.Categorical.from_codes(
@@ -117,6 +120,6 @@ def _samples(traces: list[Trace]) -> pd.DataFrame:
             "angle_deg": joined([np.degrees(trace.angle) for trace in traces]),
             "force_z_N": joined([trace.force[0] for trace in traces]),
             "force_x_N": joined([trace.force[1] for trace in traces]),
-            "drop": pd.Categorical(drops),
+            "why": joined([trace.why for trace in traces]),
         }
     )

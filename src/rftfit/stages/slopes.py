@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.fits import COMPONENTS, Fit, Stroke, filed_under, fit_run
-from rftfit.measure.ledger import Ledger
+from rftfit.measure.ledger import DROPPED, USED, Ledger
+from rftfit.measure.rows import Why
 from rftfit.measure.strokes import split_runs
 from rftfit.store import read_csv, read_parquet, write_csv
 
@@ -75,37 +76,54 @@ def fit_medium(
 
     ledger = Ledger()
     where = split_runs(tared)
-    columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm")}
+    columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
     force = tared[["force_z_N", "force_x_N"]].to_numpy().T
-    drop = np.asarray(tared["drop"].cat.categories, dtype=object)[tared["drop"].cat.codes.to_numpy()]
-    run_status = status.set_index("run_id")
+    facts = {row["run_id"]: row for row in status.to_dict("records")}
     no_tare = dict(zip(tares["run_id"], tares["reason"], strict=True))
     confidence = campaign.config.fit.confidence
     rows = []
     for run in campaign.runs_of(medium):
         if run.kind != "plate":
             continue
-        flags = tuple(filter(None, str(run_status.at[run.run_id, "flags"]).split("; ")))
+        fact = facts[run.run_id]
+        flags = tuple(filter(None, str(fact["flags"]).split("; ")))
         if run.run_id not in where:
-            reason = str(run_status.at[run.run_id, "reason"]) or no_tare.get(run.run_id, "")
+            reason = str(fact["reason"]) or no_tare.get(run.run_id, "")
             beta, gamma, _ = filed_under(run)
             rows.append(_row(run, Fit(beta, gamma, flags=flags, reason=reason), confidence))
             continue
         part = where[run.run_id]
-        pair = run_status.loc[[run.run_id, run.tare_run]]
-        stroke = Stroke(
-            columns["depth_cm"][part], columns["x_cm"][part], columns["path_cm"][part],
-            force[:, part], drop[part],
-            pair[["zero_var_z_N2", "zero_var_x_N2"]].to_numpy(float),
-            np.repeat(pair[["zero_dof"]].to_numpy(float), 2, axis=1),
-            flags,
-        )  # fmt: skip
+        stroke = _stroke(columns, force, part, fact, facts[run.tare_run], flags)
         fit = fit_run(run, stroke, campaign.config)
         # rows dropped by an earlier stage are in that stage's ledger already
-        handed_on = fit.row_reasons[stroke.drop == ""]
-        ledger.add_reasons(run, run.force_log, handed_on, "slope")
+        handed_on = fit.why[stroke.why == Why.GOOD]
+        ledger.add_rows(run, run.force_log, handed_on[handed_on != Why.GOOD], "")
+        fate = (DROPPED, f"no alpha: {fit.reason}") if fit.reason else (USED, "slope")
+        good = int(np.count_nonzero(handed_on == Why.GOOD))
+        if good:
+            ledger.add(run, run.force_log, *fate, good)
         rows.append(_row(run, fit, confidence))
-    return pd.DataFrame(rows, columns=list(_row_names())), ledger
+    return pd.DataFrame(rows, columns=_row_names()), ledger
+
+
+def _stroke(
+    columns: dict[str, np.ndarray], force: np.ndarray, part: slice,
+    run: dict[str, Any], tare: dict[str, Any], flags: tuple[str, ...],
+) -> Stroke:  # fmt: skip
+    """Put together what the fit of one run needs."""
+    depth = columns["depth_cm"][part]
+    pair = (run, tare)
+    # depth changes in a stroke at this speed; an error of the clocks shifts it by speed x error
+    seconds = depth.size * float(run["sample_step_s"])
+    speed = float(np.ptp(depth)) / seconds
+    return Stroke(
+        depth, columns["x_cm"][part], columns["path_cm"][part], force[:, part],
+        columns["why"][part],
+        np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in pair], dtype=float),
+        np.array([[fact["zero_dof"]] * 2 for fact in pair], dtype=float),
+        speed * float(run["clock_se_s"]),
+        flags,
+    )  # fmt: skip
 
 
 def _names_of(c: str) -> list[str]:

@@ -8,8 +8,9 @@ import numpy as np
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.ledger import DROPPED, USED, Ledger
+from rftfit.measure.rows import Why
 from rftfit.measure.strokes import abscissa_of, strokes
-from rftfit.measure.tare import OUTSIDE, Tare, TareError, subtract
+from rftfit.measure.tare import Tare, TareError, subtract
 from rftfit.store import read_csv, read_parquet, write_csv, write_parquet
 
 if TYPE_CHECKING:
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.runs import Run
-    from rftfit.measure.strokes import Samples
+    from rftfit.measure.rows import Why
+from rftfit.measure.strokes import Samples
 
 TARE_KINDS = ("rod", "leg_air")
 
@@ -95,7 +97,7 @@ def tare_medium(
             parts.append((name, _subtract(run, stroke, known, ledger)))
         else:
             row["reason"] = reason = _why_no_tare(run, known, why_refused)
-            good = int(np.count_nonzero(stroke.drop == ""))
+            good = int(np.count_nonzero(stroke.why == Why.GOOD))
             ledger.add(run, run.force_log, DROPPED, reason, good)
         rows.append(row)
     columns = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "reason"]
@@ -103,7 +105,7 @@ def tare_medium(
 
 
 def _tare(run: Run, stroke: Samples, ledger: Ledger) -> Tare | TareError:
-    good = stroke.drop == ""
+    good = stroke.why == Why.GOOD
     ledger.add(run, run.force_log, USED, "tare", int(np.count_nonzero(good)))
     abscissa = abscissa_of(run)
     try:
@@ -129,14 +131,13 @@ def _subtract(
     """Granular force of a stroke; rows the tare does not cover are marked and counted."""
     position = stroke.position(tare_object.abscissa)
     granular, tare_force, known = subtract(position, stroke.force, tare_object)
-    drop = np.where((stroke.drop == "") & ~known, OUTSIDE, stroke.drop)
-    beyond = int(np.count_nonzero(drop != stroke.drop))
-    if beyond:
-        ledger.add(run, run.force_log, DROPPED, OUTSIDE, beyond)
+    untared = (stroke.why == Why.GOOD) & ~known
+    why = np.where(untared, np.int8(Why.NO_TARE), stroke.why)
+    ledger.add_rows(run, run.force_log, why[untared], "")
     return {
         "depth_cm": stroke.depth, "x_cm": stroke.x, "path_cm": stroke.path,
         "angle_deg": stroke.angle_deg, "force_z_N": granular[0], "force_x_N": granular[1],
-        "tare_z_N": tare_force[0], "tare_x_N": tare_force[1], "drop": drop,
+        "tare_z_N": tare_force[0], "tare_x_N": tare_force[1], "why": why,
     }  # fmt: skip
 
 
@@ -144,12 +145,10 @@ def _table(parts: list[tuple[str, dict[str, np.ndarray]]]) -> pd.DataFrame:
     import pandas as pd
 
     names = [name for name, _ in parts]
-    sizes = [columns["drop"].size for _, columns in parts]
+    sizes = [columns["why"].size for _, columns in parts]
     codes = np.repeat(np.arange(len(parts)), sizes)
     data: dict[str, object] = {"run_id": pd.Categorical.from_codes(codes, categories=names)}
     for column in ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N",
-                   "tare_z_N", "tare_x_N"):  # fmt: skip
+                   "tare_z_N", "tare_x_N", "why"):  # fmt: skip
         data[column] = np.concatenate([part[column] for _, part in parts]) if parts else []
-    drops = np.concatenate([part["drop"] for _, part in parts]) if parts else np.empty(0)
-    data["drop"] = pd.Categorical(drops.astype(str))
     return pd.DataFrame(data)

@@ -109,7 +109,8 @@ def runs(medium: str, samples: int = 700) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Traces and fits of one medium: 42 intrusions, 42 extractions, 21 horizontal runs."""
     rng = np.random.default_rng(3)
     grid = reference.alpha_grid(medium)
-    traces, fits = [], []
+    traces: list[pd.DataFrame] = []
+    fits: list[dict[str, object]] = []
     for i, beta in enumerate(reference.BETA_DEG):
         for j, gamma in enumerate(reference.GAMMA_DEG):
             kind = "horizontal" if gamma == 0 else "intrusion" if gamma > 0 else "extraction"

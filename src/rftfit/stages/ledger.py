@@ -1,0 +1,83 @@
+"""The ledger of the whole campaign: every row of every log, used or dropped with a reason."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rftfit.errors import RftfitError
+from rftfit.measure.ledger import COLUMNS
+from rftfit.store import read_csv, write_csv
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+
+def ledger(parts: list[Path], runs: list[Path], ledger: Path) -> None:
+    """Join the ledgers of all stages and media, and check that the rows add up.
+
+    Parameters
+    ----------
+    parts : list of Path
+        Read: ledgers of the stages, one medium each.
+    runs : list of Path
+        Read: run tables of the ingest stage, which know how many rows each log has.
+    ledger : Path
+        Written.
+
+    Raises
+    ------
+    RftfitError
+        If the rows of any log do not add up: a fault of the program, never of the data.
+    """
+    import pandas as pd
+
+    book = join([read_csv(path) for path in parts])
+    check(book, pd.concat([read_csv(path) for path in runs]))
+    write_csv(book, ledger)
+
+
+def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
+    """Join ledgers; a run in air that serves several media is read for each but counted once.
+
+    Parameters
+    ----------
+    parts : list of pandas.DataFrame
+
+    Returns
+    -------
+    pandas.DataFrame
+    """
+    import pandas as pd
+
+    book = pd.concat([part.fillna({"medium": ""}) for part in parts], ignore_index=True)
+    in_air = book["kind"] == "leg_air"
+    once = pd.concat([book[~in_air], book[in_air].drop_duplicates()])
+    return once.sort_values(COLUMNS).reset_index(drop=True)[COLUMNS]
+
+
+def check(book: pd.DataFrame, runs: pd.DataFrame) -> None:
+    """Compare the ledger with the number of rows in each log that was read.
+
+    Parameters
+    ----------
+    book : pandas.DataFrame
+    runs : pandas.DataFrame
+        Of the ingest stage.
+
+    Raises
+    ------
+    RftfitError
+        If they differ anywhere.
+    """
+    read = runs[runs["status"] == "read"].drop_duplicates("run_id").set_index("run_id")
+    counted = book.groupby("run_id")["rows"].sum().reindex(read.index)
+    wanted = read["rows_force"] + read["rows_motion"]
+    wrong = counted[counted != wanted]
+    if not wrong.empty:
+        name = wrong.index[0]
+        raise RftfitError(
+            f"the ledger does not add up in {len(wrong)} runs, first {name}: {counted[name]} rows "
+            f"counted, {wanted[name]} in the logs. This is a fault of the program: please report it."
+        )

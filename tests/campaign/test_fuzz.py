@@ -1,0 +1,113 @@
+"""Whatever bytes lie there: problems come back, never a traceback."""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rftfit.campaign.load import check_campaign, load_campaign
+from rftfit.campaign.problems import CampaignError
+
+from .conftest import CONFIG, Room
+from .test_workbook import book_of
+
+# pieces that lead further in than random bytes do
+PIECES = st.sampled_from(
+    [*b" \n\t:,;-[]{}&*!|>'\"#%@`~?=", *map(str.encode, CONFIG.split("\n")), b"\r\n", b"\x00"]
+).map(lambda piece: piece if isinstance(piece, bytes) else bytes([piece]))
+BYTES = st.binary(max_size=300) | st.lists(PIECES, max_size=40).map(b"".join)
+
+
+@cache
+def examples() -> tuple[bytes, bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        room = Room(Path(folder))
+        return room.text().encode(), book_of(room)
+
+
+def run(config: bytes | None, sheet: bytes | None, name: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        room = Room(Path(folder))
+        room.write(sheet, name)
+        if config is not None:
+            room.path.write_bytes(config)
+        campaign, problems = check_campaign(room.path)
+        assert (campaign is None) == any(problem.severity == "error" for problem in problems)
+        assert all(str(problem).isprintable() for problem in problems)
+        with contextlib.suppress(CampaignError):
+            load_campaign(room.path)
+
+
+@settings(max_examples=150, deadline=None)
+@given(BYTES)
+def test_any_config(data: bytes) -> None:
+    run(data, None, "runs.csv")
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.data())
+def test_a_config_with_a_hole(data: st.DataObject) -> None:
+    text = CONFIG.encode()
+    at = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(at, min(len(text), at + 40)))
+    run(text[:at] + data.draw(BYTES) + text[end:], None, "runs.csv")
+
+
+@settings(max_examples=150, deadline=None)
+@given(BYTES, st.sampled_from(["runs.csv", "runs.tsv", "runs.xlsx"]))
+def test_any_sheet(data: bytes, name: str) -> None:
+    run(None, data, name)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_a_sheet_with_a_hole(data: st.DataObject) -> None:
+    sheet = examples()[data.draw(st.integers(0, 1))]
+    at = data.draw(st.integers(0, len(sheet)))
+    end = data.draw(st.integers(at, min(len(sheet), at + 40)))
+    run(None, sheet[:at] + data.draw(st.binary(max_size=20)) + sheet[end:], "runs.csv")
+
+
+CELLS = (
+    st.text(max_size=12)
+    | st.sampled_from(
+        [
+            "",
+            "p1",
+            "t1",
+            "plate",
+            "rod",
+            "leg",
+            "leg_air",
+            "poppy_LP",
+            "horizontal",
+            "rotation",
+            "yes",
+        ]
+    )
+    | st.floats().map(str)
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.lists(
+        st.dictionaries(st.sampled_from(examples()[0].decode().split("\n")[0].split(",")), CELLS),
+        max_size=6,
+    )
+)
+def test_any_cells(rows: list[dict[str, str]]) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        room = Room(Path(folder))
+        for number, row in enumerate(rows):
+            room.rows[f"x{number}"] = {**room.rows["p1"], **row}
+        text = room.text().encode("utf-8", "surrogatepass")
+        room.write(text)
+        campaign, problems = check_campaign(room.path)
+        assert (campaign is None) == any(problem.severity == "error" for problem in problems)
+        assert all(str(problem).isprintable() for problem in problems)

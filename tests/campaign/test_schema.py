@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+
+from rftfit.campaign.columns import COLUMNS
+from rftfit.campaign.config import Config
+from rftfit.campaign.keys import all_keys
+from rftfit.campaign.load import check_campaign
+from rftfit.campaign.schema import json_schema, main, reference_markdown
+from rftfit.campaign.template import init_campaign
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def test_the_written_files_are_in_step_with_the_models(
+    pytestconfig: pytest.Config, tmp_path: Path
+) -> None:
+    main(tmp_path)
+    for name in ("config.schema.json", "README.md"):
+        stored = (pytestconfig.rootpath / "config" / name).read_text(encoding="utf-8")
+        made = (tmp_path / name).read_text(encoding="utf-8")
+        assert stored == made, "run python -m rftfit.campaign.schema and commit the result"
+
+
+def test_every_key_and_column_is_described() -> None:
+    page = reference_markdown()
+    for key in all_keys():
+        assert key.description, key.path
+        assert f"| `{'.'.join(key.path)}`" in page
+    for column in COLUMNS:
+        assert column.meaning
+        assert f"| `{column.name}`" in page
+
+
+def test_no_table_cell_breaks_the_table() -> None:
+    rows = [line for line in reference_markdown().splitlines() if line.startswith("|")]
+    assert {line.count("|") for line in rows} == {7}
+
+
+def test_the_schema_accepts_what_the_models_accept(pytestconfig: pytest.Config) -> None:
+    jsonschema: Any = pytest.importorskip("jsonschema")
+    check = jsonschema.Draft202012Validator(json.loads(json_schema()))
+    text = (pytestconfig.rootpath / "config" / "config.yaml").read_text(encoding="utf-8")
+    data = yaml.safe_load(text)
+    Config.model_validate(data)
+    assert check.is_valid(data)
+    data["fit"]["min_pionts"] = 3
+    data["container"]["width_cm"] = "22"
+    assert len(list(check.iter_errors(data))) == 2
+
+
+def test_a_new_campaign_lacks_only_its_runs(tmp_path: Path) -> None:
+    folder = tmp_path / "Mai 2024, Körner"
+    written = init_campaign(folder)
+    assert sorted(path.relative_to(folder).as_posix() for path in written) == [
+        "README.md",
+        "config/README.md",
+        "config/config.schema.json",
+        "config/config.yaml",
+        "config/runs.csv",
+        "raw/README.md",
+    ]
+    assert all(path.is_file() for path in written)
+    problems = check_campaign(folder / "config" / "config.yaml")[1]
+    assert [problem.code for problem in problems] == ["sheet.empty"]
+
+
+def test_the_example_rows_lack_only_their_logs(tmp_path: Path) -> None:
+    init_campaign(tmp_path)
+    text = (tmp_path / "README.md").read_text(encoding="utf-8")
+    rows = text.split("```csv\n")[1].split("```")[0]
+    (tmp_path / "config" / "runs.csv").write_text(rows, encoding="utf-8")
+    campaign, problems = check_campaign(tmp_path / "config" / "config.yaml")
+    assert {problem.code for problem in problems} == {"sheet.log-missing"}
+    assert campaign is not None
+    assert len(campaign.runs) == 8
+
+
+def test_the_template_names_every_needed_key(tmp_path: Path) -> None:
+    init_campaign(tmp_path)
+    text = (tmp_path / "config" / "config.yaml").read_text(encoding="utf-8")
+    for key in all_keys():
+        if key.default == "required":
+            assert f"{key.path[-1]}:" in text, key.path
+
+
+def test_init_never_overwrites(tmp_path: Path) -> None:
+    (tmp_path / "config").mkdir()
+    mine = tmp_path / "config" / "runs.csv"
+    mine.write_text("mine", encoding="utf-8")
+    (tmp_path / "README.md").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"README\.md, config/runs\.csv would be overwritten"):
+        init_campaign(tmp_path)
+    assert mine.read_text(encoding="utf-8") == "mine"
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["README.md", "config", "runs.csv"]
+
+
+def test_init_into_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match="this is not a folder"):
+        init_campaign(tmp_path / "file")

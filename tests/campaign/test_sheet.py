@@ -1,0 +1,327 @@
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from rftfit.campaign import table
+from rftfit.campaign.load import check_campaign
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .conftest import Room
+
+
+def test_missing_sheet(room: Room) -> None:
+    room.write()
+    (room.folder / "runs.csv").unlink()
+    room.config = room.config.replace("runs.csv", "other.csv")
+    room.path.write_text(room.config, encoding="utf-8")
+    problems = check_campaign(room.path)[1]
+    assert [str(problem) for problem in problems] == ["other.csv: the file does not exist"]
+    assert problems[0].code == "sheet.missing"
+
+
+def test_a_folder_as_sheet(room: Room) -> None:
+    room.config = room.config.replace("runs.csv", "raw")
+    assert "raw: this is a folder" in room.only("sheet.not-a-file")
+
+
+def test_sheet_by_a_link_out_is_refused(
+    room: Room, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    target = tmp_path_factory.mktemp("far") / "sheet.csv"
+    target.write_text(room.text(), encoding="utf-8")
+    (room.folder / "link.csv").symlink_to(target)
+    room.config = room.config.replace("runs.csv", "link.csv")
+    assert "key run_sheet: found 'link.csv'" in room.only("config.path-outside")
+
+
+def test_not_utf8_names_the_row(room: Room) -> None:
+    room.rows["p1"]["note"] = "Körner"
+    text = room.only("sheet.not-utf8", room.text().encode("cp1252"))
+    assert text == (
+        "runs.csv, row 2: found 'byte 0xf6'; allowed: UTF-8 text; in a spreadsheet save as "
+        "'CSV UTF-8', in an editor choose UTF-8"
+    )
+    assert "found 'UTF-16'" in room.only("sheet.not-utf8", room.text().encode("utf-16"))
+
+
+@pytest.mark.parametrize("change", ["bom", "crlf", "cr", "semicolon", "tab", "quotes", "columns"])
+def test_other_ways_to_write_the_same_sheet(room: Room, change: str) -> None:
+    room.rows["p1"]["note"] = "two\nlines"
+    plain = room.campaign().runs
+    data = {
+        "bom": b"\xef\xbb\xbf" + room.text().encode(),
+        "crlf": room.text().replace("\n", "\r\n").encode(),
+        "cr": room.text().replace("\n", "\r").encode(),
+        "semicolon": room.text(";").encode(),
+        "tab": room.text("\t").encode(),
+        "quotes": room.text().replace("p1,", '"p1" ,').replace('"p1" ,', '"p1",').encode(),
+        "columns": b"",
+    }[change]
+    if change == "columns":
+        room.columns.reverse()
+        data = room.text().encode()
+    name = "runs.tsv" if change == "tab" else "runs.csv"
+    # NaN is not itself: compare as text
+    assert str(room.campaign(data, name).runs) == str(plain)
+
+
+def test_blank_rows_are_skipped_but_counted(room: Room) -> None:
+    lines = room.text().splitlines()
+    text = "\n".join([lines[0], "", ",,,", *lines[1:]]) + "\n\n"
+    assert [run.row for run in room.campaign(text.encode()).runs] == [4, 5, 6, 7, 8, 9]
+
+
+def test_a_cell_of_two_lines_is_one_row_of_the_spreadsheet(room: Room) -> None:
+    room.rows["p1"]["note"] = "two\nlines"
+    room.rows["t1"]["kind"] = "rodd"
+    assert "row 3, column kind" in "\n".join(map(str, room.check()))
+
+
+def test_wrong_delimiter(room: Room) -> None:
+    text = room.only("sheet.wrong-delimiter", room.text("|").encode())
+    assert text.startswith("runs.csv, row 1: found 'run_id|kind|medium")
+    assert text.endswith("allowed: cells separated by comma, semicolon, tab")
+
+
+def test_a_stray_quote(room: Room) -> None:
+    lines = room.text().splitlines()
+    lines[2] += 'x"y'
+    lines[3] = lines[3].replace("h1", '"h1', 1)
+    text = room.only("sheet.not-csv", "\n".join(lines).encode())
+    assert text.startswith("runs.csv, row 4: this row cannot be taken apart")
+    assert "stray quote" in text
+
+
+def test_no_rows(room: Room) -> None:
+    room.rows.clear()
+    assert room.only("sheet.empty") == (
+        "runs.csv: no runs yet: the sheet needs one row for each run below its header"
+    )
+
+
+def test_an_empty_file_misses_its_columns_too(room: Room) -> None:
+    codes = {problem.code for problem in room.check(b"")}
+    assert codes == {"sheet.empty", "sheet.missing-column"}
+
+
+def test_columns_missing_unknown_and_twice(room: Room) -> None:
+    room.columns = [
+        {"medium": "mediun", "force_log": "note"}.get(name, name) for name in room.columns
+    ]
+    texts = [f"{problem.code}: {problem}" for problem in room.check()]
+    assert len(texts) == 4
+    assert (
+        "sheet.duplicate-column: runs.csv, row 1, column note: found 'note'; allowed: each column "
+        "once; it is also column number 9"
+    ) in texts
+    unknown = next(text for text in texts if text.startswith("sheet.unknown-column"))
+    assert unknown.endswith("did you mean 'medium'?")
+    missing = [text for text in texts if text.startswith("sheet.missing-column")]
+    assert [text.split("column ")[1].split(":")[0] for text in missing] == ["medium", "force_log"]
+
+
+def test_optional_columns_can_be_left_out(room: Room) -> None:
+    for name in ("tare_shared", "surface_z_mm", "excluded", "reason", "note"):
+        room.columns.remove(name)
+    assert room.check() == []
+
+
+def test_a_horizontal_run_needs_the_depth_column(room: Room) -> None:
+    room.columns.remove("depth_cm")
+    assert [(p.row, p.code) for p in room.check()] == [(4, "sheet.required"), (5, "sheet.required")]
+
+
+def test_more_cells_than_columns(room: Room) -> None:
+    room.rows["p1"]["beta_deg"] = "30,5"
+    codes = {problem.code for problem in room.check(room.text().replace('"', "").encode())}
+    assert "sheet.decimal-comma" not in codes
+    lines = room.text().splitlines()
+    text = room.only(
+        "sheet.no-header",
+        "\n".join(
+            [lines[0], *lines[2:], "p1" + lines[1][2:].replace('"30,5"', "30") + ",x"]
+        ).encode(),
+    )
+    assert "row 7, column number 17: found 'x'" in text
+    assert "decimal comma" in text
+
+
+@pytest.mark.parametrize(
+    "column",
+    ["run_id", "kind", "medium", "intruder", "direction", "beta_deg", "gamma_deg", "force_log"],
+)
+def test_a_blank_cell_that_is_needed(room: Room, column: str) -> None:
+    room.add("p2", "p1", tare_run="")
+    room.rows["p2"][column] = ""
+    problems = [problem for problem in room.check() if problem.severity == "error"]
+    assert [problem.code for problem in problems] == ["sheet.required"]
+    assert str(problems[0]).startswith(
+        f"runs.csv, row 8, column {column}: this cell must not be blank"
+    )
+
+
+@pytest.mark.parametrize(
+    ("run", "column", "cell", "code", "parts"),
+    [
+        (
+            "p1",
+            "medium",
+            "popy_LP",
+            "sheet.unknown-word",
+            ["poppy_LP, poppy_CP", "mean 'poppy_LP'?"],
+        ),
+        (
+            "p1",
+            "kind",
+            "Plate",
+            "sheet.unknown-word",
+            ["plate, rod, leg, leg_air", "mean 'plate'?"],
+        ),
+        ("p1", "direction", "intrution", "sheet.unknown-word", ["mean 'intrusion'?"]),
+        ("p1", "intruder", "plat", "sheet.unknown-word", ["plate, disc, c_leg", "mean 'plate'?"]),
+        (
+            "p1",
+            "intruder",
+            "c_leg",
+            "sheet.intruder-kind",
+            ["shape plate for a plate run: plate, disc"],
+        ),
+        (
+            "c1",
+            "intruder",
+            "disc",
+            "sheet.intruder-kind",
+            ["shape leg for a leg run: c_leg, flat_leg"],
+        ),
+        ("p1", "direction", "rotation", "sheet.direction-kind", ["intrusion or extraction or hor"]),
+        ("c1", "direction", "intrusion", "sheet.direction-kind", ["rotation for a leg run"]),
+        ("p1", "beta_deg", "thirty", "sheet.not-a-number", ["found 'thirty'", "-90 to 90 degrees"]),
+        ("p1", "beta_deg", "3_0", "sheet.not-a-number", []),
+        ("p1", "beta_deg", "\N{MINUS SIGN}30", "sheet.not-a-number", ["did you mean '-30'?"]),
+        ("p1", "beta_deg", "30,5", "sheet.decimal-comma", ["decimal point", "mean '30.5'?"]),
+        ("p1", "beta_deg", "NaN", "sheet.not-finite", ["found 'NaN'"]),
+        ("p1", "surface_z_mm", "-inf", "sheet.not-finite", []),
+        ("p1", "surface_z_mm", "1e999", "sheet.not-finite", []),
+        ("p1", "beta_deg", "90.1", "sheet.out-of-range", ["-90 to 90 degrees"]),
+        ("p1", "beta_deg", "-91", "sheet.out-of-range", []),
+        (
+            "p1",
+            "gamma_deg",
+            "-45",
+            "sheet.out-of-range",
+            ["0 to 90 degrees", "way down, also for an extraction"],
+        ),
+        ("p1", "gamma_deg", "91", "sheet.out-of-range", []),
+        ("h1", "depth_cm", "0", "sheet.out-of-range", ["a number above 0 cm"]),
+        ("h1", "depth_cm", "", "sheet.required", ["must not be blank"]),
+        ("p1", "run_id", "p 1", "sheet.bad-name", ["letters A-Z a-z, digits"]),
+        ("p1", "run_id", "../p", "sheet.bad-name", []),
+        ("p1", "run_id", ".p", "sheet.bad-name", ["not beginning with . or -"]),
+        ("p1", "run_id", "p" * 101, "sheet.bad-name", ["at most 100"]),
+        ("p1", "excluded", "maybe", "sheet.bad-flag", ["yes, no or blank"]),
+        (
+            "p1",
+            "excluded",
+            "yes",
+            "sheet.excluded-without-reason",
+            ["column reason: an excluded run"],
+        ),
+        (
+            "p1",
+            "reason",
+            "dropped",
+            "sheet.reason-without-excluded",
+            ["only where excluded is yes"],
+        ),
+        ("c1", "beta_deg", "30", "sheet.ignored", ["a leg does not use this cell"]),
+        ("p1", "depth_cm", "3", "sheet.ignored", ["a plate run that is not horizontal"]),
+        ("a1", "medium", "poppy_LP", "sheet.ignored", ["a leg_air does not use"]),
+        ("t1", "tare_run", "t1", "sheet.ignored", ["a rod does not use"]),
+    ],
+)
+def test_one_bad_cell(
+    room: Room, run: str, column: str, cell: str, code: str, parts: list[str]
+) -> None:
+    room.rows[run][column] = cell
+    found = [problem for problem in room.check() if problem.code == code]
+    assert len(found) == 1
+    row = 2 + list(room.rows).index(run)
+    assert (found[0].row, found[0].file) == (row, "runs.csv")
+    for part in parts:
+        assert part in str(found[0])
+
+
+def test_gamma_must_fit_the_direction(room: Room) -> None:
+    room.rows["h1"]["gamma_deg"] = room.rows["th"]["gamma_deg"] = "45"
+    texts = [str(problem) for problem in room.check()]
+    assert [text.split("; ")[1] for text in texts] == ["allowed: 0 for a horizontal run"] * 2
+    room.rows["h1"]["direction"] = room.rows["th"]["direction"] = "extraction"
+    room.rows["h1"]["gamma_deg"] = room.rows["th"]["gamma_deg"] = "-0.0"
+    room.rows["h1"]["depth_cm"] = room.rows["th"]["depth_cm"] = ""
+    assert [problem.code for problem in room.check()] == ["sheet.gamma-zero"] * 2
+
+
+def test_a_depth_that_the_config_does_not_list_is_a_warning(room: Room) -> None:
+    room.rows["h1"]["depth_cm"] = room.rows["th"]["depth_cm"] = "3"
+    problems = room.check()
+    assert {(problem.code, problem.severity) for problem in problems} == {
+        ("sheet.depth-unlisted", "warning")
+    }
+    assert "one of 2.54, 5.08, 7.62 cm (fit.horizontal_depths_cm" in str(problems[0])
+
+
+@pytest.mark.parametrize(
+    ("word", "value"),
+    [
+        ("yes", True),
+        ("TRUE", True),
+        ("1", True),
+        ("no", False),
+        ("0", False),
+        ("False", False),
+        ("", False),
+    ],
+)
+def test_flags(room: Room, word: str, value: bool) -> None:
+    room.rows["p1"]["tare_shared"] = word
+    assert room.campaign().by_id["p1"].tare_shared is value
+
+
+def test_ids_twice_or_differing_by_case(room: Room) -> None:
+    room.add("p2", "p1", run_id="p1", tare_run="")
+    room.add("p3", "p1", run_id="P1", tare_run="")
+    errors = [str(problem) for problem in room.check() if problem.severity == "error"]
+    assert errors == [
+        "runs.csv, row 8, column run_id: found 'p1'; allowed: a name that no other run has; row 2 has it",
+        "runs.csv, row 9, column run_id: found 'P1'; allowed: a name that differs by more than case from p1 in row 2",
+    ]
+
+
+def test_too_many_rows(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(table, "MAX_ROWS", 3)
+    assert "at most 3 rows are read" in room.only("sheet.too-many-rows")
+
+
+def test_too_large_a_sheet(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(table, "MAX_BYTES", 100)
+    assert "are too large" in room.only("sheet.too-large")
+
+
+def test_order_of_problems_is_that_of_rows_and_columns(room: Room) -> None:
+    room.rows["c1"]["direction"] = "x"
+    room.rows["p1"].update(kind="plat", medium="x", beta_deg="x")
+    places = [
+        (problem.row, problem.column) for problem in room.check() if problem.severity == "error"
+    ]
+    assert places == [(2, "kind"), (2, "medium"), (2, "beta_deg"), (6, "direction")]
+
+
+def test_the_raw_folder_is_not_written(room: Room, tmp_path: Path) -> None:
+    room.write()
+    before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*"))
+    check_campaign(room.path)
+    assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*")) == before

@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+import time
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from rftfit.campaign.load import check_campaign
+
+if TYPE_CHECKING:
+    from .conftest import Room
+
+
+def test_ten_thousand_rows_in_two_seconds(room: Room) -> None:
+    for number in range(5000):
+        room.add(f"big_T{number}", "t1")
+        room.add(f"big_P{number}", "p1", tare_run=f"big_T{number}")
+    room.write()
+    start = time.perf_counter()
+    campaign, problems = check_campaign(room.path)
+    took = time.perf_counter() - start
+    assert problems == []
+    assert campaign is not None
+    assert len(campaign.runs) == 10_006
+    assert took < 2
+
+
+def test_ten_thousand_wrong_rows_are_no_slower_than_a_few_seconds(room: Room) -> None:
+    for number in range(10_000):
+        name = f"big_P{number}"
+        row = {"run_id": name, "medium": f"popy{number}", "tare_run": f"U{number}"}
+        logs = {"force_log": f"{name}.f", "motion_log": f"{name}.m"}
+        room.rows[name] = {**room.rows["p1"], **row, **logs}
+    room.write()
+    start = time.perf_counter()
+    problems = check_campaign(room.path)[1]
+    took = time.perf_counter() - start
+    # medium, tare, two logs
+    assert Counter(problem.code for problem in problems) == {
+        "sheet.unknown-word": 10_000,
+        "sheet.tare-unknown": 10_000,
+        "sheet.log-missing": 20_000,
+    }
+    assert took < 6

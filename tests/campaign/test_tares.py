@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from .conftest import Room
+
+
+def test_an_unknown_tare_has_a_nearest(room: Room) -> None:
+    room.rows["p1"]["tare_run"] = "t_1"
+    texts = [str(problem) for problem in room.check() if problem.code == "sheet.tare-unknown"]
+    assert len(texts) == 1
+    assert texts[0] == (
+        "runs.csv, row 2, column tare_run: found 't_1'; allowed: the run_id of a rod run in this "
+        "sheet; did you mean 't1'?"
+    )
+
+
+@pytest.mark.parametrize(
+    ("run", "tare", "text"),
+    [
+        ("p1", "h1", "a rod run for a plate run; h1 (row 4) is a plate run"),
+        ("p1", "p1", "a rod run for a plate run; p1 (row 2) is a plate run"),
+        ("p1", "a1", "a rod run for a plate run; a1 (row 7) is a leg_air run"),
+        ("c1", "t1", "a leg_air run for a leg run; t1 (row 3) is a rod run"),
+    ],
+)
+def test_a_tare_of_the_wrong_kind(room: Room, run: str, tare: str, text: str) -> None:
+    room.rows[run]["tare_run"] = tare
+    found = [problem for problem in room.check() if problem.severity == "error"]
+    assert [problem.code for problem in found] == ["sheet.tare-kind"]
+    assert text in str(found[0])
+
+
+@pytest.mark.parametrize(
+    ("run", "column", "value"),
+    [
+        ("t1", "medium", "poppy_CP"),
+        ("t1", "beta_deg", "-30"),
+        ("t1", "gamma_deg", "45.1"),
+        ("t1", "direction", "extraction"),
+        ("t1", "intruder", "disc"),
+        ("th", "depth_cm", "5.08"),
+        ("a1", "intruder", "flat_leg"),
+    ],
+)
+def test_the_tare_must_match(room: Room, run: str, column: str, value: str) -> None:
+    own = room.rows[run][column]
+    room.rows[run][column] = value
+    text = room.only(f"sheet.tare-{column.partition('_')[0]}")
+    row = 2 + list(room.rows).index(run)
+    assert f"the tare must match: {column} is {own} here and {value} in {run} (row {row})" in text
+
+
+def test_several_differences_are_several_messages(room: Room) -> None:
+    room.rows["t1"].update(medium="poppy_CP", beta_deg="0", gamma_deg="90")
+    codes = [problem.code for problem in room.check()]
+    assert codes == ["sheet.tare-medium", "sheet.tare-beta", "sheet.tare-gamma"]
+
+
+@pytest.mark.parametrize(
+    ("own", "other"), [("-90", "90"), ("90", "-90.0"), ("18.43", "18.435"), ("3e1", "30")]
+)
+def test_angles_that_mean_the_same(room: Room, own: str, other: str) -> None:
+    room.rows["p1"]["beta_deg"], room.rows["t1"]["beta_deg"] = own, other
+    assert room.check() == []
+
+
+def test_a_shared_tare_must_be_said_on_each_run(room: Room) -> None:
+    room.add("p2", "p1", tare_shared="yes")
+    text = room.only("sheet.tare-shared")
+    assert "row 2, column tare_shared" in text
+    assert "this must be yes on each run that uses t1 (rows 2, 8)" in text
+    room.rows["p1"]["tare_shared"] = "yes"
+    assert room.check() == []
+
+
+def test_an_excluded_run_does_not_make_a_tare_shared(room: Room) -> None:
+    room.add("p2", "p1", excluded="yes", reason="arm stopped")
+    assert room.check() == []
+
+
+@pytest.mark.parametrize("run", ["p1", "c1"])
+def test_no_tare_is_a_warning(room: Room, run: str) -> None:
+    room.rows[run]["tare_run"] = ""
+    found = {problem.code: problem for problem in room.check()}
+    assert set(found) == {"sheet.tare-missing", "sheet.tare-unused"}
+    assert found["sheet.tare-missing"].severity == "warning"
+    assert "will come out as NaN" in str(found["sheet.tare-missing"])
+
+
+def test_an_excluded_run_needs_no_tare(room: Room) -> None:
+    room.add("p2", "p1", tare_run="", excluded="yes", reason="arm stopped")
+    assert room.check() == []
+
+
+def test_an_excluded_tare_is_a_warning(room: Room) -> None:
+    room.rows["t1"].update(excluded="yes", reason="hit the wall")
+    text = room.only("sheet.tare-excluded")
+    assert "t1 (row 3) is excluded, so this run will have none" in text
+    assert room.check()[0].severity == "warning"

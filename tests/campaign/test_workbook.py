@@ -1,0 +1,154 @@
+from __future__ import annotations
+
+import datetime as dt
+import importlib
+import io
+import zipfile
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from rftfit.campaign import table, workbook
+
+if TYPE_CHECKING:
+    from .conftest import Room
+
+NAME = "runs.xlsx"
+
+
+def book_of(room: Room, **cells: Any) -> bytes:
+    """A workbook of the room's rows with numbers as numbers; `cells` by address."""
+    openpyxl: Any = importlib.import_module("openpyxl")
+    book = openpyxl.Workbook()
+    sheet = book.active
+    sheet.append(room.columns)
+    for row in room.rows.values():
+        texts = [row.get(name, "") for name in room.columns]
+        sheet.append([_cell(text) for text in texts])
+    for address, value in cells.items():
+        sheet[address] = value
+    # a second sheet is not looked at
+    book.create_sheet("other").append(["nonsense"])
+    out = io.BytesIO()
+    book.save(out)
+    return out.getvalue()
+
+
+def _cell(text: str) -> str | float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return text or None
+
+
+def address(room: Room, column: str, row: int) -> str:
+    return f"{'ABCDEFGHIJKLMNOP'[room.columns.index(column)]}{row}"
+
+
+def test_a_workbook_gives_the_same_runs_as_csv(room: Room) -> None:
+    plain = room.campaign().runs
+    assert str(room.campaign(book_of(room), NAME).runs) == str(plain)
+
+
+def test_a_workbook_is_known_by_its_content(room: Room) -> None:
+    assert len(room.campaign(book_of(room), "runs.csv").runs) == 6
+
+
+def test_row_numbers_are_those_of_the_spreadsheet(room: Room) -> None:
+    room.rows["p1"]["medium"] = "popy_LP"
+    openpyxl: Any = importlib.import_module("openpyxl")
+    book = openpyxl.load_workbook(io.BytesIO(book_of(room)))
+    book.active.insert_rows(1, 2)
+    book.active.insert_rows(4, 3)
+    out = io.BytesIO()
+    book.save(out)
+    problems = room.check(out.getvalue(), NAME)
+    assert [(p.row, p.column) for p in problems if p.severity == "error"] == [(7, "medium")]
+
+
+def test_numbers_and_truth_values_as_cells(room: Room) -> None:
+    room.rows["p1"]["run_id"] = "12"
+    cells: dict[str, Any] = {
+        address(room, "tare_shared", 2): True,
+        address(room, "excluded", 3): False,
+        address(room, "note", 2): dt.datetime(2024, 5, 2),
+        address(room, "note", 3): 2.5,
+        address(room, "surface_z_mm", 2): 150,
+    }
+    campaign = room.campaign(book_of(room, **cells), NAME)
+    run = campaign.by_id["12"]
+    assert (run.tare_shared, run.note, run.surface_z_mm) == (True, "2024-05-02T00:00:00", 150.0)
+    assert campaign.by_id["t1"].note == "2.5"
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "code", "part"),
+    [
+        ("beta_deg", dt.datetime(2024, 3, 1), "sheet.date", "found 'the date 2024-03-01T00:00:00'"),
+        ("beta_deg", dt.time(3, 1), "sheet.date", "format to Text"),
+        ("beta_deg", "#N/A", "sheet.cell-error", "the spreadsheet shows an error here"),
+        (
+            "beta_deg",
+            "=15+15",
+            "sheet.formula",
+            "found '=15+15'; allowed: a value; this formula was",
+        ),
+        ("note", "=A1", "sheet.formula", "never calculated"),
+        ("beta_deg", "30,5", "sheet.decimal-comma", "did you mean '30.5'?"),
+        ("beta_deg", True, "sheet.not-a-number", "found 'yes'"),
+    ],
+)
+def test_cells_that_are_not_what_they_look_like(
+    room: Room, column: str, value: object, code: str, part: str
+) -> None:
+    text = room.only(code, book_of(room, **{address(room, column, 2): value}), NAME)
+    assert f"{NAME}, row 2, column {column}" in text
+    assert part in text
+
+
+def test_a_calculated_formula_is_its_value(room: Room) -> None:
+    data = book_of(room, **{address(room, "beta_deg", 2): "=15+15"})
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(out, "w") as new:
+        for info in old.infolist():
+            part = old.read(info)
+            if info.filename == "xl/worksheets/sheet1.xml":
+                assert part.count(b"<f>15+15</f><v") == 1
+                part = part.replace(b"<f>15+15</f><v />", b"<f>15+15</f><v>30</v>")
+                part = part.replace(b"<f>15+15</f><v></v>", b"<f>15+15</f><v>30</v>")
+            new.writestr(info, part)
+    assert room.campaign(out.getvalue(), NAME).by_id["p1"].beta_deg == 30.0
+
+
+def test_a_damaged_workbook(room: Room) -> None:
+    data = book_of(room)
+    text = room.only("sheet.not-a-workbook", data[: len(data) // 2], NAME)
+    assert text.startswith("runs.xlsx: this workbook cannot be read")
+    assert "save it again" in text
+
+
+@pytest.mark.parametrize("data", [b"run_id,kind\n", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"])
+def test_no_workbook_at_all(room: Room, data: bytes) -> None:
+    assert "runs.xlsx" in room.only("sheet.not-a-workbook", data, NAME)
+
+
+def test_a_zip_bomb_is_refused_unopened(room: Room) -> None:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for number in range(5):
+            archive.writestr(f"xl/{number}.xml", bytes(50_000_000))
+    assert len(out.getvalue()) < 1_000_000
+    assert "250 MB when unpacked are too large" in room.only(
+        "sheet.too-large", out.getvalue(), NAME
+    )
+
+
+def test_too_many_rows(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workbook, "MAX_ROWS", 4)
+    monkeypatch.setattr(table, "MAX_ROWS", 4)
+    assert "at most 4 rows" in room.only("sheet.too-many-rows", book_of(room), NAME)
+    # a single cell far below
+    monkeypatch.undo()
+    assert "at most 200000 rows" in room.only(
+        "sheet.too-many-rows", book_of(room, A1048576="x"), NAME
+    )

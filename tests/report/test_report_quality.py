@@ -1,0 +1,192 @@
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import chain_tables as chain
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba
+from matplotlib.text import Text
+
+from rftfit.report import style
+from rftfit.report.grid import along_motion, edges, half_width, pivot, refine
+from rftfit.report.quality import draw_quality
+from rftfit.report.runs import filed, nice, span, thin, trouble
+from rftfit.report.saving import save
+from rftfit.report.sheet import lay_out
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+    from pathlib import Path
+
+    from matplotlib.figure import Figure
+
+
+@pytest.fixture(scope="module")
+def medium() -> tuple[pd.DataFrame, pd.DataFrame]:
+    return chain.runs("poppy_LP", samples=200)
+
+
+def marked(figure: Figure) -> int:
+    """Count the red frames."""
+    frames = [c for c in figure.axes[0].collections if isinstance(c, PolyCollection)]
+    red = [c for c in frames if np.array_equal(c.get_edgecolor(), [to_rgba(style.MARK)])]
+    return sum(len(c.get_paths()) for c in red)
+
+
+def words(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.findobj(Text)]
+
+
+def test_a_sheet_has_every_run_and_marks_the_bad_ones(
+    medium: tuple[pd.DataFrame, pd.DataFrame],
+) -> None:
+    traces, fits = medium[0], medium[1].copy()
+    chain.spoil(fits, 20, "tare too short")
+    fits.loc[50, "flags"] = "saturated"
+    traces = traces[traces["run_id"] != fits.loc[20, "run_id"]]
+    (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
+    text = words(figure)
+    assert "poppy seeds, loose: 105 plate runs, 2 marked" in text
+    assert marked(figure) == 2
+    assert "tare too short" in text
+    assert "saturated" in text
+    for run in fits["run_id"]:
+        assert sum(line.startswith(f"{run}\n") for line in text) == 1
+    assert "N/cm\u00b2" in " ".join(text)
+    assert "not measured" not in text
+    width, height = figure.get_size_inches() * 2.54
+    assert (width, height) == pytest.approx((42.0, 29.7))
+
+
+def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(
+    medium: tuple[pd.DataFrame, pd.DataFrame], tmp_path: Path
+) -> None:
+    traces, fits = medium
+    some = fits["run_id"].iloc[:30]
+    fits, traces = fits[fits["run_id"].isin(some)], traces[traces["run_id"].isin(some)]
+    (one,) = draw_quality(traces, fits, "poppy")
+    mixed = traces.sort_values("run_id", ascending=False, kind="stable")
+    (other,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), "poppy")
+    for first, second in zip(save(one, tmp_path / "a"), save(other, tmp_path / "b"), strict=True):
+        assert first.read_bytes() == second.read_bytes(), first.suffix
+
+
+def test_repeats_and_gaps_of_the_grid(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    traces, fits = medium
+    again = fits.iloc[[3]].assign(run_id="z_again")
+    pages = draw_quality(traces, pd.concat([fits.drop(index=7), again]), "poppy")
+    assert len(pages) == 2
+    assert words(pages[0]).count("not measured") == 1
+    assert any(line.startswith("z_again\n") for line in words(pages[1]))
+    assert "not measured" not in words(pages[1])
+
+
+def test_horizontal_runs_stand_by_depth(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    fits = medium[1]
+    depth = fits.set_index("run_id")["depth_from_cm"] + 0.02
+    (page,) = lay_out(fits, depth)
+    assert len(page.column_labels) == 15
+    assert page.column_labels[6:9] == [
+        f"\u03b3 = 0\u00b0\nhorizontal\n{level:.1f} cm deep" for level in (2.56, 5.10, 7.64)
+    ]
+    assert page.row_labels[0] == "\u03b2 = \u221290\u00b0"
+    flat = fits[(fits["direction"] == "horizontal") & (fits["beta_deg"] == 30)]
+    assert [page.places[run] for run in flat["run_id"]] == [(4, 6), (4, 7), (4, 8)]
+
+
+def test_a_horizontal_run_of_unknown_depth_keeps_a_place(
+    medium: tuple[pd.DataFrame, pd.DataFrame],
+) -> None:
+    fits = medium[1]
+    run = fits.loc[fits["direction"] == "horizontal", "run_id"].iloc[0]
+    depth = fits.set_index("run_id")["depth_from_cm"]
+    depth[run] = np.nan
+    pages = lay_out(fits, depth)
+    assert sum(len(page.places) for page in pages) == len(fits)
+    assert any("depth not known" in label for page in pages for label in page.column_labels)
+
+
+def test_extractions_are_turned_as_filed(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    traces, fits = medium
+    turned = filed(traces, fits)
+    pulled = traces["run_id"].isin(fits.loc[fits["direction"] == "extraction", "run_id"])
+    assert pulled.any()
+    for name in ("stress_x_N_per_cm2", "tare_x_N_per_cm2"):
+        np.testing.assert_array_equal(turned.loc[pulled, name], -traces.loc[pulled, name])
+        np.testing.assert_array_equal(turned.loc[~pulled, name], traces.loc[~pulled, name])
+    np.testing.assert_array_equal(turned["stress_z_N_per_cm2"], traces["stress_z_N_per_cm2"])
+
+
+def test_thinning_keeps_spikes_ends_and_gaps() -> None:
+    x = np.linspace(0, 8, 1000)
+    y = np.sin(x)
+    y[333] = 50.0
+    y[600:610] = np.nan
+    lines = thin(x, y)
+    assert len(lines) == 2
+    assert sum(map(len, lines)) <= 90
+    assert max(line[:, 1].max() for line in lines) == 50.0
+    assert lines[0][0, 0] == x[0]
+    assert lines[0][-1, 0] == x[599]
+    assert lines[1][0, 0] == x[610]
+    assert lines[1][-1, 0] == x[-1]
+    assert thin(x, np.full(x.shape, np.nan)) == []
+
+
+def test_panel_scales_are_round_and_hold_the_trace() -> None:
+    assert [nice(value) for value in (0.9, 1.0, 1.1, 2.5, 7.0, 0.03)] == pytest.approx(
+        [1, 1, 2, 5, 10, 0.05]
+    )
+    one = {"stress_z_N_per_cm2": np.array([0.0, 1.7, np.nan]), "depth_cm": np.array([90.0])}
+    assert span(one) == (-0.4, 2.0)
+    assert span({"stress_x_N_per_cm2": np.array([-0.7, 0.4])}) == (-1.0, 0.5)
+    assert span({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
+
+
+def test_trouble_is_told_in_few_words() -> None:
+    fit: dict[Hashable, object] = {
+        "reason": "",
+        "flags": "",
+        "alpha_z_N_per_cm3": 0.1,
+        "alpha_x_N_per_cm3": 0.1,
+    }
+    assert trouble(fit) == ""
+    assert trouble(fit | {"alpha_x_N_per_cm3": np.nan}) == "no alpha"
+    assert trouble(fit | {"reason": "no tare", "flags": "gap"}) == "no tare; gap"
+    assert trouble(fit | {"reason": np.nan, "flags": "gap"}) == "gap"
+
+
+def test_grids_of_the_alpha_table() -> None:
+    table = chain.alpha_table("poppy_LP")
+    beta, gamma, values = pivot(table.sample(frac=1, random_state=2), "alpha_z_N_per_cm3")
+    assert values.shape == (7, 13)
+    assert np.isnan(values).sum() == len(chain.MISSING)
+    first = table[(table["beta_deg"] == 30) & (table["gamma_deg"] == 90)]
+    assert values[4, 12] == first["alpha_z_N_per_cm3"].iloc[0]
+    borders = edges(gamma)
+    assert borders[0] == -90
+    assert borders[-1] == 90
+    assert ((borders[:-1] <= gamma) & (gamma <= borders[1:])).all()
+    np.testing.assert_allclose(half_width(first, "z"), first["alpha_z_se_N_per_cm3"] * 2)
+    with pytest.raises(ValueError, match="twice"):
+        pivot(pd.concat([table, table.iloc[:1]]), "alpha_z_N_per_cm3")
+    fine = refine(beta, gamma, values)
+    for i, angle in enumerate(beta):
+        row = fine[2][np.isclose(fine[0], angle)][0]
+        np.testing.assert_allclose(row[np.isclose(fine[1], gamma[6])], values[i, 6])
+
+
+def test_alpha_that_pushes_along_the_motion_is_positive() -> None:
+    gamma = np.array([-90.0, 0.0, 90.0])
+    alpha = np.ones((1, 3))
+    # straight up, an upward push helps; straight down it opposes; sideways motion is toward -x
+    np.testing.assert_array_equal(along_motion("z", gamma, alpha), [[1, 0, -1]])
+    np.testing.assert_array_equal(along_motion("x", gamma, alpha), [[0, -1, 0]])
+
+
+def test_marks_stand_out_from_the_data() -> None:
+    used = {*style.COMPONENT_COLOURS.values(), *style.TARE_COLOURS.values()}
+    assert style.MARK not in used
