@@ -16,21 +16,26 @@ from rftfit.errors import InputError, RftfitError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+_FIGURES = "rftfit.stages.figures"
 STAGES = {
-    "ingest": "rftfit.stages.ingest",
-    "tare": "rftfit.stages.tare",
-    "slopes": "rftfit.stages.slopes",
-    "legs": "rftfit.stages.legs",
-    "symmetry": "rftfit.stages.symmetry",
-    "fourier": "rftfit.stages.fourier",
-    "scaling": "rftfit.stages.scaling",
-    "ledger": "rftfit.stages.ledger",
-    "reproduction": "rftfit.stages.reproduction",
-    "workbooks": "rftfit.stages.workbooks",
-    "figures": "rftfit.stages.figures",
-    "quality": "rftfit.stages.quality",
+    "ingest": "rftfit.stages.ingest:ingest",
+    "tare": "rftfit.stages.tare:tare",
+    "slopes": "rftfit.stages.slopes:slopes",
+    "legs": "rftfit.stages.legs:legs",
+    "symmetry": "rftfit.stages.symmetry:symmetry",
+    "fourier": "rftfit.stages.fourier:fourier",
+    "scaling": "rftfit.stages.scaling:scaling",
+    "ledger": "rftfit.stages.ledger:ledger",
+    "reproduction": "rftfit.stages.reproduction:reproduction",
+    "workbooks": "rftfit.stages.workbooks:workbooks",
+    "quality": f"{_FIGURES}:quality",
+    "figure_stress": f"{_FIGURES}:figure_stress",
+    "figure_maps": f"{_FIGURES}:figure_maps",
+    "figure_fit": f"{_FIGURES}:figure_fit",
+    "figure_generic": f"{_FIGURES}:figure_generic",
+    "figure_tare": f"{_FIGURES}:figure_tare",
 }
-"""Stage to the module whose function of that name does the work."""
+"""Stage to the module and the function that do the work."""
 
 
 def stage_function(name: str) -> Callable[..., None]:
@@ -51,7 +56,8 @@ def stage_function(name: str) -> Callable[..., None]:
     """
     if name not in STAGES:
         raise InputError(f"no stage {name!r}; allowed: {', '.join(STAGES)}")
-    function: Callable[..., None] = getattr(importlib.import_module(STAGES[name]), name)
+    module, _, attribute = STAGES[name].partition(":")
+    function: Callable[..., None] = getattr(importlib.import_module(module), attribute)
     return function
 
 

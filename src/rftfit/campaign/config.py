@@ -187,6 +187,15 @@ class Fourier(Model):
     )
 
 
+class Figures(Model):
+    """What the figures show."""
+
+    stress_runs: tuple[str, ...] = Field(
+        default=(),
+        description="runs in the stress figure; default: the flat plate, down and up, of the first medium",
+    )
+
+
 class Medium(Model):
     """One granular medium."""
 
@@ -228,6 +237,7 @@ class Config(Model):
     )
     fit: Fit = Field(default=Fit(), description="which part of a stroke is fitted")
     fourier: Fourier = Field(default=Fourier(), description="the nine-term fit")
+    figures: Figures = Field(default=Figures(), description="what the figures show")
 
     @field_validator("intruders", "media")
     @classmethod

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rftfit.campaign.load import load_campaign
 from rftfit.errors import RftfitError
-from rftfit.measure.ledger import COLUMNS
+from rftfit.logs.base import LogError
+from rftfit.logs.registry import dialect
+from rftfit.measure.ledger import COLUMNS, DROPPED, Ledger
 from rftfit.store import read_csv, write_csv
 
 if TYPE_CHECKING:
@@ -13,12 +16,18 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.runs import Run
 
-def ledger(parts: list[Path], runs: list[Path], ledger: Path) -> None:
+_FAULT = "this is a fault of the program, please report it"
+
+
+def ledger(config: Path, parts: list[Path], runs: list[Path], ledger: Path) -> None:
     """Join the ledgers of all stages and media, and check that the rows add up.
 
     Parameters
     ----------
+    config : Path
     parts : list of Path
         Read: ledgers of the stages, one medium each.
     runs : list of Path
@@ -33,9 +42,26 @@ def ledger(parts: list[Path], runs: list[Path], ledger: Path) -> None:
     """
     import pandas as pd
 
-    book = join([read_csv(path) for path in parts])
+    campaign = load_campaign(config)
+    unclaimed = Ledger()
+    for run in campaign.unclaimed:
+        _drop_unclaimed(campaign, run, unclaimed)
+    book = join([*(read_csv(path) for path in parts), unclaimed.table()])
+    absent = sorted(set(campaign.by_id) - set(book["run_id"]))
+    if absent:
+        raise RftfitError(f"{len(absent)} runs are not in the ledger, first {absent[0]}: {_FAULT}")
     check(book, pd.concat([read_csv(path) for path in runs]))
     write_csv(book, ledger)
+
+
+def _drop_unclaimed(campaign: Campaign, run: Run, book: Ledger) -> None:
+    """Account for an in-air run that no leg names; it belongs to no medium and no stage reads it."""
+    for file in (run.force_log, run.motion_log):
+        try:
+            rows = dialect(campaign.config.dialect).load(campaign.raw / file).rows
+        except LogError as error:
+            rows = error.rows
+        book.add(run, file, DROPPED, "in-air run that no leg run names as its tare", rows)
 
 
 def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
@@ -79,5 +105,5 @@ def check(book: pd.DataFrame, runs: pd.DataFrame) -> None:
         name = wrong.index[0]
         raise RftfitError(
             f"the ledger does not add up in {len(wrong)} runs, first {name}: {counted[name]} rows "
-            f"counted, {wanted[name]} in the logs. This is a fault of the program: please report it."
+            f"counted, {wanted[name]} in the logs: {_FAULT}"
         )

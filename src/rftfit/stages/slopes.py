@@ -12,7 +12,7 @@ from rftfit.measure.fits import COMPONENTS, Fit, Stroke, filed_under, fit_run
 from rftfit.measure.ledger import DROPPED, USED, Ledger
 from rftfit.measure.rows import Why
 from rftfit.measure.strokes import split_runs
-from rftfit.store import read_csv, read_parquet, write_csv
+from rftfit.store import read_csv, read_parquet, write_csv, write_parquet
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def slopes(
     config: Path, medium: str, runs: Path, tared: Path, tares: Path,
-    fits: Path, alpha: Path, ledger: Path,
+    fits: Path, alpha: Path, windows: Path, ledger: Path,
 ) -> None:  # fmt: skip
     """Fit every plate run of a medium and combine the fits into its alpha table.
 
@@ -35,8 +35,9 @@ def slopes(
     medium : str
     runs, tared, tares : Path
         Read: from the ingest and tare stages.
-    fits, alpha, ledger : Path
-        Written: one row per plate run, one per cell of the grid, counts of rows.
+    fits, alpha, windows, ledger : Path
+        Written: one row per plate run, one per cell of the grid, why each sample was fitted or
+        not (Parquet, the rows of `tared`), counts of rows.
 
     Raises
     ------
@@ -44,18 +45,19 @@ def slopes(
         If an input is not valid or a result cannot be written.
     """
     campaign = load_campaign(config)
-    table, book = fit_medium(
+    table, why, book = fit_medium(
         campaign, medium, read_csv(runs), read_parquet(tared), read_csv(tares)
     )
     fit = campaign.config.fit
     write_csv(table, fits)
     write_csv(alpha_table(table, medium, fit.confidence, len(fit.horizontal_depths_cm)), alpha)
+    write_parquet(why, windows)
     write_csv(book.table(), ledger)
 
 
 def fit_medium(
     campaign: Campaign, medium: str, status: pd.DataFrame, tared: pd.DataFrame, tares: pd.DataFrame
-) -> tuple[pd.DataFrame, Ledger]:
+) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Fit every plate run of a medium.
 
     Parameters
@@ -69,6 +71,8 @@ def fit_medium(
     -------
     fits : pandas.DataFrame
         One row per plate run of the sheet, also of those that give no alpha.
+    windows : pandas.DataFrame
+        `run_id, why`: the rows of `tared`, `Why` a sample was not fitted.
     ledger : Ledger
         The rows of the strokes that were handed on.
     """
@@ -82,6 +86,7 @@ def fit_medium(
     no_tare = dict(zip(tares["run_id"], tares["reason"], strict=True))
     confidence = campaign.config.fit.confidence
     rows = []
+    why = columns["why"].copy()
     for run in campaign.runs_of(medium):
         if run.kind != "plate":
             continue
@@ -95,6 +100,7 @@ def fit_medium(
         part = where[run.run_id]
         stroke = _stroke(columns, force, part, fact, facts[run.tare_run], flags)
         fit = fit_run(run, stroke, campaign.config)
+        why[part] = fit.why
         # rows dropped by an earlier stage are in that stage's ledger already
         handed_on = fit.why[stroke.why == Why.GOOD]
         ledger.add_rows(run, run.force_log, handed_on[handed_on != Why.GOOD], "")
@@ -103,7 +109,8 @@ def fit_medium(
         if good:
             ledger.add(run, run.force_log, *fate, good)
         rows.append(_row(run, fit, confidence))
-    return pd.DataFrame(rows, columns=_row_names()), ledger
+    windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
+    return pd.DataFrame(rows, columns=_row_names()), windows, ledger
 
 
 def _stroke(

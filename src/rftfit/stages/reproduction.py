@@ -1,0 +1,51 @@
+"""Ours beside the paper's: every published number that this chain can meet, with a verdict."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rftfit.campaign.load import load_campaign
+from rftfit.store import read_csv, write_csv
+from rftfit.validate.comparison import Item
+from rftfit.validate.slips import slips
+from rftfit.validate.tables import compare_alpha, compare_coefficients, compare_penetration
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def reproduction(
+    config: Path, alpha: list[Path], coefficients: Path, penetration: Path, reproduction: Path
+) -> None:
+    """Write the reproduction table.
+
+    Parameters
+    ----------
+    config : Path
+    alpha : list of Path
+    coefficients, penetration : Path
+        Read: tables of the earlier stages.
+    reproduction : Path
+        Written: `item, where, paper, ours, lo, hi, verdict, why`.
+
+    Raises
+    ------
+    RftfitError
+        If an input is not valid or the result cannot be written.
+    """
+    import pandas as pd
+
+    settings = load_campaign(config).config
+    published = {
+        name: medium.published_as
+        for name, medium in settings.media.items()
+        if medium.published_as is not None
+    }
+    tables = {str(t["medium"].iloc[0]): t for t in (read_csv(path) for path in alpha)}
+    values = read_csv(coefficients)
+    items: list[Item] = []
+    items += compare_alpha(tables, published)
+    items += compare_coefficients(values, published)
+    items += compare_penetration(read_csv(penetration), published)
+    items += slips()
+    write_csv(pd.DataFrame([item.row() for item in items]), reproduction)

@@ -1,0 +1,114 @@
+"""Digests that let the workflow see what it does not watch itself: code, settings, run sheet."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+_LENGTH = 16
+
+
+def digest_of(*values: object) -> str:
+    """Digest of values that JSON can write, or that can say what they are.
+
+    Parameters
+    ----------
+    *values : object
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
+    """
+    text = json.dumps(values, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
+
+
+def code_digest(module: str) -> str:
+    """Digest of the source of a module of this package and of all it imports from it.
+
+    Imports inside functions count. Data files beside an imported package (the published tables,
+    the figures' style) count as its source.
+
+    Parameters
+    ----------
+    module : str
+        For example ``rftfit.stages.ingest``.
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
+    """
+    seen: set[str] = set()
+    waiting = [module]
+    while waiting:
+        name = waiting.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        waiting += [other for other in _imports(name) if other not in seen]
+    total = hashlib.sha256()
+    for name in sorted(seen):
+        total.update(name.encode())
+        total.update(_source_digest(name))
+    return total.hexdigest()[:_LENGTH]
+
+
+@cache
+def _path(module: str) -> Path | None:
+    """Source file of a module, found without importing it."""
+    root = Path(__file__).resolve().parents[1]
+    path = root.joinpath(*module.split(".")[1:])
+    if module.split(".")[0] != root.name:
+        spec = find_spec(module)
+        return Path(spec.origin) if spec and spec.origin else None
+    for candidate in (path / "__init__.py", path.with_suffix(".py")):
+        if candidate.is_file():
+            return candidate
+    return None
+
+
+@cache
+def _source_digest(module: str) -> bytes:
+    path = _path(module)
+    assert path is not None
+    total = hashlib.sha256(path.read_bytes())
+    if path.name == "__init__.py":
+        beside: Iterable[Path] = sorted(path.parent.iterdir())
+        for other in beside:
+            if other.is_file() and other.suffix in (".csv", ".mplstyle"):
+                total.update(other.read_bytes())
+    return total.digest()
+
+
+@cache
+def _imports(module: str) -> frozenset[str]:
+    """Modules of this package that a module's source imports, with the packages around them."""
+    path = _path(module)
+    assert path is not None
+    package = module.split(".")[0]
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            names.add(node.module)
+            # `from package import module` names a module, not a value
+            names.update(f"{node.module}.{alias.name}" for alias in node.names)
+    found = set()
+    for name in names:
+        parts = name.split(".")
+        if parts[0] != package:
+            continue
+        around = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
+        found.update(part for part in around if _path(part) is not None)
+    return frozenset(found)

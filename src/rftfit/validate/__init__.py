@@ -1,0 +1,1 @@
+"""Measured against published and predicted: the reproduction table."""

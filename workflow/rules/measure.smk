@@ -1,0 +1,107 @@
+# Logs to alpha tables: one job per medium and stage, never one per log.
+# The digests among the params make a change of code, settings or run sheet rerun just what hangs on it.
+
+
+rule ingest:
+    input:
+        logs=lambda wildcards: PLAN.logs(wildcards.medium),
+    output:
+        traces="results/traces/{medium}.parquet",
+        runs="results/runs/{medium}.csv",
+        ledger="results/ledger/ingest/{medium}.csv",
+    params:
+        campaign=CONFIG,
+        code=PLAN.code("ingest"),
+        rows=lambda wildcards: PLAN.rows(wildcards.medium),
+        settings=PLAN.settings(
+            "raw", "dialect", "transducer", "arm", "clock", "intruders", "fit"
+        ),
+    log:
+        "results/logs/ingest/{medium}.log",
+    shell:
+        "{STAGE} ingest config={params.campaign:q} medium={wildcards.medium:q}"
+        " traces={output.traces:q} runs={output.runs:q} ledger={output.ledger:q} 2> {log:q}"
+
+
+rule tare:
+    input:
+        traces="results/traces/{medium}.parquet",
+        runs="results/runs/{medium}.csv",
+    output:
+        tared="results/tared/{medium}.parquet",
+        tares="results/tares/{medium}.csv",
+        ledger="results/ledger/tare/{medium}.csv",
+    params:
+        campaign=CONFIG,
+        code=PLAN.code("tare"),
+        rows=lambda wildcards: PLAN.rows(wildcards.medium),
+    log:
+        "results/logs/tare/{medium}.log",
+    shell:
+        "{STAGE} tare config={params.campaign:q} medium={wildcards.medium:q}"
+        " traces={input.traces:q} runs={input.runs:q} tared={output.tared:q}"
+        " tares={output.tares:q} ledger={output.ledger:q} 2> {log:q}"
+
+
+rule slopes:
+    input:
+        runs="results/runs/{medium}.csv",
+        tared="results/tared/{medium}.parquet",
+        tares="results/tares/{medium}.csv",
+    output:
+        fits="results/fits/{medium}.csv",
+        alpha="results/alpha/{medium}.csv",
+        windows="results/windows/{medium}.parquet",
+        ledger="results/ledger/slopes/{medium}.csv",
+    params:
+        campaign=CONFIG,
+        code=PLAN.code("slopes"),
+        rows=lambda wildcards: PLAN.rows(wildcards.medium),
+        settings=PLAN.settings("transducer", "container", "intruders", "fit", "media"),
+    log:
+        "results/logs/slopes/{medium}.log",
+    shell:
+        "{STAGE} slopes config={params.campaign:q} medium={wildcards.medium:q}"
+        " runs={input.runs:q} tared={input.tared:q} tares={input.tares:q} fits={output.fits:q}"
+        " alpha={output.alpha:q} windows={output.windows:q} ledger={output.ledger:q} 2> {log:q}"
+
+
+rule legs:
+    input:
+        runs="results/runs/{medium}.csv",
+        tared="results/tared/{medium}.parquet",
+    output:
+        curves="results/legs/{medium}.csv",
+        ledger="results/ledger/legs/{medium}.csv",
+    params:
+        campaign=CONFIG,
+        code=PLAN.code("legs"),
+        rows=lambda wildcards: PLAN.rows(wildcards.medium),
+    log:
+        "results/logs/legs/{medium}.log",
+    shell:
+        "{STAGE} legs config={params.campaign:q} medium={wildcards.medium:q}"
+        " runs={input.runs:q} tared={input.tared:q} curves={output.curves:q}"
+        " ledger={output.ledger:q} 2> {log:q}"
+
+
+rule ledger:
+    input:
+        parts=expand(
+            "results/ledger/{stage}/{medium}.csv",
+            stage=["ingest", "tare", "slopes", "legs"],
+            medium=PLAN.media,
+        ),
+        runs=expand("results/runs/{medium}.csv", medium=PLAN.media),
+    output:
+        ledger="results/ledger.csv",
+    params:
+        campaign=CONFIG,
+        code=PLAN.code("ledger"),
+        parts=lambda wildcards, input: [f"parts={path}" for path in input.parts],
+        runs=lambda wildcards, input: [f"runs={path}" for path in input.runs],
+    log:
+        "results/logs/ledger.log",
+    shell:
+        "{STAGE} ledger config={params.campaign:q} {params.parts:q} {params.runs:q}"
+        " ledger={output.ledger:q} 2> {log:q}"
