@@ -160,6 +160,10 @@ class Fit(Model):
     horizontal_skip_cm: NotNegative = Field(
         default=2.0, description="start-up length left out of a horizontal run, cm"
     )
+    extraction_skip_cm: NotNegative = Field(
+        default=0.1,
+        description="length left out where an extraction starts, before its force has built up, cm",
+    )
     air_clearance_cm: Positive = Field(
         default=0.5,
         description="how far the whole intruder must be above the surface to count as in air, cm",

@@ -22,7 +22,7 @@ def parse_body(body: bytes, width: int) -> tuple[FloatArray, int, dict[str, int]
     Parameters
     ----------
     body : bytes
-        Everything after the header row; any line ends; blank lines do not count.
+        Everything after the header row; any line ends; blank lines and ``#`` comments do not count.
     width : int
         Cells in a row.
 
@@ -31,7 +31,7 @@ def parse_body(body: bytes, width: int) -> tuple[FloatArray, int, dict[str, int]
     values : numpy.ndarray, shape (width, n)
         The good rows, in order.
     rows : int
-        Lines that hold anything.
+        Data lines: those that hold anything and are no comment.
     dropped : dict of str to int
         Reason to number of lines left out; n and these add up to `rows`.
     """
@@ -39,7 +39,8 @@ def parse_body(body: bytes, width: int) -> tuple[FloatArray, int, dict[str, int]
     if body.strip() and not body.endswith((b"\n", b"\r")):
         # whoever wrote the last row was stopped in it, even if the cells happen to add up
         cut = max(body.rfind(b"\n"), body.rfind(b"\r")) + 1
-        dropped[CUT] = 1
+        if is_data(body[cut:]):
+            dropped[CUT] = 1
         body = body[:cut]
     parsed = _parse_whole(body, width)
     if parsed is None:
@@ -51,6 +52,21 @@ def parse_body(body: bytes, width: int) -> tuple[FloatArray, int, dict[str, int]
         dropped[FINITE] = int(np.count_nonzero(~finite))
         values = values[:, finite]
     return values, rows, dropped
+
+
+def is_data(line: bytes) -> bool:
+    """Tell a data line from a blank one and from a comment.
+
+    Parameters
+    ----------
+    line : bytes
+
+    Returns
+    -------
+    bool
+    """
+    text = line.strip()
+    return bool(text) and not text.startswith(b"#")
 
 
 def _parse_whole(body: bytes, width: int) -> FloatArray | None:
@@ -68,6 +84,8 @@ def _parse_whole(body: bytes, width: int) -> FloatArray | None:
             read_options=pacsv.ReadOptions(
                 column_names=names, use_threads=False, block_size=max(len(body), 1)
             ),
+            # a quote is no part of a number, here as little as line by line
+            parse_options=pacsv.ParseOptions(quote_char=False),
             convert_options=pacsv.ConvertOptions(
                 column_types=dict.fromkeys(names, pa.float64()), null_values=[]
             ),
@@ -81,14 +99,19 @@ def _parse_lines(body: bytes, width: int, dropped: dict[str, int]) -> FloatArray
     """Parse line by line and count what is wrong with the bad ones."""
     good: list[list[float]] = []
     for line in body.splitlines():
-        if not line.strip():
+        if not is_data(line):
             continue
         cells = line.split(b",")
         if len(cells) != width:
             dropped[CELLS] = dropped.get(CELLS, 0) + 1
             continue
         try:
-            good.append([float(cell) for cell in cells])
+            row = [float(cell) for cell in cells]
         except ValueError:
+            row = []
+        # Python would take 1_0 for 10
+        if not row or b"_" in line:
             dropped[NUMBER] = dropped.get(NUMBER, 0) + 1
+        else:
+            good.append(row)
     return np.array(good, dtype=float).reshape(-1, width).T

@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.numbers import parse_body
+from rftfit.logs.numbers import is_data, parse_body
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,7 +69,7 @@ class RigDialect:
         try:
             names, units = _columns(header)
         except ValueError as error:
-            rows = sum(1 for line in body.splitlines() if line.strip())
+            rows = sum(map(is_data, body.splitlines()))
             raise LogError("header", f"{path}: {error}", rows) from None
         values, rows, dropped = parse_body(body, len(names))
         if rows == 0:
@@ -92,8 +92,9 @@ def _split(content: bytes) -> tuple[str, bytes]:
     """Header row, and everything after it; comments and blank lines in front are passed over."""
     start = 3 if content.startswith(b"\xef\xbb\xbf") else 0
     while start < len(content):
-        end = content.find(b"\n", start)
-        end = len(content) if end < 0 else end
+        # \n, \r\n or \r alone; the blank line between \r and \n is passed over
+        ends = (content.find(mark, start) for mark in (b"\n", b"\r"))
+        end = min((place for place in ends if place >= 0), default=len(content))
         line = content[start:end].strip()
         start = end + 1
         if line and not line.startswith(b"#"):

@@ -45,7 +45,7 @@ def clean(log: Log) -> Log:
     time = log.columns["time"]
     latest = np.concatenate([[-np.inf], np.maximum.accumulate(time)[:-1]])
     forward = time > latest
-    if np.count_nonzero(forward) * 2 < forward.size:
+    if np.count_nonzero(forward) * 2 <= forward.size:
         raise LogError(
             "time",
             f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows",

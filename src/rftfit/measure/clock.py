@@ -106,6 +106,24 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     return spans[spans[:, 1] - spans[:, 0] > 0.1]
 
 
+def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
+    """Leave out stretches that a log shows no start or no end of: it was cut while the arm moved.
+
+    Parameters
+    ----------
+    spans : numpy.ndarray, shape (k, 2)
+        s.
+    first, last : float
+        First and last sample that a stretch was looked for in, s.
+
+    Returns
+    -------
+    numpy.ndarray, shape (j, 2)
+        s.
+    """
+    return spans[(spans[:, 0] > first) & (spans[:, 1] < last)]
+
+
 def _crossing(
     time: FloatArray, speed: FloatArray, threshold: float, before: np.ndarray, after: np.ndarray
 ) -> FloatArray:
@@ -141,8 +159,8 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
     short, long = sorted((force_spans, motion_spans), key=len)
     if len(short) == 0:
         raise ClockError(
-            f"the arm moves in {len(force_spans)} stretches by the force log's sync line and in "
-            f"{len(motion_spans)} by the motion log: nothing to match"
+            f"the arm moves in {len(force_spans)} whole stretches by the force log's sync line and "
+            f"in {len(motion_spans)} by the motion log: nothing to match. Is a log cut short?"
         )
     fits = []
     for shift in range(len(long) - len(short) + 1):

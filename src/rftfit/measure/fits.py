@@ -157,7 +157,10 @@ def _window(run: Run, stroke: Stroke, plate: Plate, config: Config) -> np.ndarra
         return horizontal_window(
             stroke.path, stroke.x, plate, beta, config.container, config.fit
         )
-    return slanted_window(stroke.depth, stroke.x, plate, beta, config.container, config.fit)
+    why = slanted_window(stroke.depth, stroke.x, plate, beta, config.container, config.fit)
+    if run.direction == "extraction":
+        why[(stroke.path < config.fit.extraction_skip_cm) & (why == Why.GOOD)] = Why.STARTUP
+    return why
 
 
 def _linearity_flags(

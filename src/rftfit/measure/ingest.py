@@ -11,7 +11,7 @@ import numpy as np
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.registry import dialect
 from rftfit.measure.clean import clean, gaps
-from rftfit.measure.clock import ClockError, ClockFit, align, moving_spans
+from rftfit.measure.clock import ClockError, ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.frame import sensor_to_lab
 from rftfit.measure.ledger import DROPPED, USED, Ledger
 from rftfit.measure.motion import Motion, StrokeError, find_stroke
@@ -154,7 +154,7 @@ def _make_trace(
     channels, force_time, line = _force(config, force_log)
     motion = _motion(config, run, motion_log)
     spans = motion.spans(config.arm)
-    clock = _clock(config, force_time, line, spans)
+    clock = _clock(config, force_time, line, motion, spans)
     start, end = find_stroke(motion, spans, run, config.arm)
 
     on_motion = clock.motion_time(force_time)
@@ -195,6 +195,8 @@ def _make_trace(
     phase[in_stroke] = PHASES.index("stroke")
     missing = max(float(end - on_motion[-1]), float(on_motion[0] - start))
     flags = _flags(config, force_time[in_stroke], missing, clock, zero.drift_N)
+    if start <= motion.time[1] or end >= motion.time[-2]:
+        flags += ("the motion log begins or ends within the stroke",)
     return Trace(
         run, force_time, phase, x, z, angle, force - zero.force, why,
         zero.variance, zero.dof, clock, flags, (force_log.rows, motion_log.rows),
@@ -228,11 +230,15 @@ def _motion(config: Config, run: Run, log: Log) -> Motion:
     )
 
 
-def _clock(config: Config, time: FloatArray, line: FloatArray, spans: FloatArray) -> ClockFit:
+def _clock(
+    config: Config, time: FloatArray, line: FloatArray, motion: Motion, spans: FloatArray
+) -> ClockFit:
     if config.clock.method == "same_clock":
         return ClockFit(0.0, 0.0, 0.0, 0.0, 0)
-    force_spans = moving_spans(time, line, 0.5)
-    return align(force_spans, spans, config.clock.max_residual_s)
+    seen = whole_spans(moving_spans(time, line, 0.5), float(time[0]), float(time[-1]))
+    # the speed is known from the second sample to the last but one; no spans in fewer than three
+    done = whole_spans(spans, *motion.time[[1, -2]]) if len(spans) else spans
+    return align(seen, done, config.clock.max_residual_s)
 
 
 def _flags(

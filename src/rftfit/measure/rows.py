@@ -40,6 +40,6 @@ _TEXT = {
     Why.ABOVE: "outside the window: plate not wholly submerged",
     Why.BOTTOM: "outside the window: too near the bottom",
     Why.WALL: "outside the window: too near a wall",
-    Why.STARTUP: "outside the window: start-up of a horizontal run",
+    Why.STARTUP: "outside the window: start of the stroke, force still building up",
     Why.NONLINEAR: "outside the window: beyond the linear regime",
 }

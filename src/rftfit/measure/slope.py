@@ -12,6 +12,7 @@ from rftfit.measure.autocorrelation import combine_dof, weighted_sum_variance
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
+_LEVEL = 0.005
 
 @dataclass(frozen=True)
 class Slope:
@@ -28,7 +29,8 @@ class Slope:
     ols_se : numpy.ndarray
         Textbook standard error, which takes samples for independent, N/cm^3.
     intercept, free_slope : numpy.ndarray
-        Of the fit with a free intercept, N/cm^2 and N/cm^3.
+        Of the fit with a free intercept, N/cm^2 and N/cm^3; these and what follows are NaN where
+        the depth does not change, as in a horizontal run.
     nonlinear_p : numpy.ndarray
         Probability that a straight line through zero shows this much curvature by noise.
     nonlinear_ratio : numpy.ndarray
@@ -165,9 +167,16 @@ def fit_slope(
 def _free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
     centred = depth - depth.mean()
     spread = float(centred @ centred)
-    # a horizontal run keeps its depth: then there is no slope to free
-    slope = stress @ centred / spread if spread > 1e-9 * depth.size else np.full(len(stress), np.nan)
+    if _level(depth):
+        nothing = np.full(len(stress), np.nan)
+        return nothing, nothing
+    slope = stress @ centred / spread
     return stress.mean(axis=1) - slope * depth.mean(), slope
+
+
+def _level(depth: FloatArray) -> bool:
+    """Tell a horizontal run: what its depth varies by is the noise of the arm's log."""
+    return float(depth.std()) < _LEVEL * float(np.abs(depth).max())
 
 
 def _curvature(
@@ -178,7 +187,7 @@ def _curvature(
 
     bend = depth**2 - depth * float(depth**2 @ depth) / float(depth @ depth)
     power = float(bend @ bend)
-    if power < 1e-9 * float(depth @ depth):
+    if _level(depth):
         nothing = np.full(alpha.size, np.nan)
         return nothing, nothing
     size = residual @ bend / power

@@ -103,6 +103,10 @@ def find_zero(
     pieces = [piece for piece in np.split(rest, breaks) if piece.size >= MIN_SAMPLES]
     if not pieces:
         return None
+    middles = [float(time[piece].mean()) for piece in pieces]
+    if middles[0] > stroke_time or middles[-1] < stroke_time:
+        # a rest cut in two by a gap is one rest still: it shows nothing of the drift to the stroke
+        pieces = [max(pieces, key=len)]
     means, variances, dofs = zip(*(_mean(force[:, piece]) for piece in pieces), strict=True)
     if len(pieces) == 1:
         constant = np.repeat(means[0][:, None], time.size, axis=1)
