@@ -1,7 +1,9 @@
 # From transducer logs to coefficient tables, figures and the reproduction table.
 # `rftfit run` starts this with sane defaults; by hand: snakemake --cores 2 --config campaign=config/config.yaml
+import os
 import re
 import sys
+from pathlib import Path
 
 from snakemake.utils import min_version
 
@@ -9,16 +11,25 @@ from rftfit.workflow import Plan
 
 min_version("9.5")
 
+
+envvars:
+    "PATH",
+
+
+# The jobs' `python` is the one that runs Snakemake, whether or not its environment is activated.
+os.environ["PATH"] = os.pathsep.join(
+    [str(Path(sys.executable).parent), os.environ["PATH"]]
+)
+
 CONFIG = config.get("campaign", "config/config.yaml")
 PLAN = Plan(CONFIG)
-PYTHON = sys.executable
-STAGE = f'"{PYTHON}" -m rftfit'
 
 
 wildcard_constraints:
     medium="|".join(re.escape(medium) for medium in PLAN.media) or "none",
 
 
+include: "workflow/rules/common.smk"
 include: "workflow/rules/measure.smk"
 include: "workflow/rules/profile.smk"
 include: "workflow/rules/report.smk"

@@ -71,7 +71,9 @@ class Plan:
         """
         raw = self.campaign.raw
         files = [
-            file for run in self.campaign.runs_of(medium) for file in (run.force_log, run.motion_log)
+            file
+            for run in self.campaign.runs_of(medium)
+            for file in (run.force_log, run.motion_log)
         ]
         there = [raw / file for file in sorted(set(files)) if (raw / file).is_file()]
         root = self.campaign.root.resolve()
@@ -89,7 +91,11 @@ class Plan:
         str
         """
         kept = [
-            [str(getattr(run, name)) for name in run.__dataclass_fields__ if name not in ("row", "note")]
+            [
+                str(getattr(run, name))
+                for name in run.__dataclass_fields__
+                if name not in ("row", "note")
+            ]
             for run in self.campaign.runs_of(medium)
         ]
         return digest_of(sorted(kept))

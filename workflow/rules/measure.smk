@@ -9,6 +9,10 @@ rule ingest:
         traces="results/traces/{medium}.parquet",
         runs="results/runs/{medium}.csv",
         ledger="results/ledger/ingest/{medium}.csv",
+    log:
+        "results/logs/ingest/{medium}.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("ingest"),
@@ -16,10 +20,8 @@ rule ingest:
         settings=PLAN.settings(
             "raw", "dialect", "transducer", "arm", "clock", "intruders", "fit"
         ),
-    log:
-        "results/logs/ingest/{medium}.log",
     shell:
-        "{STAGE} ingest config={params.campaign:q} medium={wildcards.medium:q}"
+        "python -m rftfit ingest config={params.campaign:q} medium={wildcards.medium:q}"
         " traces={output.traces:q} runs={output.runs:q} ledger={output.ledger:q} 2> {log:q}"
 
 
@@ -31,14 +33,16 @@ rule tare:
         tared="results/tared/{medium}.parquet",
         tares="results/tares/{medium}.csv",
         ledger="results/ledger/tare/{medium}.csv",
+    log:
+        "results/logs/tare/{medium}.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("tare"),
         rows=lambda wildcards: PLAN.rows(wildcards.medium),
-    log:
-        "results/logs/tare/{medium}.log",
     shell:
-        "{STAGE} tare config={params.campaign:q} medium={wildcards.medium:q}"
+        "python -m rftfit tare config={params.campaign:q} medium={wildcards.medium:q}"
         " traces={input.traces:q} runs={input.runs:q} tared={output.tared:q}"
         " tares={output.tares:q} ledger={output.ledger:q} 2> {log:q}"
 
@@ -53,15 +57,17 @@ rule slopes:
         alpha="results/alpha/{medium}.csv",
         windows="results/windows/{medium}.parquet",
         ledger="results/ledger/slopes/{medium}.csv",
+    log:
+        "results/logs/slopes/{medium}.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("slopes"),
         rows=lambda wildcards: PLAN.rows(wildcards.medium),
         settings=PLAN.settings("transducer", "container", "intruders", "fit", "media"),
-    log:
-        "results/logs/slopes/{medium}.log",
     shell:
-        "{STAGE} slopes config={params.campaign:q} medium={wildcards.medium:q}"
+        "python -m rftfit slopes config={params.campaign:q} medium={wildcards.medium:q}"
         " runs={input.runs:q} tared={input.tared:q} tares={input.tares:q} fits={output.fits:q}"
         " alpha={output.alpha:q} windows={output.windows:q} ledger={output.ledger:q} 2> {log:q}"
 
@@ -73,14 +79,16 @@ rule legs:
     output:
         curves="results/legs/{medium}.csv",
         ledger="results/ledger/legs/{medium}.csv",
+    log:
+        "results/logs/legs/{medium}.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("legs"),
         rows=lambda wildcards: PLAN.rows(wildcards.medium),
-    log:
-        "results/logs/legs/{medium}.log",
     shell:
-        "{STAGE} legs config={params.campaign:q} medium={wildcards.medium:q}"
+        "python -m rftfit legs config={params.campaign:q} medium={wildcards.medium:q}"
         " runs={input.runs:q} tared={input.tared:q} curves={output.curves:q}"
         " ledger={output.ledger:q} 2> {log:q}"
 
@@ -95,13 +103,15 @@ rule ledger:
         runs=expand("results/runs/{medium}.csv", medium=PLAN.media),
     output:
         ledger="results/ledger.csv",
+    log:
+        "results/logs/ledger.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("ledger"),
-        parts=lambda wildcards, input: [f"parts={path}" for path in input.parts],
-        runs=lambda wildcards, input: [f"runs={path}" for path in input.runs],
-    log:
-        "results/logs/ledger.log",
+        parts=named("parts"),
+        runs=named("runs"),
     shell:
-        "{STAGE} ledger config={params.campaign:q} {params.parts:q} {params.runs:q}"
+        "python -m rftfit ledger config={params.campaign:q} {params.parts:q} {params.runs:q}"
         " ledger={output.ledger:q} 2> {log:q}"

@@ -1,27 +1,20 @@
 # Alpha tables to symmetry, Fourier coefficients and scaling.
 
 
-def alpha_tables(media):
-    return expand("results/alpha/{medium}.csv", medium=media)
-
-
-def named(name):
-    """Words name=path for each of a rule's input files of that name."""
-    return lambda wildcards, input: [f"{name}={path}" for path in input.get(name, [])]
-
-
 rule symmetry:
     input:
         alpha=alpha_tables(PLAN.laboratory),
     output:
         extended="results/alpha_extended.csv",
+    log:
+        "results/logs/symmetry.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         code=PLAN.code("symmetry"),
         alpha=named("alpha"),
-    log:
-        "results/logs/symmetry.log",
     shell:
-        "{STAGE} symmetry {params.alpha:q} extended={output.extended:q} 2> {log:q}"
+        "python -m rftfit symmetry {params.alpha:q} extended={output.extended:q} 2> {log:q}"
 
 
 rule fourier:
@@ -30,15 +23,17 @@ rule fourier:
     output:
         coefficients="results/fourier/media.csv",
         terms="results/fourier/terms.csv",
+    log:
+        "results/logs/fourier.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("fourier"),
         settings=PLAN.settings("fit", "fourier", "media"),
         alpha=named("alpha"),
-    log:
-        "results/logs/fourier.log",
     shell:
-        "{STAGE} fourier config={params.campaign:q} {params.alpha:q}"
+        "python -m rftfit fourier config={params.campaign:q} {params.alpha:q}"
         " coefficients={output.coefficients:q} terms={output.terms:q} 2> {log:q}"
 
 
@@ -50,16 +45,18 @@ rule scaling:
     output:
         coefficients="results/coefficients.csv",
         penetration="results/penetration.csv",
+    log:
+        "results/logs/scaling.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("scaling"),
         settings=PLAN.settings("fit", "fourier", "media"),
         alpha=named("alpha"),
         sands=named("sands"),
-    log:
-        "results/logs/scaling.log",
     shell:
-        "{STAGE} scaling config={params.campaign:q} {params.alpha:q} {params.sands:q}"
+        "python -m rftfit scaling config={params.campaign:q} {params.alpha:q} {params.sands:q}"
         " media_coefficients={input.media:q} coefficients={output.coefficients:q}"
         " penetration={output.penetration:q} 2> {log:q}"
 
@@ -71,14 +68,16 @@ rule reproduction:
         penetration="results/penetration.csv",
     output:
         reproduction="results/reproduction.csv",
+    log:
+        "results/logs/reproduction.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("reproduction"),
         settings=PLAN.settings("media"),
         alpha=named("alpha"),
-    log:
-        "results/logs/reproduction.log",
     shell:
-        "{STAGE} reproduction config={params.campaign:q} {params.alpha:q}"
+        "python -m rftfit reproduction config={params.campaign:q} {params.alpha:q}"
         " coefficients={input.coefficients:q} penetration={input.penetration:q}"
         " reproduction={output.reproduction:q} 2> {log:q}"

@@ -9,15 +9,17 @@ rule workbooks:
     output:
         alpha_tables="results/alpha_tables.xlsx",
         coefficient_tables="results/coefficients.xlsx",
+    log:
+        "results/logs/workbooks.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("workbooks"),
         settings=PLAN.settings("fit", "media"),
         alpha=named("alpha"),
-    log:
-        "results/logs/workbooks.log",
     shell:
-        "{STAGE} workbooks config={params.campaign:q} {params.alpha:q}"
+        "python -m rftfit workbooks config={params.campaign:q} {params.alpha:q}"
         " coefficients={input.coefficients:q} penetration={input.penetration:q}"
         " alpha_tables={output.alpha_tables:q}"
         " coefficient_tables={output.coefficient_tables:q} 2> {log:q}"
@@ -31,14 +33,16 @@ rule quality:
     output:
         png="results/quality/{medium}.png",
         others=multiext("results/quality/{medium}", ".pdf", ".svg"),
+    log:
+        "results/logs/quality/{medium}.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("quality"),
         settings=PLAN.settings("intruders", "media"),
-    log:
-        "results/logs/quality/{medium}.log",
     shell:
-        "{STAGE} quality config={params.campaign:q} medium={wildcards.medium:q}"
+        "python -m rftfit quality config={params.campaign:q} medium={wildcards.medium:q}"
         " tared={input.tared:q} windows={input.windows:q} fits={input.fits:q}"
         " png={output.png:q} 2> {log:q}"
 
@@ -50,14 +54,16 @@ rule figure_tare:
     output:
         png="results/figures/tare_{medium}.png",
         others=multiext("results/figures/tare_{medium}", ".pdf", ".svg"),
+    log:
+        "results/logs/figure_tare/{medium}.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_tare"),
         settings=PLAN.settings("media"),
-    log:
-        "results/logs/figure_tare/{medium}.log",
     shell:
-        "{STAGE} figure_tare config={params.campaign:q} medium={wildcards.medium:q}"
+        "python -m rftfit figure_tare config={params.campaign:q} medium={wildcards.medium:q}"
         " tared={input.tared:q} tares={input.tares:q} png={output.png:q} 2> {log:q}"
 
 
@@ -69,6 +75,10 @@ rule figure_stress:
     output:
         png="results/figures/fig_2b_stress.png",
         others=multiext("results/figures/fig_2b_stress", ".pdf", ".svg"),
+    log:
+        "results/logs/figure_stress.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_stress"),
@@ -76,10 +86,8 @@ rule figure_stress:
         tared=named("tared"),
         windows=named("windows"),
         fits=named("fits"),
-    log:
-        "results/logs/figure_stress.log",
     shell:
-        "{STAGE} figure_stress config={params.campaign:q} {params.tared:q} {params.windows:q}"
+        "python -m rftfit figure_stress config={params.campaign:q} {params.tared:q} {params.windows:q}"
         " {params.fits:q} png={output.png:q} 2> {log:q}"
 
 
@@ -89,14 +97,16 @@ rule figure_maps_of_one:
     output:
         png="results/figures/fig_2cd_maps_{medium}.png",
         others=multiext("results/figures/fig_2cd_maps_{medium}", ".pdf", ".svg"),
+    log:
+        "results/logs/figure_maps/{medium}.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_maps"),
         settings=PLAN.settings("fit", "media"),
-    log:
-        "results/logs/figure_maps/{medium}.log",
     shell:
-        "{STAGE} figure_maps config={params.campaign:q} alpha={input.alpha:q}"
+        "python -m rftfit figure_maps config={params.campaign:q} alpha={input.alpha:q}"
         " png={output.png:q} 2> {log:q}"
 
 
@@ -106,15 +116,17 @@ rule figure_maps:
     output:
         png="results/figures/fig_s4_maps.png",
         others=multiext("results/figures/fig_s4_maps", ".pdf", ".svg"),
+    log:
+        "results/logs/figure_maps.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_maps"),
         settings=PLAN.settings("fit", "media"),
         alpha=named("alpha"),
-    log:
-        "results/logs/figure_maps.log",
     shell:
-        "{STAGE} figure_maps config={params.campaign:q} {params.alpha:q}"
+        "python -m rftfit figure_maps config={params.campaign:q} {params.alpha:q}"
         " png={output.png:q} 2> {log:q}"
 
 
@@ -125,15 +137,17 @@ rule figure_fit:
     output:
         png="results/figures/fig_s6_fit.png",
         others=multiext("results/figures/fig_s6_fit", ".pdf", ".svg"),
+    log:
+        "results/logs/figure_fit.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_fit"),
         settings=PLAN.settings("fourier", "media"),
         alpha=named("alpha"),
-    log:
-        "results/logs/figure_fit.log",
     shell:
-        "{STAGE} figure_fit config={params.campaign:q} {params.alpha:q}"
+        "python -m rftfit figure_fit config={params.campaign:q} {params.alpha:q}"
         " coefficients={input.coefficients:q} png={output.png:q} 2> {log:q}"
 
 
@@ -145,14 +159,16 @@ rule figure_generic:
     output:
         png="results/figures/fig_s7_generic.png",
         others=multiext("results/figures/fig_s7_generic", ".pdf", ".svg"),
+    log:
+        "results/logs/figure_generic.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_generic"),
         settings=PLAN.settings("fourier", "media"),
         alpha=named("alpha"),
-    log:
-        "results/logs/figure_generic.log",
     shell:
-        "{STAGE} figure_generic config={params.campaign:q} {params.alpha:q}"
+        "python -m rftfit figure_generic config={params.campaign:q} {params.alpha:q}"
         " coefficients={input.coefficients:q} penetration={input.penetration:q}"
         " png={output.png:q} 2> {log:q}"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import io
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ CUT = "cut in mid-row"
 CELLS = "wrong number of cells"
 NUMBER = "not a number"
 FINITE = "NaN or infinite"
+_BLOCK_BYTES = 1 << 24
 
 
 def parse_body(body: bytes, width: int) -> tuple[FloatArray, int, dict[str, int]]:
@@ -76,23 +77,31 @@ def _parse_whole(body: bytes, width: int) -> FloatArray | None:
 
     if not body.strip():
         return np.empty((width, 0))
-    names = [str(index) for index in range(width)]
     try:
-        table = pacsv.read_csv(
-            io.BytesIO(body),
-            # one thread and one block: these files are small and the jobs run side by side
-            read_options=pacsv.ReadOptions(
-                column_names=names, use_threads=False, block_size=max(len(body), 1)
-            ),
-            # a quote is no part of a number, here as little as line by line
-            parse_options=pacsv.ParseOptions(quote_char=False),
-            convert_options=pacsv.ConvertOptions(
-                column_types=dict.fromkeys(names, pa.float64()), null_values=[]
-            ),
-        )
+        table = pacsv.read_csv(pa.BufferReader(body), **_options(width))
     except pa.ArrowInvalid:
         return None
     return np.stack([column.to_numpy() for column in table.columns])
+
+
+@cache
+def _options(width: int) -> dict[str, Any]:
+    """Make the fast parser's settings once; making them costs as much as parsing a few hundred rows."""
+    import pyarrow as pa
+    import pyarrow.csv as pacsv
+
+    names = [str(index) for index in range(width)]
+    return {
+        # one thread: these files are small and the jobs run side by side
+        "read_options": pacsv.ReadOptions(
+            column_names=names, use_threads=False, block_size=_BLOCK_BYTES
+        ),
+        # a quote is no part of a number, here as little as line by line
+        "parse_options": pacsv.ParseOptions(quote_char=False),
+        "convert_options": pacsv.ConvertOptions(
+            column_types=dict.fromkeys(names, pa.float64()), null_values=[]
+        ),
+    }
 
 
 def _parse_lines(body: bytes, width: int, dropped: dict[str, int]) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 ANGLE_TOLERANCE_DEG = 0.05
+Row = dict[Any, Any]
+"""One row of the table of fits."""
+
 QUANTITIES = ("", "_se", "_lo", "_hi")
 
 
@@ -64,40 +67,39 @@ def alpha_table(fits: pd.DataFrame, medium: str, confidence: float, depths: int)
     """
     import pandas as pd
 
+    records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
+    beta_deg = np.array([row["beta_deg"] for row in records], dtype=float)
+    gamma_deg = np.array([row["gamma_deg"] for row in records], dtype=float)
     rows = []
     for beta in BETA_DEG:
+        off_beta = np.abs((beta_deg - beta + 90) % 180 - 90)
         for gamma in GAMMA_DEG:
-            here = _runs_of_cell(fits, float(beta), float(gamma))
-            rows.append({"medium": medium, "beta_deg": beta, "gamma_deg": gamma,
-                         **_cell(here, float(gamma), confidence, depths)})  # fmt: skip
+            near = (off_beta < ANGLE_TOLERANCE_DEG) & (
+                np.abs(gamma_deg - gamma) < ANGLE_TOLERANCE_DEG
+            )
+            here = [records[index] for index in np.flatnonzero(near)]
+            cell = _cell(here, bool(gamma == 0), confidence, depths)
+            rows.append({"medium": medium, "beta_deg": beta, "gamma_deg": gamma, **cell})
     return pd.DataFrame(rows)
 
 
-def _runs_of_cell(fits: pd.DataFrame, beta: float, gamma: float) -> pd.DataFrame:
-    off_beta = (fits["beta_deg"].to_numpy(float) - beta + 90) % 180 - 90
-    off_gamma = fits["gamma_deg"].to_numpy(float) - gamma
-    near = (np.abs(off_beta) < ANGLE_TOLERANCE_DEG) & (np.abs(off_gamma) < ANGLE_TOLERANCE_DEG)
-    return fits[near].sort_values("run_id")
-
-
 def _cell(
-    runs: pd.DataFrame, gamma: float, confidence: float, depths: int
+    runs: list[Row], horizontal: bool, confidence: float, depths: int
 ) -> dict[str, float | int | str]:
     names = [column(component, quantity) for component in COMPONENTS for quantity in QUANTITIES]
     cell: dict[str, float | int | str] = dict.fromkeys(names, math.nan)
-    good = runs[np.isfinite(runs["alpha_z_N_per_cm3"].to_numpy(float))]
-    flags = [f"{run}: {flag}" for run, flag in zip(runs["run_id"], runs["flags"], strict=True) if flag]
-    reasons = [
-        f"{run}: {reason}" for run, reason in zip(runs["run_id"], runs["reason"], strict=True) if reason
-    ]
-    horizontal = gamma == 0
-    n_depths = int(good["depth_from_cm"].round(1).nunique()) if horizontal else depths
-    if horizontal and 0 < n_depths < depths:
-        flags.append(f"{n_depths} of {depths} depths")
-    if len(runs) == 0:
+    good = [run for run in runs if math.isfinite(run[column("z")])]
+    flags = [f"{run['run_id']}: {run['flags']}" for run in runs if run["flags"]]
+    reasons = [f"{run['run_id']}: {run['reason']}" for run in runs if run["reason"]]
+    n_depths = len({round(run["depth_from_cm"], 1) for run in good}) if horizontal else depths
+    if not runs:
         reasons.append("no run")
-    # one depth cannot show that stress is proportional to depth
-    if len(good) and (not horizontal or n_depths >= 2):
+    elif good and n_depths < 2 <= depths:
+        # one depth cannot show that stress is proportional to depth
+        reasons.append(f"only {n_depths} of {depths} depths")
+    elif good:
+        if n_depths < depths:
+            flags.append(f"{n_depths} of {depths} depths")
         for component in COMPONENTS:
             combine = _through_depths if horizontal else _mean_of_runs
             alpha, se, dof = combine(good, component)
@@ -105,26 +107,21 @@ def _cell(
             values = (alpha, se, alpha - half, alpha + half)
             cell.update({column(component, quantity): value
                          for quantity, value in zip(QUANTITIES, values, strict=True)})  # fmt: skip
-    elif len(good):
-        reasons.append(f"only {n_depths} of {depths} depths")
     return cell | {
         "n_runs": len(good),
-        "run_ids": " ".join(good["run_id"]),
+        "run_ids": " ".join(run["run_id"] for run in good),
         "flags": "; ".join(flags),
         "reason": "; ".join(reasons),
     }
 
 
-def _parts(runs: pd.DataFrame, component: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    alpha = runs[column(component)].to_numpy(float)
-    return alpha, runs[column(component, "_se")].to_numpy(float), _dofs(runs, component)
+def _parts(runs: list[Row], component: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    names = (column(component), column(component, "_se"), f"alpha_{component}_dof")
+    alpha, se, dof = (np.array([run[name] for run in runs], dtype=float) for name in names)
+    return alpha, se, dof
 
 
-def _dofs(runs: pd.DataFrame, component: str) -> FloatArray:
-    return runs[f"alpha_{component}_dof"].to_numpy(float)
-
-
-def _mean_of_runs(runs: pd.DataFrame, component: str) -> tuple[float, float, float]:
+def _mean_of_runs(runs: list[Row], component: str) -> tuple[float, float, float]:
     """Mean, its standard error and degrees of freedom."""
     alpha, se, dof = _parts(runs, component)
     n = alpha.size
@@ -139,10 +136,10 @@ def _mean_of_runs(runs: pd.DataFrame, component: str) -> tuple[float, float, flo
     return float(alpha.mean()), math.sqrt(within), within_dof
 
 
-def _through_depths(runs: pd.DataFrame, component: str) -> tuple[float, float, float]:
+def _through_depths(runs: list[Row], component: str) -> tuple[float, float, float]:
     """Zero-intercept fit through the mean stress at each depth."""
     alpha, se, dof = _parts(runs, component)
-    depth = (runs["depth_from_cm"].to_numpy(float) + runs["depth_to_cm"].to_numpy(float)) / 2
+    depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in runs])
     share = depth**2 / float(depth @ depth)
     variances = (share * se) ** 2
     total = math.sqrt(float(variances.sum()))

@@ -10,10 +10,12 @@ after prewhitening by a first-order autoregression; see Andrews and Monahan, Eco
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.conventions import FloatArray
+if TYPE_CHECKING:
+    from rftfit.conventions import FloatArray
 
 COSINES = 12
 _MAX_RHO = 0.98
@@ -27,9 +29,7 @@ def _cosines(n: int, count: int) -> FloatArray:
     return modes
 
 
-def weighted_sum_variance(
-    residual: FloatArray, weight: FloatArray
-) -> tuple[FloatArray, float]:
+def weighted_sum_variance(residual: FloatArray, weight: FloatArray) -> tuple[FloatArray, float]:
     """Variance of sum(weight x error) from the residuals of a one-parameter fit.
 
     Parameters

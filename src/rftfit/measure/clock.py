@@ -44,7 +44,7 @@ class ClockFit:
     edges: int
 
     def offset_se(self, step_s: float) -> float:
-        """Standard error of the offset.
+        """Return the standard error of the offset.
 
         Parameters
         ----------
@@ -58,7 +58,11 @@ class ClockFit:
         """
         if self.edges == 0:
             return 0.0
-        return max(self.residual_s, step_s / math.sqrt(12)) / math.sqrt(self.edges)
+        # an arm that moves for whole samples has all its edges at one place between two samples:
+        # what the residual does not show of a step's spread, the edges have in common
+        apart = self.residual_s**2 * self.edges / max(self.edges - 2, 1)
+        common = max(step_s**2 / 12 - apart, 0.0)
+        return math.sqrt(common + apart / self.edges)
 
     @property
     def whole_hours(self) -> int:
@@ -101,8 +105,13 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     moving = np.concatenate([[False], speed > threshold, [False]])
     change = np.flatnonzero(moving[1:] != moving[:-1])
     first, last = change[::2], change[1::2] - 1
-    spans = np.stack([_crossing(time, speed, threshold, first - 1, first),
-                      _crossing(time, speed, threshold, last, last + 1)], axis=1)
+    spans = np.stack(
+        [
+            _crossing(time, speed, threshold, first - 1, first),
+            _crossing(time, speed, threshold, last, last + 1),
+        ],
+        axis=1,
+    )
     return spans[spans[:, 1] - spans[:, 0] > 0.1]
 
 
@@ -128,10 +137,13 @@ def _crossing(
     time: FloatArray, speed: FloatArray, threshold: float, before: np.ndarray, after: np.ndarray
 ) -> FloatArray:
     """Time between two neighbouring samples at which the speed passes the threshold."""
-    low, high = np.clip(before, 0, time.size - 1), np.clip(after, 0, time.size - 1)
+    low, high = np.maximum(before, 0), np.minimum(after, time.size - 1)
     rise = speed[high] - speed[low]
-    share = np.divide(threshold - speed[low], rise, out=np.zeros(low.size), where=rise != 0)
-    return time[low] + np.clip(share, 0, 1) * (time[high] - time[low])
+    # at either end of the log there is no neighbour: the log's first or last sample is the edge
+    rise[rise == 0] = np.inf
+    share = np.minimum(np.maximum((threshold - speed[low]) / rise, 0), 1)
+    result: FloatArray = time[low] + share * (time[high] - time[low])
+    return result
 
 
 def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: float) -> ClockFit:

@@ -128,10 +128,13 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> Fit:
     saturated = int(np.count_nonzero(wanted & (stroke.why == Why.SATURATED)))
     if saturated:
         return refuse(f"transducer saturated in {saturated} samples of the window")
+    wanted_count = int(np.count_nonzero(wanted))
     untared = int(np.count_nonzero(wanted & (stroke.why == Why.NO_TARE)))
     # a step or two at the ends is the difference of two logs' starts, not a tare that is short
-    if untared > 0.02 * max(np.count_nonzero(wanted), 1) + 2:
-        return refuse(f"tare shorter than the run: {untared} samples of the window have no tare")
+    if untared > 0.02 * wanted_count + 2:
+        return refuse(
+            f"tare shorter than the run or with a gap: {untared} samples of the window have no tare"
+        )
     points = int(np.count_nonzero(usable))
     if points < max(config.fit.min_points, 8):
         return refuse(f"too few points: {points} in the window, {config.fit.min_points} wanted")
@@ -143,9 +146,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> Fit:
         depth, stress, stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof, stroke.depth_sd
     )
     flags = stroke.flags + _linearity_flags(run, slope, float(depth.max()), plate, config)
-    return Fit(
-        beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why, flags
-    )
+    return Fit(beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why, flags)
 
 
 def _window(run: Run, stroke: Stroke, plate: Plate, config: Config) -> np.ndarray:
@@ -154,9 +155,7 @@ def _window(run: Run, stroke: Stroke, plate: Plate, config: Config) -> np.ndarra
     if medium.role == "natural_sand":
         return linear_window(stroke.depth, medium.linear_to_cm or math.inf)
     if run.direction == "horizontal":
-        return horizontal_window(
-            stroke.path, stroke.x, plate, beta, config.container, config.fit
-        )
+        return horizontal_window(stroke.path, stroke.x, plate, beta, config.container, config.fit)
     why = slanted_window(stroke.depth, stroke.x, plate, beta, config.container, config.fit)
     if run.direction == "extraction":
         why[(stroke.path < config.fit.extraction_skip_cm) & (why == Why.GOOD)] = Why.STARTUP

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.registry import dialect
-from rftfit.measure.clean import clean, gaps
-from rftfit.measure.clock import ClockError, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.clean import gaps
+from rftfit.measure.clock import ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.frame import sensor_to_lab
 from rftfit.measure.ledger import DROPPED, USED, Ledger
 from rftfit.measure.motion import Motion, StrokeError, find_stroke
+from rftfit.measure.pair import Pair, load_pair
 from rftfit.measure.rows import Why
 from rftfit.measure.units import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
 from rftfit.measure.zero import find_zero, height_needed
@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
-_WHY_OF_PHASE = np.array([Why.GOOD, Why.APPROACH, Why.PAUSE, Why.GOOD, Why.ELSEWHERE], dtype=np.int8)
+_WHY_OF_PHASE = np.array(
+    [Why.GOOD, Why.APPROACH, Why.PAUSE, Why.GOOD, Why.ELSEWHERE], dtype=np.int8
+)
 _NEAR_FULL_RANGE = 0.995
 
 
@@ -75,15 +77,15 @@ class Trace:
 
     @property
     def step_s(self) -> float:
-        """Typical step between samples, s."""
-        return float(np.median(self.time[1:] - self.time[:-1]))
+        """Mean step between samples, s."""
+        return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
 
 
 class RunRefused(ValueError):
     """A run that gives no trace; the text is the reason in ledger, table and report."""
 
 
-def ingest_run(campaign: Campaign, run: Run, ledger: Ledger) -> Trace:
+def ingest_run(campaign: Campaign, run: Run, ledger: Ledger, pair: Pair | None = None) -> Trace:
     """Read both logs of a run and bring them into the lab frame.
 
     Rows that go no further are put into the ledger here; the good ones of the stroke are left to
@@ -95,6 +97,8 @@ def ingest_run(campaign: Campaign, run: Run, ledger: Ledger) -> Trace:
     run : Run
     ledger : Ledger
         Is added to.
+    pair : Pair, optional
+        Both logs, where they have been read already.
 
     Returns
     -------
@@ -105,52 +109,25 @@ def ingest_run(campaign: Campaign, run: Run, ledger: Ledger) -> Trace:
     RunRefused
         If the run cannot be used; all rows of both files are then in the ledger.
     """
-    config = campaign.config
-    force_log, motion_log, problems = _load_both(campaign, run)
-    if run.excluded:
-        problems = [f"excluded: {run.reason}"]
-    if not problems and force_log is not None and motion_log is not None:
+    pair = pair or load_pair(campaign, run)
+    problems = [f"excluded: {run.reason}"] if run.excluded else pair.problems
+    if not problems:
+        assert isinstance(pair.force, Log)
+        assert isinstance(pair.motion, Log)
         try:
-            trace = _make_trace(config, run, force_log, motion_log)
-        except (ClockError, StrokeError, ValueError) as error:
+            trace = _make_trace(campaign.config, run, pair.force, pair.motion)
+        except ValueError as error:
             problems = [str(error)]
         else:
-            _account(ledger, run, force_log, motion_log, trace)
+            _account(ledger, run, pair.force, pair.motion, trace)
             return trace
     reason = "; ".join(problems)
-    for file, log in ((run.force_log, force_log), (run.motion_log, motion_log)):
-        _account_refused(ledger, run, file, log, reason)
+    _account_refused(ledger, run, run.force_log, pair.force, reason)
+    _account_refused(ledger, run, run.motion_log, pair.motion, reason)
     raise RunRefused(reason)
 
 
-def _load_both(
-    campaign: Campaign, run: Run
-) -> tuple[Log | LogError, Log | LogError, list[str]]:
-    """Read and clean both logs; an unusable one comes back as its error."""
-    reader = dialect(campaign.config.dialect)
-    results: list[Log | LogError] = []
-    problems: list[str] = []
-    for file, wanted in ((run.force_log, "F1"), (run.motion_log, "x")):
-        try:
-            log = clean(reader.load(campaign.raw / file))
-            if wanted not in log.columns:
-                kind = "force" if wanted == "F1" else "motion"
-                raise LogError("wrong_kind", f"{file}: this is not a {kind} log", log.rows)
-        except LogError as error:
-            # the folder of the raw data is the reader's business, not the ledger's
-            text = str(error).replace(str(campaign.raw / file), file)
-            results.append(LogError(error.code, text, error.rows))
-            problems.append(text)
-        else:
-            results.append(log)
-    return results[0], results[1], problems
-
-
-def _make_trace(
-    config: Config, run: Run, force_log: Log | LogError, motion_log: Log | LogError
-) -> Trace:
-    assert isinstance(force_log, Log)
-    assert isinstance(motion_log, Log)
+def _make_trace(config: Config, run: Run, force_log: Log, motion_log: Log) -> Trace:
     channels, force_time, line = _force(config, force_log)
     motion = _motion(config, run, motion_log)
     spans = motion.spans(config.arm)
@@ -186,7 +163,9 @@ def _make_trace(
         config.transducer.drift_N_per_min,
     )
     if zero is None:
-        raise StrokeError("no_zero", "no zero: the intruder is never at rest in air for half a second")
+        raise StrokeError(
+            "no_zero", "no zero: the intruder is never at rest in air for half a second"
+        )
 
     phase = np.full(force_time.size, PHASES.index("other"))
     phase[in_air & ~moving] = PHASES.index("air")
@@ -197,6 +176,13 @@ def _make_trace(
     flags = _flags(config, force_time[in_stroke], missing, clock, zero.drift_N)
     if start <= motion.time[1] or end >= motion.time[-2]:
         flags += ("the motion log begins or ends within the stroke",)
+    stuck = int(np.count_nonzero(saturated & in_stroke))
+    if stuck:
+        flags += (f"transducer saturated in {stuck} samples of the stroke",)
+    for name, log in (("force", force_log), ("motion", motion_log)):
+        flags += tuple(
+            f"{name} log: {why_lost} ({rows} dropped)" for why_lost, rows in log.dropped.items()
+        )
     return Trace(
         run, force_time, phase, x, z, angle, force - zero.force, why,
         zero.variance, zero.dof, clock, flags, (force_log.rows, motion_log.rows),
@@ -257,13 +243,8 @@ def _flags(
     return tuple(flags)
 
 
-def _account(
-    ledger: Ledger, run: Run, force_log: Log | LogError, motion_log: Log | LogError,
-    trace: Trace,
-) -> None:  # fmt: skip
+def _account(ledger: Ledger, run: Run, force_log: Log, motion_log: Log, trace: Trace) -> None:
     """Put everything but the stroke's own rows into the ledger."""
-    assert isinstance(force_log, Log)
-    assert isinstance(motion_log, Log)
     for file, log in ((run.force_log, force_log), (run.motion_log, motion_log)):
         for reason, rows in log.dropped.items():
             ledger.add(run, file, DROPPED, reason, rows)
@@ -274,9 +255,7 @@ def _account(
     ledger.add_rows(run, run.force_log, outside[~handed_on], "zero of the transducer")
 
 
-def _account_refused(
-    ledger: Ledger, run: Run, file: str, log: Log | LogError, reason: str
-) -> None:
+def _account_refused(ledger: Ledger, run: Run, file: str, log: Log | LogError, reason: str) -> None:
     if isinstance(log, LogError):
         ledger.add(run, file, DROPPED, reason, log.rows)
         return

@@ -159,7 +159,7 @@ def find_stroke(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[
 
 
 def _check_plate(motion: Motion, start: float, end: float, run: Run, arm: Arm) -> None:
-    """Angle of the plate and depth of a horizontal run as the sheet says?"""
+    """Refuse a plate at another angle, or a horizontal run at another depth, than the sheet says."""
     inside = (motion.time >= start) & (motion.time <= end)
     beta = math.degrees(float(np.median(motion.angle[inside])))
     off = (beta - run.beta_deg + 90) % 180 - 90
@@ -179,8 +179,13 @@ def _check_plate(motion: Motion, start: float, end: float, run: Run, arm: Arm) -
 
 def _rotation(motion: Motion, spans: FloatArray) -> tuple[float, float]:
     """Longest turn of a leg."""
-    turns = [abs(float(np.diff(np.interp(span, motion.time, motion.angle))[0])) for span in spans]
-    if not turns or max(turns) < math.radians(10):
-        raise StrokeError("no_rotation", "the leg does not turn by 10 degrees or more in one stretch")
+    turns = [float(np.diff(np.interp(span, motion.time, motion.angle))[0]) for span in spans]
+    if not turns or max(turns, key=abs) < 0 or max(turns) < math.radians(10):
+        seen = ", ".join(f"{math.degrees(turn):+.0f}" for turn in turns) or "nothing"
+        raise StrokeError(
+            "no_rotation",
+            f"the leg turned by {seen} deg; a rotation turns it by +10 deg or more in one stretch, "
+            "from negative theta to positive",
+        )
     start, end = spans[int(np.argmax(turns))]
     return float(start), float(end)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 _LEVEL = 0.005
 
+
 @dataclass(frozen=True)
 class Slope:
     """Slopes of k stress components against one depth; all arrays of shape (k,).
@@ -157,7 +158,7 @@ def fit_slope(
     dofs = np.vstack([np.full((2, alpha.size), count), zero_dof])
     se = np.sqrt(parts.sum(axis=0))
     intercept, free_slope = _free_intercept(depth, stress)
-    p_value, ratio = _curvature(depth, stress, alpha, residual)
+    p_value, ratio = _curvature(depth, alpha, residual)
     return Slope(
         alpha, se, combine_dof(parts, dofs), ols_se, intercept, free_slope, p_value, ratio,
         depth.size,
@@ -180,7 +181,7 @@ def _level(depth: FloatArray) -> bool:
 
 
 def _curvature(
-    depth: FloatArray, stress: FloatArray, alpha: FloatArray, residual: FloatArray
+    depth: FloatArray, alpha: FloatArray, residual: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Test a term in depth squared, made orthogonal to the line through zero."""
     from scipy.special import stdtr

@@ -87,7 +87,9 @@ def split_runs(table: pd.DataFrame) -> dict[str, slice]:
     edges = np.flatnonzero(np.diff(codes)) + 1
     starts = np.concatenate([[0], edges]) if codes.size else np.empty(0, dtype=int)
     stops = np.append(edges, codes.size)
-    return {str(names[codes[a]]): slice(int(a), int(b)) for a, b in zip(starts, stops, strict=False)}
+    return {
+        str(names[codes[a]]): slice(int(a), int(b)) for a, b in zip(starts, stops, strict=False)
+    }
 
 
 def strokes(samples: pd.DataFrame) -> dict[str, Samples]:
@@ -111,7 +113,5 @@ def strokes(samples: pd.DataFrame) -> dict[str, Samples]:
     for name, rows in split_runs(part).items():
         x, depth = columns["x_cm"][rows], columns["depth_cm"][rows]
         path = np.hypot(x - x[0], depth - depth[0])
-        found[name] = Samples(
-            depth, x, columns["angle_deg"][rows], path, force[:, rows], why[rows]
-        )
+        found[name] = Samples(depth, x, columns["angle_deg"][rows], path, force[:, rows], why[rows])
     return found

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Container, Fit, Plate
     from rftfit.conventions import FloatArray
 
+
 def half_extent(plate: Plate, beta: float) -> tuple[float, float]:
     """Half the size of a plate along x and z when it is held at `beta`.
 

@@ -61,7 +61,7 @@ def height_needed(intruder: Plate | Leg, angle: FloatArray, clearance: float) ->
         half = intruder.max_length_cm / 2
         # the tip lies at max_length x (-sin theta, -cos theta) from the axle
         return half * np.cos(angle) + half + clearance
-    _, half_z = half_extent(intruder, float(np.median(angle)))
+    _, half_z = half_extent(intruder, float(angle.mean()))
     return np.full(angle.size, half_z + clearance)
 
 

@@ -8,6 +8,7 @@ Each term obeys the mirror symmetry exactly and has period pi in beta.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,8 +16,6 @@ import numpy as np
 from rftfit.profile.symmetry import check_grid, extend, symmetrise
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import numpy.typing as npt
 
     from rftfit.conventions import FloatArray
@@ -66,7 +65,7 @@ def as_array(coefficients: Mapping[str, float] | npt.ArrayLike) -> FloatArray:
     ValueError
         If there are not nine, or one is missing from the mapping.
     """
-    if hasattr(coefficients, "keys"):
+    if isinstance(coefficients, Mapping):
         missing = [term for term in TERMS if term not in coefficients]
         if missing:
             raise ValueError(f"no coefficient {', '.join(missing)}; wanted: {', '.join(TERMS)}")
@@ -212,6 +211,6 @@ def kept_terms(coefficients: FloatArray, threshold: float) -> npt.NDArray[np.boo
     numpy.ndarray of bool, shape (9,)
         A00 itself is always kept.
     """
-    keep = np.abs(coefficients) > threshold * abs(coefficients[0])
+    keep: npt.NDArray[np.bool_] = np.abs(coefficients) > threshold * abs(coefficients[0])
     keep[0] = True
     return keep

@@ -33,7 +33,7 @@ def vertical_penetration(coefficients: FloatArray) -> FloatArray:
 
 
 def generic(coefficients: FloatArray) -> FloatArray:
-    """Generic coefficients M0: the mean over media of M_i / zeta_i.
+    """Average M_i / zeta_i over the media: the generic coefficients M0.
 
     Parameters
     ----------
@@ -103,12 +103,19 @@ def scale_new_medium(
     Raises
     ------
     ValueError
-        If alpha is not positive and finite, or there are fewer than two chi.
+        If alpha is not positive and finite, its standard error is negative or NaN, or there are
+        fewer than two chi or one that is not positive.
     """
     from rftfit.measure.slope import student_quantile
 
     if not (np.isfinite(alpha) and alpha > 0):
         raise ValueError(f"alpha_z(0, 90 deg) must be a positive number of N/cm^3, found {alpha:g}")
+    if not alpha_se >= 0:
+        raise ValueError(
+            f"the standard error of alpha_z must be 0 or more N/cm^3, found {alpha_se:g}"
+        )
+    if not (np.isfinite(chi) & (chi > 0)).all():
+        raise ValueError("every chi must be a positive number")
     if chi.size < 2:
         raise ValueError(f"the scatter of chi needs at least two reference media, found {chi.size}")
     # ratios: means and intervals on the logarithm keep zeta positive and treat 1/chi alike
@@ -116,8 +123,11 @@ def scale_new_medium(
     spread = float(np.log(chi).std(ddof=1)) * np.sqrt(1 + 1 / chi.size)
     half_chi = float(student_quantile(confidence, chi.size - 1)) * spread
     relative = alpha_se / alpha
-    dof = (spread**2 + relative**2) ** 2 / (spread**4 / (chi.size - 1) + relative**4 / 1e3)
-    half = float(student_quantile(confidence, dof)) * float(np.hypot(spread, relative))
+    total = float(np.hypot(spread, relative))
+    half = 0.0
+    if total > 0:
+        dof = total**4 / (spread**4 / (chi.size - 1) + relative**4 / 1e3)
+        half = float(student_quantile(confidence, dof)) * total
     zeta = alpha / centre
     return Scaled(
         zeta, zeta * np.exp(-half), zeta * np.exp(half),

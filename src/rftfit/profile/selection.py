@@ -85,8 +85,9 @@ def harmonics(component: str) -> list[Harmonic]:
             letter = {("z", False): "A", ("z", True): "B", ("x", False): "C", ("x", True): "D"}
             sign = f"m{-m}" if m < 0 else str(m)
             name = f"{letter[component, sine]}{sign}{n}"
-            found.append(Harmonic(name.replace("Bm11", "Bm1").replace("Cm11", "Cm1"),
-                                  component, m, n, sine))
+            found.append(
+                Harmonic(name.replace("Bm11", "Bm1").replace("Cm11", "Cm1"), component, m, n, sine)
+            )
     return found
 
 
@@ -134,7 +135,7 @@ def _bic(columns: FloatArray, values: FloatArray) -> float:
     n = values.size
     # a table that the terms describe exactly leaves rounding, not zero
     noise = max(float(rest @ rest) / n, 1e-18)
-    return n * float(np.log(noise)) + columns.shape[1] * float(np.log(n))
+    return float(n * np.log(noise) + columns.shape[1] * np.log(n))
 
 
 def _best_subset(columns: FloatArray, values: FloatArray) -> set[int]:
@@ -144,10 +145,14 @@ def _best_subset(columns: FloatArray, values: FloatArray) -> set[int]:
     best = _bic(columns[:, [0]], values)
     while True:
         trials = [chosen ^ {index} for index in everything]
-        trials += [chosen ^ {a, b} for a, b in combinations(everything, 2)
-                   if (a in chosen) != (b in chosen)]
-        scored = [(_bic(columns[:, sorted(trial)], values), sorted(trial))
-                  for trial in trials if trial]
+        trials += [
+            chosen ^ {a, b}
+            for a, b in combinations(everything, 2)
+            if (a in chosen) != (b in chosen)
+        ]
+        scored = [
+            (_bic(columns[:, sorted(trial)], values), sorted(trial)) for trial in trials if trial
+        ]
         lowest = min(scored)
         if lowest[0] >= best - 1e-9:
             return chosen

@@ -86,7 +86,11 @@ def extend(
         If gamma is not such a grid.
     """
     middle = gamma.size // 2
-    if gamma.size % 2 == 0 or not np.isclose(gamma[middle], 0) or not np.isclose(gamma[-1], np.pi / 2):
+    if (
+        gamma.size % 2 == 0
+        or not np.isclose(gamma[middle], 0)
+        or not np.isclose(gamma[-1], np.pi / 2)
+    ):
         raise ValueError("the gamma grid must run from -90 to 90 degrees with 0 in its middle")
     # without the columns at +-90 degrees, which are their own image
     up, down = slice(middle, -1), slice(1, middle + 1)

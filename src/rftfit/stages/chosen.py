@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def stress_runs(campaign: Campaign) -> list[str]:
-    """Runs of the stress figure: those the config names, or the flat plate down and up.
+    """Choose the runs of the stress figure: those the config names, or the flat plate down and up.
 
     Parameters
     ----------

@@ -160,9 +160,7 @@ def figure_generic(
     save(figure, base_of(png))
 
 
-def quality(
-    config: Path, medium: str, tared: Path, windows: Path, fits: Path, png: Path
-) -> None:
+def quality(config: Path, medium: str, tared: Path, windows: Path, fits: Path, png: Path) -> None:
     """Draw the quality sheet of one medium: every plate run with its tare, window and fit.
 
     Parameters

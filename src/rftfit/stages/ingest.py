@@ -9,6 +9,7 @@ import numpy as np
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.ingest import PHASES, RunRefused, Trace, ingest_run
 from rftfit.measure.ledger import Ledger
+from rftfit.measure.pair import load_pairs
 from rftfit.store import write_csv, write_parquet
 
 if TYPE_CHECKING:
@@ -65,9 +66,9 @@ def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Dat
     ledger = Ledger()
     good: list[Trace] = []
     rows: list[dict[str, object]] = []
-    for run in campaign.runs_of(medium):
+    for run, pair in load_pairs(campaign, campaign.runs_of(medium)):
         try:
-            trace = ingest_run(campaign, run, ledger)
+            trace = ingest_run(campaign, run, ledger, pair)
         except RunRefused as refusal:
             rows.append(_row(run, reason=str(refusal)))
         else:
@@ -109,11 +110,11 @@ def _samples(traces: list[Trace]) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "run_id": pd.Categorical.from_codes(
-                np.repeat(np.arange(len(traces)), sizes), categories=names
+                np.repeat(np.arange(len(traces)), sizes), categories=pd.Index(names)
             ),
             "time_s": joined([trace.time for trace in traces]),
             "phase": pd.Categorical.from_codes(
-                joined([trace.phase for trace in traces]).astype(int), categories=list(PHASES)
+                joined([trace.phase for trace in traces]).astype(int), categories=pd.Index(PHASES)
             ),
             "x_cm": joined([trace.x for trace in traces]),
             "depth_cm": joined([-trace.z for trace in traces]),

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 STEP_DEG = 1.0
 
 
-def legs(
-    config: Path, medium: str, runs: Path, tared: Path, curves: Path, ledger: Path
-) -> None:
+def legs(config: Path, medium: str, runs: Path, tared: Path, curves: Path, ledger: Path) -> None:
     """Average the tared force of every leg run of a medium over steps of one degree.
 
     Parameters

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 from rftfit.campaign.load import load_campaign
 from rftfit.store import read_csv, write_csv
-from rftfit.validate.comparison import Item
 from rftfit.validate.slips import slips
 from rftfit.validate.tables import compare_alpha, compare_coefficients, compare_penetration
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from rftfit.validate.comparison import Item
 
 
 def reproduction(

@@ -14,9 +14,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
 
 
-def stress_samples(
-    campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame
-) -> pd.DataFrame:
+def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame) -> pd.DataFrame:
     """Stress of every plate run in the lab frame, and whether it was fitted.
 
     Parameters
@@ -37,7 +35,10 @@ def stress_samples(
     names = [str(name) for name in tared["run_id"].cat.categories]
     # legs have no area and are not drawn here
     area = np.array(
-        [getattr(campaign.config.intruders[runs[name].intruder], "area_cm2", np.nan) for name in names]
+        [
+            getattr(campaign.config.intruders[runs[name].intruder], "area_cm2", np.nan)
+            for name in names
+        ]
     )[tared["run_id"].cat.codes.to_numpy()]
     samples = pd.DataFrame(
         {
@@ -52,4 +53,5 @@ def stress_samples(
             "in_window": windows["why"].to_numpy() == Why.GOOD,
         }
     )
-    return samples[np.isfinite(area)].reset_index(drop=True)
+    plates: pd.DataFrame = samples[np.isfinite(area)].reset_index(drop=True)
+    return plates

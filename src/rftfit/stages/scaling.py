@@ -112,10 +112,8 @@ def _penetration_row(fit: MediumFit, config: Config) -> dict[str, object]:
     return row | {"reason": fit.reason}
 
 
-def _sand_row(
-    table: pd.DataFrame, reference: list[MediumFit], config: Config
-) -> dict[str, object]:
-    """zeta of a natural sand by the scaling routine with this campaign's chi and M0."""
+def _sand_row(table: pd.DataFrame, reference: list[MediumFit], config: Config) -> dict[str, object]:
+    """Zeta of a natural sand by the scaling routine with this campaign's chi and M0."""
     method = f"scaling routine ({config.fourier.method})"
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
     cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
@@ -125,7 +123,11 @@ def _sand_row(
     try:
         m0 = generic(np.stack([fit.used for fit in reference])) if reference else np.full(9, np.nan)
         scaled = scale_new_medium(
-            float(cell[column("z")]), float(cell[column("z", "_se")]), chi, m0, config.fit.confidence
+            float(cell[column("z")]),
+            float(cell[column("z", "_se")]),
+            chi,
+            m0,
+            config.fit.confidence,
         )
     except ValueError as error:
         return row | {"reason": str(cell["reason"]) or str(error)}

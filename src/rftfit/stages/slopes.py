@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit.campaign.load import load_campaign
-from rftfit.measure.alpha import alpha_table
+from rftfit.measure.alpha import Row, alpha_table
 from rftfit.measure.fits import COMPONENTS, Fit, Stroke, filed_under, fit_run
 from rftfit.measure.ledger import DROPPED, USED, Ledger
 from rftfit.measure.rows import Why
@@ -82,7 +82,7 @@ def fit_medium(
     where = split_runs(tared)
     columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
     force = tared[["force_z_N", "force_x_N"]].to_numpy().T
-    facts = {row["run_id"]: row for row in status.to_dict("records")}
+    facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
     no_tare = dict(zip(tares["run_id"], tares["reason"], strict=True))
     confidence = campaign.config.fit.confidence
     rows = []
@@ -115,7 +115,7 @@ def fit_medium(
 
 def _stroke(
     columns: dict[str, np.ndarray], force: np.ndarray, part: slice,
-    run: dict[str, Any], tare: dict[str, Any], flags: tuple[str, ...],
+    run: Row, tare: Row, flags: tuple[str, ...],
 ) -> Stroke:  # fmt: skip
     """Put together what the fit of one run needs."""
     depth = columns["depth_cm"][part]

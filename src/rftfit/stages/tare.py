@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.runs import Run
-    from rftfit.measure.rows import Why
 from rftfit.measure.strokes import Samples
 
 TARE_KINDS = ("rod", "leg_air")
@@ -147,7 +146,9 @@ def _table(parts: list[tuple[str, dict[str, np.ndarray]]]) -> pd.DataFrame:
     names = [name for name, _ in parts]
     sizes = [columns["why"].size for _, columns in parts]
     codes = np.repeat(np.arange(len(parts)), sizes)
-    data: dict[str, object] = {"run_id": pd.Categorical.from_codes(codes, categories=names)}
+    data: dict[str, object] = {
+        "run_id": pd.Categorical.from_codes(codes, categories=pd.Index(names))
+    }
     for column in ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N",
                    "tare_z_N", "tare_x_N", "why"):  # fmt: skip
         data[column] = np.concatenate([part[column] for _, part in parts]) if parts else []

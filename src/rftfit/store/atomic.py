@@ -67,7 +67,7 @@ def write_bytes(target: str | Path, data: bytes) -> None:
 
 
 def write_text(target: str | Path, text: str) -> None:
-    """Write `text` as UTF-8 with ``\\n`` line ends to `target` atomically.
+    r"""Write `text` as UTF-8 with ``\\n`` line ends to `target` atomically.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def _path(module: str) -> Path | None:
     """Source file of a module, found without importing it."""
     root = Path(__file__).resolve().parents[1]
     path = root.joinpath(*module.split(".")[1:])
-    if module.split(".")[0] != root.name:
+    if module.split(".", maxsplit=1)[0] != root.name:
         spec = find_spec(module)
         return Path(spec.origin) if spec and spec.origin else None
     for candidate in (path / "__init__.py", path.with_suffix(".py")):
@@ -95,7 +95,7 @@ def _imports(module: str) -> frozenset[str]:
     """Modules of this package that a module's source imports, with the packages around them."""
     path = _path(module)
     assert path is not None
-    package = module.split(".")[0]
+    package = module.split(".", maxsplit=1)[0]
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Import):
@@ -104,7 +104,7 @@ def _imports(module: str) -> frozenset[str]:
             names.add(node.module)
             # `from package import module` names a module, not a value
             names.update(f"{node.module}.{alias.name}" for alias in node.names)
-    found = set()
+    found: set[str] = set()
     for name in names:
         parts = name.split(".")
         if parts[0] != package:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rftfit.errors import InputError
 from rftfit.store.atomic import atomic_path, write_bytes
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas as pd
 
 FLOAT_FORMAT = "%.6g"
@@ -17,7 +18,7 @@ FLOAT_FORMAT = "%.6g"
 
 
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
-    """Write a table as csv: UTF-8, ``\\n``, six significant digits, NaN as an empty cell.
+    r"""Write a table as csv: UTF-8, ``\\n``, six significant digits, NaN as an empty cell.
 
     Parameters
     ----------

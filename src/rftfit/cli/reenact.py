@@ -1,0 +1,128 @@
+"""``rftfit reenact``: the demonstration campaign, made from published results."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rftfit.cli.output import count, megabytes, say, table
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    from rftfit.cli.campaign_paths import Places
+
+PLAINLY = (
+    "These logs are re-enacted from published results: they are not original recordings, and what\n"
+    "is computed from them shows how well the program works, not how sand behaves."
+)
+
+
+def reenact(
+    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
+        "config/config.yaml"
+    ),
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same bytes.")] = 2013,
+    media: Annotated[
+        list[str] | None, typer.Option(help="Only this medium of the config; may be repeated.")
+    ] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME or NAME:RUN_ID",
+            help="Break the campaign on purpose, for tests and teaching; may be repeated.",
+        ),
+    ] = None,
+    if_missing: Annotated[
+        bool, typer.Option("--if-missing", help="Do nothing where the run sheet is there already.")
+    ] = False,
+    list_faults: Annotated[
+        bool, typer.Option("--list-faults", help="List the faults there are and stop.")
+    ] = False,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes that write at once; default: all cores.")
+    ] = None,
+) -> None:
+    """Write the logs that the paper's lab would have recorded, and their run sheet.
+
+    They go into the raw folder and the run sheet that the config names. A folder that holds logs of
+    another origin is refused; those of an earlier re-enactment are cleared first.
+    """
+    if list_faults:
+        say(faults_table())
+        return
+    from rftfit.cli.campaign_paths import read_places
+
+    places = read_places(config)
+    # the sheet is written last and cleared first, so where it is, the logs are
+    if if_missing and places.sheet.is_file():
+        say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
+        return
+    _write(places, seed, media or None, tuple(fault or ()), workers or _cores())
+
+
+def faults_table() -> str:
+    """List the faults: name, the run that gets it unless another is named, what it does.
+
+    Returns
+    -------
+    str
+    """
+    from rftfit.lab.faults import DEFAULT_RUNS, FAULTS
+
+    rows = [[name, DEFAULT_RUNS[name], what] for name, what in FAULTS.items()]
+    return table(["fault", "run of the first medium", "what it does"], rows, indent="")
+
+
+def _write(
+    places: Places, seed: int, media: list[str] | None, faults: tuple[str, ...], workers: int
+) -> None:
+    from rftfit.cli.reenacted import MARKER, clear, find_earlier, write_marker
+    from rftfit.lab import plan_runs
+    from rftfit.lab import reenact as enact
+    from rftfit.lab.faults import resolve
+    from rftfit.lab.plan import media_of
+
+    if places.sheet.suffix.lower() != ".csv":
+        raise InputError(
+            f"config, key run_sheet: found '{places.config.run_sheet}'; allowed here: a .csv file, "
+            "which is what a re-enactment writes"
+        )
+    # a misspelled word must not cost the logs that are there: everything is checked before
+    chosen = media_of(places.config, media)
+    runs = plan_runs(places.config, media)
+    resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
+    earlier = find_earlier(places.raw, places.sheet)
+
+    what = f"seed {seed}, media: {', '.join(chosen)}, faults: {', '.join(faults) or 'none'}"
+    logs = [places.raw / name for run in runs for name in (run.force_log, run.motion_log)]
+    cleared = clear(earlier)
+    if cleared:
+        say(f"{count(cleared, 'file')} of the earlier re-enactment cleared.")
+    say(f"Writing the logs of {count(len(runs), 'run')} into {_from_root(places, places.raw)} ...")
+    write_marker(places.raw, [*logs, places.sheet], what, complete=False)
+    done = enact(
+        places.config, places.raw, places.sheet,
+        seed=seed, media=media, faults=faults, workers=workers,
+    )  # fmt: skip
+    write_marker(places.raw, [*logs, places.sheet], what, complete=True)
+    say(
+        f"{count(done.n_runs, 'run')}, {count(done.n_files, 'file')}, {megabytes(done.bytes)}, "
+        f"{done.seconds:.1f} s, seed {seed}; run sheet: {_from_root(places, places.sheet)}"
+    )
+    for fault in done.faults:
+        say(f"  fault {fault}")
+    say(PLAINLY)
+    say(f"{_from_root(places, places.raw / MARKER)} says the same.")
+
+
+def _from_root(places: Places, path: Path) -> str:
+    return path.relative_to(places.root).as_posix()
+
+
+def _cores() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,19 @@
+"""What several rooms' tests share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from rftfit.campaign.config import Config
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="session")
+def paper_config() -> Config:
+    """The configuration of the demonstration campaign."""
+    text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
+    return Config(**yaml.safe_load(text))

@@ -1,0 +1,340 @@
+"""The rig's reader: every data line is a row or is counted, and no row is invented."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rftfit.errors import InputError
+from rftfit.logs.base import Log, LogError
+from rftfit.logs.numbers import CELLS, CUT, FINITE, NUMBER
+from rftfit.logs.registry import DIALECTS, detect, dialect
+from rftfit.logs.rig import RigDialect
+
+FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
+MOTION_HEADER = "time_s,x_mm,z_mm,angle_deg"
+FORCE_ROWS = ["0.00,0,1.5,-2.25,3", "0.01,0,1.25,-2.5,3.125", "0.02,1,1,-2.75,3.25"]
+MOTION_ROWS = ["0.00,10,150,30", "0.02,9.99,149.5,30.01", "0.04,9.98,149,29.99"]
+FORCE = "# a comment\n" + "\n".join([FORCE_HEADER, *FORCE_ROWS]) + "\n"
+MOTION = "\n".join([MOTION_HEADER, *MOTION_ROWS]) + "\n"
+
+
+def read(folder: Path, content: bytes | str) -> Log:
+    path = folder / "log.csv"
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    log = RigDialect().load(path)
+    kept = next(iter(log.columns.values())).size
+    assert kept + sum(log.dropped.values()) == log.rows
+    assert all(np.isfinite(values).all() for values in log.columns.values())
+    return log
+
+
+def refused(folder: Path, content: bytes | str) -> LogError:
+    with pytest.raises(LogError) as caught:
+        read(folder, content)
+    assert "log.csv" in str(caught.value)
+    return caught.value
+
+
+def expect(log: Log, rows: list[str]) -> None:
+    wanted = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    np.testing.assert_array_equal(np.stack(list(log.columns.values())), wanted.T)
+
+
+def body(*rows: str) -> str:
+    return "\n".join([FORCE_HEADER, *rows]) + "\n"
+
+
+def test_whole_force_log(tmp_path: Path) -> None:
+    log = read(tmp_path, FORCE)
+    assert list(log.columns) == ["time", "arm_moving", "F1", "F2", "F3"]
+    assert log.units == {"time": "s", "arm_moving": "", "F1": "N", "F2": "N", "F3": "N"}
+    assert (log.rows, log.dropped) == (3, {})
+    expect(log, FORCE_ROWS)
+
+
+def test_whole_motion_log(tmp_path: Path) -> None:
+    log = read(tmp_path, MOTION)
+    assert list(log.columns) == ["time", "x", "z", "angle"]
+    assert log.units == {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
+    assert (log.rows, log.dropped) == (3, {})
+    expect(log, MOTION_ROWS)
+
+
+@pytest.mark.parametrize("end", ["\r\n", "\r"], ids=["crlf", "cr"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "bom"])
+def test_line_ends_and_byte_order_mark(tmp_path: Path, end: str, mark: bytes) -> None:
+    for text, rows in ((FORCE, FORCE_ROWS), (MOTION, MOTION_ROWS)):
+        log = read(tmp_path, mark + text.replace("\n", end).encode())
+        assert (log.rows, log.dropped) == (3, {})
+        expect(log, rows)
+        assert RigDialect().detect(mark + text.replace("\n", end).encode())
+
+
+def test_comments_and_blank_lines_are_no_data_lines(tmp_path: Path) -> None:
+    first, second, third = FORCE_ROWS
+    lines = ["", "# one", "  ", "#", FORCE_HEADER, "", first, "# gap", "   ", second, third, "", "#end"]
+    for text in ("\n".join(lines), "\n".join(lines) + "\n", "\r\n".join(lines) + "\n \n "):
+        log = read(tmp_path, text)
+        assert (log.rows, log.dropped) == (3, {})
+        expect(log, FORCE_ROWS)
+
+
+def test_unit_of_the_header_is_kept(tmp_path: Path) -> None:
+    text = FORCE.replace("F1_N,F2_N,F3_N", "F1_lbf,F2_mN,F3")
+    assert [read(tmp_path, text).units[name] for name in ("F1", "F2", "F3")] == ["lbf", "mN", ""]
+
+
+def test_spaces_around_cells(tmp_path: Path) -> None:
+    expect(read(tmp_path, FORCE.replace(",", " , ")), FORCE_ROWS)
+
+
+@pytest.mark.parametrize("content", [b"", b"\n\n", b"  \r\n"])
+def test_empty(tmp_path: Path, content: bytes) -> None:
+    error = refused(tmp_path, content)
+    assert (error.code, error.rows) == ("empty", 0)
+    assert "the file is empty" in str(error)
+
+
+@pytest.mark.parametrize("tail", ["", "\n", "\r\n", "\n\n# nothing\n"])
+def test_header_only(tmp_path: Path, tail: str) -> None:
+    error = refused(tmp_path, FORCE_HEADER + tail)
+    assert (error.code, error.rows) == ("header_only", 0)
+    assert "a header row and no data" in str(error)
+
+
+def test_missing(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"nowhere\.csv: log missing") as caught:
+        RigDialect().load(tmp_path / "nowhere.csv")
+    assert (caught.value.code, caught.value.rows) == ("missing", 0)
+
+
+def test_a_folder_is_no_log(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="cannot be read") as caught:
+        RigDialect().load(tmp_path)
+    assert caught.value.code == "unreadable"
+
+
+def test_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rftfit.logs.rig.MAX_BYTES", 10)
+    assert refused(tmp_path, FORCE).code == "too_large"
+
+
+def test_cut_in_mid_row(tmp_path: Path) -> None:
+    log = read(tmp_path, FORCE + "0.03,1,0.5")
+    assert (log.rows, log.dropped) == (4, {CUT: 1})
+    expect(log, FORCE_ROWS)
+
+
+def test_cut_where_the_cells_add_up(tmp_path: Path) -> None:
+    # 3.37 may once have been 3.375: five cells, and still not a row to believe
+    log = read(tmp_path, FORCE + "0.03,1,0.5,-3,3.37")
+    assert (log.rows, log.dropped) == (4, {CUT: 1})
+    expect(log, FORCE_ROWS)
+
+
+def test_cut_beside_other_bad_rows(tmp_path: Path) -> None:
+    log = read(tmp_path, body(FORCE_ROWS[0], "1,2", FORCE_ROWS[1]) + "0.03,1,")
+    assert (log.rows, log.dropped) == (4, {CUT: 1, CELLS: 1})
+    expect(log, FORCE_ROWS[:2])
+
+
+@pytest.mark.parametrize(
+    ("row", "reason"),
+    [
+        ("0.01,0,1,2", CELLS),
+        ("0.01,0,1,2,3,4", CELLS),
+        ("0.01,0,1,2,3,", CELLS),
+        ("0.01;0;1;2;3", CELLS),
+        ("0,01,0,1,5,2,5,3,5", CELLS),
+        ("0.01,0,one,2,3", NUMBER),
+        ("0.01,0,,2,3", NUMBER),
+        ("0.01,0,0x10,2,3", NUMBER),
+        ("0.01,0,1_0,2,3", NUMBER),
+        ("0.01,0,1 0,2,3", NUMBER),
+        ('0.01,0,"1",2,3', NUMBER),
+        ("0.01,0,--1,2,3", NUMBER),
+        ("0.01,0,١,2,3", NUMBER),
+        ("0.01,0,1\x00,2,3", NUMBER),
+        ("0.01,0,nan,2,3", FINITE),
+        ("0.01,0,NaN,2,3", FINITE),
+        ("0.01,0,inf,2,3", FINITE),
+        ("nan,0,1,2,3", FINITE),
+        ("0.01,0,-Infinity,2,3", FINITE),
+        ("0.01,0,1e999,2,3", FINITE),
+    ],
+)
+def test_bad_row(tmp_path: Path, row: str, reason: str) -> None:
+    # the same verdict alone (fast path) and beside a row of another fault (line by line)
+    log = read(tmp_path, body(FORCE_ROWS[0], row, FORCE_ROWS[1]))
+    assert (log.rows, log.dropped) == (3, {reason: 1})
+    expect(log, FORCE_ROWS[:2])
+    log = read(tmp_path, body(FORCE_ROWS[0], row, "x,x,x,x,x", FORCE_ROWS[1]))
+    assert log.rows == 4
+    assert log.dropped == ({NUMBER: 2} if reason == NUMBER else {reason: 1, NUMBER: 1})
+    expect(log, FORCE_ROWS[:2])
+
+
+def test_no_good_row_at_all(tmp_path: Path) -> None:
+    log = read(tmp_path, body("a,b,c,d,e", "nan,nan,nan,nan,nan"))
+    assert (log.rows, log.dropped) == (2, {NUMBER: 1, FINITE: 1})
+    assert log.columns["time"].size == 0
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "word"), [(";", "semicolons"), ("\t", "tabs")], ids=["semicolon", "tab"]
+)
+def test_wrong_delimiter_with_decimal_comma(tmp_path: Path, delimiter: str, word: str) -> None:
+    comma = FORCE.replace(",", delimiter).replace(".", ",")
+    error = refused(tmp_path, comma)
+    assert (error.code, error.rows) == ("header", 3)
+    assert word in str(error)
+    assert "commas between cells and points in numbers" in str(error)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "time_s,x_mm,z_mm",
+        "Time,F1,F2,F3",
+        "arm_moving,time_s,F1_N,F2_N,F3_N",
+        "time_s,arm_moving,F1_N,F2_N,F2_N",
+        "time_s,arm_moving,F1_N,F2_N,F3_N,F4_N",
+        "time s,arm_moving,F1_N,F2_N,F3_N",
+        "0.00,0,1.5,-2.25,3",
+    ],
+)
+def test_other_header(tmp_path: Path, header: str) -> None:
+    error = refused(tmp_path, "\n".join([header, *FORCE_ROWS]) + "\n")
+    assert (error.code, error.rows) == ("header", 3)
+    assert header in str(error)
+    assert FORCE_HEADER in str(error)
+    assert MOTION_HEADER in str(error)
+
+
+def test_comments_alone(tmp_path: Path) -> None:
+    assert refused(tmp_path, "# one\n# two\n").code == "header"
+
+
+def test_other_encoding(tmp_path: Path) -> None:
+    assert refused(tmp_path, FORCE.encode("utf-16")).code == "header"
+
+
+def test_log_that_does_not_add_up_cannot_be_made() -> None:
+    with pytest.raises(AssertionError, match="do not add up"):
+        Log(Path("a.csv"), {"time": np.zeros(2)}, {"time": "s"}, 3)
+    with pytest.raises(AssertionError, match="do not add up"):
+        Log(Path("a.csv"), {"time": np.zeros(2), "x": np.zeros(3)}, {}, 2)
+
+
+def test_take_counts_what_goes() -> None:
+    log = Log(Path("a.csv"), {"time": np.arange(4.0)}, {"time": "s"}, 5, {"early": 1})
+    assert log.take(np.ones(4, dtype=bool), "late") is log
+    less = log.take(np.array([True, False, True, False]), "late").take(
+        np.array([True, False]), "early"
+    )
+    assert less.dropped == {"early": 2, "late": 2}
+    assert less.columns["time"].tolist() == [0.0]
+
+
+def test_registry(tmp_path: Path) -> None:
+    assert dialect("rig") is DIALECTS["rig"]
+    assert "rig" in dialect("rig").describe()
+    with pytest.raises(InputError, match=r"'rigg'; allowed: rig"):
+        dialect("rigg")
+    path = tmp_path / "log.csv"
+    path.write_text(FORCE, encoding="utf-8")
+    assert detect(path) is DIALECTS["rig"]
+    path.write_text("<html>", encoding="utf-8")
+    assert detect(path) is None
+    with pytest.raises(InputError, match="cannot be opened"):
+        detect(tmp_path / "nowhere.csv")
+
+
+def test_cut_at_every_byte(tmp_path: Path) -> None:
+    """A file cut anywhere gives exactly its complete rows, or says why it gives none."""
+    for end in ("\n", "\r\n"):
+        whole = FORCE.replace("\n", end).encode()
+        start = whole.index(b"0.00,")
+        for size in range(len(whole)):
+            part = whole[:size]
+            if size <= start:
+                assert refused(tmp_path, part).rows == 0
+                continue
+            lines = part[start:].replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
+            log = read(tmp_path, part)
+            assert log.columns["time"].size == len(lines) - 1
+            if len(lines) > 1:
+                expect(log, FORCE_ROWS[: len(lines) - 1])
+            assert log.dropped == ({CUT: 1} if lines[-1] else {})
+
+
+numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    rows=st.lists(st.lists(numbers, min_size=4, max_size=4), min_size=1, max_size=6),
+    end=st.sampled_from(["\n", "\r\n", "\r"]),
+    data=st.data(),
+)
+def test_any_valid_file_cut_anywhere(rows: list[list[float]], end: str, data: st.DataObject) -> None:
+    lines = [",".join(map(repr, row)) for row in rows]
+    whole = end.join([MOTION_HEADER, *lines]) + end
+    content = whole.encode()
+    start = len(MOTION_HEADER)
+    part = content[: data.draw(st.integers(start, len(content)))]
+    text = part.decode()[start:].replace("\r\n", "\n").replace("\r", "\n").removeprefix("\n")
+    complete, _, rest = text.rpartition("\n")
+    count = len(complete.split("\n")) if complete else 0
+    with tempfile.TemporaryDirectory() as folder:
+        if not complete and not rest:
+            assert refused(Path(folder), part).code == "header_only"
+            return
+        log = read(Path(folder), part)
+    assert log.dropped == ({CUT: 1} if rest else {})
+    np.testing.assert_array_equal(
+        np.stack(list(log.columns.values())), np.array(rows[:count]).reshape(-1, 4).T
+    )
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    head=st.sampled_from([b"", FORCE_HEADER.encode() + b"\n", MOTION_HEADER.encode() + b"\r\n"]),
+    tail=st.one_of(
+        st.binary(max_size=200),
+        st.text(alphabet='0123456789.,+-e_naif"#; \n\r\t\x00', max_size=200).map(str.encode),
+    ),
+)
+def test_random_bytes(head: bytes, tail: bytes) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "log.csv"
+        path.write_bytes(head + tail)
+        try:
+            log = RigDialect().load(path)
+        except LogError as error:
+            assert error.rows >= 0
+            assert str(path) in str(error)
+            return
+    if not head:
+        return
+    lines = [line for line in tail.splitlines() if line.strip()]
+    data = [line for line in lines if not line.strip().startswith(b"#")]
+    assert log.rows == len(data)
+    # each row kept stands in the file, in this order
+    remaining = iter(data)
+    for row in np.stack(list(log.columns.values())).T:
+        assert any(_cells(line) == row.tolist() for line in remaining)
+
+
+def _cells(line: bytes) -> list[float]:
+    try:
+        return [float(cell) for cell in line.split(b",")]
+    except ValueError:
+        return [math.nan]

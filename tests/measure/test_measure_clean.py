@@ -1,0 +1,84 @@
+"""Rows whose time cannot be right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rftfit.logs.base import Log, LogError
+from rftfit.measure.clean import BACKWARDS, DUPLICATE, clean, gaps
+
+
+def log_of(time: list[float], value: list[float] | None = None) -> Log:
+    values = np.arange(len(time), dtype=float) if value is None else np.array(value)
+    columns = {"time": np.array(time, dtype=float), "x": values}
+    return Log(Path("a.csv"), columns, {}, len(time))
+
+
+def test_good_log_is_left_alone() -> None:
+    log = log_of([0, 1, 2])
+    assert clean(log) is log
+
+
+def test_duplicated_rows_go_and_are_counted() -> None:
+    log = clean(log_of([0, 1, 1, 1, 2], [5, 6, 6, 6, 7]))
+    assert log.columns["time"].tolist() == [0, 1, 2]
+    assert log.columns["x"].tolist() == [5, 6, 7]
+    assert log.dropped == {DUPLICATE: 2}
+
+
+def test_same_time_with_other_values_is_not_a_duplicate() -> None:
+    log = clean(log_of([0, 1, 1, 2], [5, 6, 7, 8]))
+    assert log.columns["x"].tolist() == [5, 6, 8]
+    assert log.dropped == {BACKWARDS: 1}
+
+
+def test_equal_values_at_increasing_times_are_no_duplicates() -> None:
+    assert clean(log_of([0, 1, 2, 2], [5, 5, 5, 5])).dropped == {DUPLICATE: 1}
+
+
+def test_reversed_block() -> None:
+    log = clean(log_of([0, 1, 2, 6, 5, 4, 3, 7, 8]))
+    assert log.columns["time"].tolist() == [0, 1, 2, 6, 7, 8]
+    assert log.dropped == {BACKWARDS: 3}
+    assert log.rows == 9
+
+
+@pytest.mark.parametrize("time", [[3, 2, 1, 0], [1, 0], [0, 1, 2, 0, 1, 2], [5, 1, 1.5, 2]])
+def test_half_of_the_rows_bad_is_refused(time: list[float]) -> None:
+    with pytest.raises(LogError, match=r"a\.csv: time does not increase in \d+ of \d+") as caught:
+        clean(log_of(time))
+    assert (caught.value.code, caught.value.rows) == ("time", len(time))
+
+
+def test_log_without_a_good_row() -> None:
+    log = Log(Path("a.csv"), {"time": np.empty(0)}, {}, 7, {"bad": 7})
+    with pytest.raises(LogError, match="no usable row among 7") as caught:
+        clean(log)
+    assert caught.value.rows == 7
+
+
+@given(st.lists(st.integers(0, 30).map(float), min_size=1, max_size=40))
+def test_whatever_the_times(time: list[float]) -> None:
+    log = log_of(time)
+    try:
+        done = clean(log)
+    except LogError as error:
+        assert error.rows == len(time)
+        return
+    assert (np.diff(done.columns["time"]) > 0).all()
+    assert done.columns["time"].size + sum(done.dropped.values()) == len(time)
+    # rows that are kept keep their partners
+    for stamp, index in zip(done.columns["time"], done.columns["x"], strict=True):
+        assert time[int(index)] == stamp
+
+
+def test_gaps() -> None:
+    found = gaps(np.array([0, 0.01, 0.5, 0.51, 0.61, 2]), 0.1)
+    np.testing.assert_array_equal(found, [[0.01, 0.5], [0.61, 2]])
+    assert gaps(np.array([0, 0.01]), 0.1).shape == (0, 2)
+    assert gaps(np.array([0.0]), 0.1).shape == (0, 2)

@@ -1,0 +1,162 @@
+"""Two clocks brought together by the arm's starts and stops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rftfit.campaign.config import Arm
+from rftfit.measure.clock import ClockError, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.motion import Motion
+
+LIMIT = 0.05
+
+
+def spans(*pairs: tuple[float, float]) -> np.ndarray:
+    return np.array(pairs, dtype=float).reshape(-1, 2)
+
+
+RUN = spans((2.0, 5.1), (7.1, 15.4))
+
+
+class Rig:
+    """One run seen by a 100 Hz sync line and by a jittered 50 Hz motion log on another clock."""
+
+    def __init__(self, seed: int, offset: float, whole_steps: bool) -> None:
+        random = np.random.default_rng(seed)
+        self.offset = offset
+        starts, moves, ramp = np.array([2.0, 7.0]), np.array([3.0, 8.0]), 0.05
+        if not whole_steps:
+            starts, moves = starts + random.uniform(0, 0.1, 2), moves + random.uniform(0, 0.1, 2)
+        stops = starts + moves + ramp
+        self.force_time = 1000 + random.uniform(0, 0.01) + np.arange(1700) / 100
+        t = self.force_time - 1000
+        self.line = ((t[:, None] >= starts) & (t[:, None] <= stops)).any(axis=1).astype(float)
+        tick = random.uniform(0, 0.02) + np.arange(850) / 50
+        tick = tick + random.uniform(-0.004, 0.004, tick.size)
+        moved = np.zeros(tick.size)
+        for start, length in zip(starts, moves, strict=True):
+            after = np.clip(tick - start, 0, length + ramp)
+            left = length + ramp - after
+            moved += np.where(
+                after < ramp,
+                after**2 / (2 * ramp),
+                np.where(left < ramp, length - left**2 / (2 * ramp), after - ramp / 2),
+            )
+        z = 1.6 - moved + random.normal(0, 0.0003, tick.size)
+        angle = np.radians(30 + random.normal(0, 0.02, tick.size))
+        self.motion = Motion(1000 + tick + offset, np.zeros(tick.size), z, angle)
+
+    def fit(self) -> ClockFit:
+        force = moving_spans(self.force_time, self.line, 0.5)
+        return align(force, self.motion.spans(Arm()), LIMIT)
+
+
+def test_offset_under_jittered_sampling() -> None:
+    rigs = [Rig(seed, 0.3137 * (-1) ** seed, whole_steps=False) for seed in range(100)]
+    fits = [rig.fit() for rig in rigs]
+    errors = np.array([fit.offset_s - rig.offset for fit, rig in zip(fits, rigs, strict=True)])
+    assert {(fit.edges, fit.drift, fit.whole_hours) for fit in fits} == {(4, 0.0, 0)}
+    assert max(fit.residual_s for fit in fits) < 0.01
+    # an edge of the sync line is known to a step of 10 ms: 1.4 ms for the mean of four edges
+    assert np.abs(errors.mean()) < 0.0005
+    assert errors.std() < 0.002
+    assert np.mean(np.abs(errors) < 0.003) >= 0.95
+    assert np.abs(errors).max() < 0.005
+
+
+@pytest.mark.parametrize("whole_steps", [True, False])
+def test_error_of_the_offset_is_honest(whole_steps: bool) -> None:
+    """Where the arm moves for whole samples, all edges err alike and their number is no help."""
+    rigs = [Rig(seed, 0.25, whole_steps) for seed in range(100)]
+    fits = [rig.fit() for rig in rigs]
+    pulls = np.array(
+        [
+            (fit.offset_s - rig.offset) / fit.offset_se(0.01)
+            for fit, rig in zip(fits, rigs, strict=True)
+        ]
+    )
+    # the spread of a uniform distribution is never quite reached by a normal's tails
+    assert 0.7 < np.sqrt(np.mean(pulls**2)) < 1.15
+
+
+def test_hours_apart() -> None:
+    fit = Rig(3, -3600.2, whole_steps=False).fit()
+    assert fit.whole_hours == -1
+    assert fit.offset_s == pytest.approx(-3600.2, abs=0.004)
+    assert fit.motion_time(np.array([1000.0]))[0] == pytest.approx(-2600.2, abs=0.004)
+
+
+@pytest.mark.parametrize("keep", [slice(0, 1), slice(1, 2)], ids=["end lost", "start lost"])
+def test_log_cut_short_still_matches(keep: slice) -> None:
+    for force, motion in ((RUN[keep], RUN + 12.5), (RUN, (RUN + 12.5)[keep])):
+        fit = align(force, motion, LIMIT)
+        assert fit.offset_s == pytest.approx(12.5)
+        assert fit.edges == 2
+
+
+def test_drift_of_the_clocks_over_a_long_run() -> None:
+    starts = np.arange(0, 4000, 400.0)
+    force = np.stack([starts, starts + 60], axis=1)
+    fit = align(force, force * (1 + 5e-5) + 2, LIMIT)
+    assert fit.drift == pytest.approx(5e-5, rel=1e-6)
+    np.testing.assert_allclose(fit.motion_time(force), force * (1 + 5e-5) + 2, atol=1e-9)
+    assert fit.residual_s < 1e-9
+
+
+def test_both_ends_of_a_ramp_cancel() -> None:
+    early_late = np.array([0.02, -0.02])
+    fit = align(RUN, RUN + early_late + 1, LIMIT)
+    assert fit.offset_s == pytest.approx(1)
+    assert fit.residual_s < 1e-12
+
+
+def test_files_of_different_runs_are_refused() -> None:
+    with pytest.raises(ClockError, match=r"disagree by 0\.\d+ s .* belong to one run"):
+        align(RUN, spans((2.0, 5.1), (7.1, 14.0)), LIMIT)
+    with pytest.raises(ClockError, match="allowed: 0.05 s"):
+        align(RUN, spans((0.0, 1.0), (3.0, 4.0), (9.0, 16.0)), LIMIT)
+
+
+def test_two_ways_to_match_are_refused() -> None:
+    even = spans((0, 1), (2, 3), (4, 5))
+    with pytest.raises(ClockError, match="two ways"):
+        align(even[:2], even, LIMIT)
+    with pytest.raises(ClockError, match="two ways"):
+        align(even, even[1:], LIMIT)
+    assert align(even, even + 5, LIMIT).offset_s == pytest.approx(5)
+
+
+def test_nothing_to_match() -> None:
+    with pytest.raises(ClockError, match="in 0 whole stretches .* in 2 by the motion log"):
+        align(np.empty((0, 2)), RUN, LIMIT)
+
+
+def test_crossing_is_interpolated() -> None:
+    time = np.arange(10) * 0.1
+    speed = np.array([0, 0, 0.25, 0.75, 1, 1, 1, 0.6, 0.2, 0])
+    np.testing.assert_allclose(moving_spans(time, speed, 0.5), [[0.25, 0.725]])
+
+
+def test_short_jitter_is_no_stretch() -> None:
+    speed = np.zeros(100)
+    speed[40:43] = 1
+    assert moving_spans(np.arange(100) / 50, speed, 0.5).shape == (0, 2)
+
+
+def test_stretch_that_the_log_cuts_is_left_out() -> None:
+    time, speed = np.arange(100) / 50, np.zeros(100)
+    speed[:20], speed[40:60], speed[80:] = 1, 1, 1
+    found = moving_spans(time, speed, 0.5)
+    assert len(found) == 3
+    assert len(whole_spans(found, time[0], time[-1])) == 1
+    np.testing.assert_array_equal(whole_spans(found, time[0], time[-1])[0], found[1])
+
+
+def test_one_clock_has_no_error() -> None:
+    assert ClockFit(0, 0, 0, 0, 0).offset_se(0.01) == 0
+
+
+def test_motion_log_of_two_samples_has_no_stretch() -> None:
+    two = np.zeros(2)
+    assert Motion(np.arange(2.0), two, two, two).spans(Arm()).shape == (0, 2)

@@ -1,0 +1,192 @@
+"""The zero-intercept slope: certified values, invariances, quality figures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rftfit.measure.autocorrelation import combine_dof, weighted_sum_variance
+from rftfit.measure.slope import Slope, fit_slope, student_quantile, zero_intercept
+
+NOTHING = np.zeros((2, 2)), np.full((2, 2), 12.0)
+DEPTH = np.linspace(1.9, 7.1, 520)
+
+
+def stress(seed: int = 0) -> np.ndarray:
+    noise = np.random.default_rng(seed).normal(0, 0.005, (2, DEPTH.size))
+    return np.stack([0.3 * DEPTH, -0.1 * DEPTH]) + noise
+
+
+def fit(depth: np.ndarray, values: np.ndarray, depth_sd: float = 0.0) -> Slope:
+    return fit_slope(depth, values, *NOTHING, depth_sd)
+
+
+def digits(value: float, certified: float, count: int) -> None:
+    assert abs(value - certified) <= 0.5 * 10.0**-count * abs(certified)
+
+
+def test_nist_noint1() -> None:
+    x = np.arange(60.0, 71.0)
+    y = np.arange(130.0, 141.0)
+    slope, se = zero_intercept(x, y[None, :])
+    digits(float(slope[0]), 2.07438016528926, 12)
+    digits(float(se[0]), 0.0165289256198347, 12)
+
+
+def test_nist_noint2() -> None:
+    slope, se = zero_intercept(np.array([4.0, 5.0, 6.0]), np.array([[3.0, 4.0, 4.0]]))
+    digits(float(slope[0]), 0.727272727272727, 12)
+    digits(float(se[0]), 0.0420827318078432, 12)
+
+
+@pytest.mark.parametrize("depth", [[], [3.0], [0.0, 0.0, 0.0]])
+def test_no_slope(depth: list[float]) -> None:
+    with pytest.raises(ValueError, match="no slope"):
+        zero_intercept(np.array(depth), np.zeros((1, len(depth))))
+
+
+def test_too_few_for_an_autocorrelation() -> None:
+    with pytest.raises(ValueError, match="7 samples are too few"):
+        fit(DEPTH[:7], stress()[:, :7])
+    assert np.isfinite(fit(DEPTH[:8], stress()[:, :8]).se).all()
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3))
+def test_homogeneity_and_units(force: float, length: float) -> None:
+    """Stress in other units scales all of it; depth in other units divides it."""
+    one = fit(DEPTH, stress())
+    other = fit(length * DEPTH, force * stress())
+    for name, power in (
+        ("alpha", -1), ("se", -1), ("ols_se", -1), ("free_slope", -1), ("intercept", 0),
+    ):  # fmt: skip
+        expected = getattr(one, name) * force * length**power
+        np.testing.assert_allclose(getattr(other, name), expected, rtol=1e-8, err_msg=name)
+    np.testing.assert_allclose(other.nonlinear_p, one.nonlinear_p, rtol=1e-6)
+    np.testing.assert_allclose(other.nonlinear_ratio, one.nonlinear_ratio, rtol=1e-6, atol=1e-10)
+    np.testing.assert_allclose(other.dof, one.dof, rtol=1e-8)
+
+
+def test_units_with_all_errors() -> None:
+    variance = np.array([[1e-5, 2e-5], [3e-5, 1e-5]])
+    one = fit_slope(DEPTH, stress(), variance, NOTHING[1], 0.003)
+    # N/cm^2 to Pa, cm to m
+    si = fit_slope(DEPTH / 100, stress() * 1e4, variance * 1e8, NOTHING[1], 0.003 / 100)
+    np.testing.assert_allclose(si.se, one.se * 1e6, rtol=1e-10)
+    np.testing.assert_allclose(si.dof, one.dof, rtol=1e-10)
+
+
+def test_turning_the_sign_turns_alpha_alone() -> None:
+    one, other = fit(DEPTH, stress()), fit(DEPTH, -stress())
+    np.testing.assert_allclose(other.alpha, -one.alpha)
+    np.testing.assert_allclose(other.se, one.se)
+    np.testing.assert_allclose(other.nonlinear_ratio, -one.nonlinear_ratio)
+
+
+def test_order_of_the_samples_does_not_touch_the_textbook_part() -> None:
+    order = np.random.default_rng(3).permutation(DEPTH.size)
+    one = zero_intercept(DEPTH, stress())
+    other = zero_intercept(DEPTH[order], stress()[:, order])
+    np.testing.assert_allclose(other, one, rtol=1e-12)
+
+
+def test_upward_stroke_is_the_same_fit() -> None:
+    one, other = fit(DEPTH, stress()), fit(DEPTH[::-1], stress()[:, ::-1])
+    np.testing.assert_allclose(other.alpha, one.alpha, rtol=1e-12)
+    np.testing.assert_allclose(other.se, one.se, rtol=0.3)
+
+
+def test_components_do_not_mix() -> None:
+    both = fit(DEPTH, stress())
+    alone = fit_slope(DEPTH, stress()[:1], NOTHING[0][:, :1], NOTHING[1][:, :1])
+    for name in ("alpha", "se", "dof", "intercept", "nonlinear_p"):
+        np.testing.assert_allclose(getattr(alone, name)[0], getattr(both, name)[0], rtol=1e-12)
+
+
+def test_exact_line_has_no_error() -> None:
+    exact = fit(DEPTH, np.stack([0.3 * DEPTH, 0 * DEPTH]))
+    np.testing.assert_allclose(exact.alpha, [0.3, 0], atol=1e-15)
+    np.testing.assert_allclose(exact.se, 0, atol=1e-12)
+    np.testing.assert_allclose(exact.free_slope, [0.3, 0], atol=1e-12)
+    np.testing.assert_allclose(exact.intercept, 0, atol=1e-12)
+
+
+def test_free_intercept_by_hand() -> None:
+    depth = np.arange(1.0, 11.0)
+    found = fit(depth, np.stack([2 + 3 * depth, 5 - depth]))
+    np.testing.assert_allclose(found.intercept, [2, 5])
+    np.testing.assert_allclose(found.free_slope, [3, -1])
+
+
+def test_curvature_is_found_and_its_size_is_right() -> None:
+    bent = stress() + 0.02 * DEPTH**2
+    found = fit(DEPTH, bent)
+    assert (found.nonlinear_p < 1e-6).all()
+    # the parabola through zero that is fitted lies that much above the line at the deepest sample
+    line = found.alpha * DEPTH[-1]
+    curve = np.array([0.3, -0.1]) * DEPTH[-1] + 0.02 * DEPTH[-1] ** 2
+    np.testing.assert_allclose(found.nonlinear_ratio, (curve - line) / np.abs(line), atol=0.01)
+
+
+def test_curvature_test_rejects_straight_lines_rarely() -> None:
+    noise = np.random.default_rng(8).normal(0, 0.005, (1000, DEPTH.size))
+    found = fit_slope(DEPTH, 0.3 * DEPTH + noise, np.zeros((1, 1000)), np.full((1, 1000), 12.0))
+    assert 0.03 < np.mean(found.nonlinear_p < 0.05) < 0.075
+
+
+def test_horizontal_run_has_no_slope_to_free_and_no_curvature() -> None:
+    """The arm's noise of 3 micrometres in depth must not be taken for a change of depth."""
+    random = np.random.default_rng(2)
+    depth = 5.08 + random.normal(0, 0.0003, 440)
+    level = fit(depth, 0.1 * depth + random.normal(0, 0.005, (2, 440)))
+    np.testing.assert_allclose(level.alpha, 0.1, atol=0.001)
+    for name in ("intercept", "free_slope", "nonlinear_p", "nonlinear_ratio"):
+        assert np.isnan(getattr(level, name)).all(), name
+
+
+def test_errors_of_zero_and_depth_add_in_quadrature() -> None:
+    variance = np.array([[1e-4, 4e-4], [3e-4, 5e-4]])
+    plain = fit(DEPTH, stress())
+    lever = DEPTH.sum() / (DEPTH @ DEPTH)
+    zeroed = fit_slope(DEPTH, stress(), variance, NOTHING[1])
+    expected = np.sqrt(plain.se**2 + variance.sum(axis=0) * lever**2)
+    np.testing.assert_allclose(zeroed.se, expected, rtol=1e-12)
+    shifted = fit(DEPTH, stress(), depth_sd=0.01)
+    expected = np.sqrt(plain.se**2 + (plain.alpha * 0.01 * lever) ** 2)
+    np.testing.assert_allclose(shifted.se, expected, rtol=1e-12)
+
+
+def test_interval() -> None:
+    found = fit(DEPTH, stress())
+    lo, hi = found.interval(0.95)
+    np.testing.assert_allclose((lo + hi) / 2, found.alpha)
+    np.testing.assert_allclose((hi - lo) / 2, 2.17881283 * found.se, rtol=1e-7)
+    wide = found.interval(0.99)
+    assert (wide[0] < lo).all()
+    assert (wide[1] > hi).all()
+
+
+@pytest.mark.parametrize(
+    ("confidence", "dof", "value"),
+    [(0.95, 4, 2.776445), (0.95, 10, 2.228139), (0.95, 1e9, 1.959964), (0.90, 5, 2.015048)],
+)
+def test_student(confidence: float, dof: float, value: float) -> None:
+    assert float(student_quantile(confidence, dof)) == pytest.approx(value, rel=1e-6)
+
+
+def test_degrees_of_freedom_of_a_sum() -> None:
+    # Welch by hand: (4 + 9)^2 / (16/8 + 81/10)
+    assert float(combine_dof(np.array([4.0, 9.0]), np.array([8.0, 10.0]))) == pytest.approx(
+        169 / 10.1
+    )
+    assert float(combine_dof(np.array([4.0, 0.0]), np.array([8.0, 10.0]))) == pytest.approx(8)
+    assert float(combine_dof(np.zeros(2), np.array([8.0, 10.0]))) == 10
+
+
+def test_variance_of_independent_errors_is_the_textbooks() -> None:
+    noise = np.random.default_rng(4).normal(0, 2.0, (3000, 400))
+    weight = np.linspace(1, 3, 400)
+    variance, _ = weighted_sum_variance(noise, weight)
+    assert np.mean(variance) == pytest.approx(4 * weight @ weight, rel=0.05)

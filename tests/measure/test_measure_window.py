@@ -1,0 +1,82 @@
+"""Limits of the fit window, computed by hand for the paper's plate and container."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rftfit.campaign.config import Container, Fit, Plate
+from rftfit.measure.rows import Why
+from rftfit.measure.window import half_extent, horizontal_window, linear_window, slanted_window
+
+PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
+BOX = Container(length_cm=24, width_cm=22, depth_cm=15)
+EDGE = 1e-6
+
+# by hand: half length 1.905, half thickness 0.32; bottom 15 - 6 = 9, wall 12 - 6 = 6
+HAND = [
+    (0, 0.32, 8.68, 4.095),
+    (30, 1.229628, 7.770372, 4.190222),
+    (-30, 1.229628, 7.770372, 4.190222),
+    (90, 1.905, 7.095, 5.68),
+    (-90, 1.905, 7.095, 5.68),
+]
+
+
+def whys(depth: list[float], x: list[float], beta_deg: float, fit: Fit) -> list[Why]:
+    codes = slanted_window(
+        np.array(depth), np.array(x), PLATE, math.radians(beta_deg), BOX, fit
+    )
+    return [Why(code) for code in codes]
+
+
+@pytest.mark.parametrize(("beta_deg", "shallow", "deep", "wide"), HAND)
+def test_slanted(beta_deg: float, shallow: float, deep: float, wide: float) -> None:
+    depth = [shallow - EDGE, shallow + EDGE, deep - EDGE, deep + EDGE]
+    assert whys(depth, [0] * 4, beta_deg, Fit()) == [Why.ABOVE, Why.GOOD, Why.GOOD, Why.BOTTOM]
+    across = [-wide - EDGE, -wide + EDGE, wide - EDGE, wide + EDGE]
+    assert whys([4.0] * 4, across, beta_deg, Fit()) == [Why.WALL, Why.GOOD, Why.GOOD, Why.WALL]
+
+
+def test_above_counts_before_wall_and_bottom() -> None:
+    assert whys([-1.0, 9.0], [9.0, 9.0], 0, Fit()) == [Why.ABOVE, Why.BOTTOM]
+
+
+def test_overrides() -> None:
+    fit = Fit(submergence_cm=2.0, max_depth_cm=5.0)
+    assert whys([1.9, 2.1, 4.9, 5.1], [0] * 4, 90, fit) == [
+        Why.ABOVE, Why.GOOD, Why.GOOD, Why.BOTTOM,
+    ]  # fmt: skip
+    near = Fit(wall_clearance_cm=2.0)
+    assert whys([12.67, 12.69], [0, 0], 0, near) == [Why.GOOD, Why.BOTTOM]
+    assert whys([4, 4], [8.09, 8.1], 0, near) == [Why.GOOD, Why.WALL]
+
+
+def test_half_extent() -> None:
+    assert half_extent(PLATE, 0) == pytest.approx((1.905, 0.32))
+    assert half_extent(PLATE, math.pi / 2) == pytest.approx((0.32, 1.905))
+    assert half_extent(PLATE, math.radians(30)) == pytest.approx((1.8097779, 1.2296281))
+    assert half_extent(PLATE, math.radians(-30)) == pytest.approx((1.8097779, 1.2296281))
+
+
+def test_horizontal() -> None:
+    travel = np.array([0.0, 1.99, 2.01, 7.0, 1.0])
+    x = np.array([4.0, 2.0, 2.0, -4.1, 4.1])
+    found = horizontal_window(travel, x, PLATE, 0.0, BOX, Fit())
+    assert [Why(code) for code in found] == [
+        Why.STARTUP, Why.STARTUP, Why.GOOD, Why.WALL, Why.STARTUP,
+    ]  # fmt: skip
+
+
+def test_linear_regime_of_a_sand() -> None:
+    found = linear_window(np.array([-0.01, 0, 2.0, 2.01]), 2.0)
+    assert [Why(code) for code in found] == [Why.ABOVE, Why.GOOD, Why.GOOD, Why.NONLINEAR]
+
+
+def test_every_reason_has_its_text() -> None:
+    texts = {why.text for why in Why}
+    assert len(texts) == len(Why)
+    assert Why.GOOD.text == ""
+    assert all(why.text for why in Why if why != Why.GOOD)

@@ -1,0 +1,111 @@
+"""The transducer's zero: what it reads in air, and how well that is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rftfit.campaign.config import Leg, Plate
+from rftfit.measure.zero import find_zero, height_needed
+
+TIME = np.arange(2000) / 100
+PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
+LEG = Leg(
+    shape="leg", curvature_times_R=1, max_length_cm=7.62, width_cm=2.54, thickness_cm=0.64,
+    hip_height_cm=2,
+)  # fmt: skip
+
+
+def stretches(*pairs: tuple[float, float]) -> np.ndarray:
+    found = np.zeros(TIME.size, dtype=bool)
+    for start, end in pairs:
+        found |= (start <= TIME) & (end > TIME)
+    return found
+
+
+MOVING = stretches((2, 18))
+FORCE = np.stack([np.full(TIME.size, 1.25), np.full(TIME.size, -0.5)])
+NOISE = np.random.default_rng(0).normal(0, 0.05, FORCE.shape)
+
+
+def test_one_stretch_gives_a_constant() -> None:
+    zero = find_zero(TIME, FORCE, stretches((0, 2)), MOVING, 10.0, 0.0)
+    assert zero is not None
+    np.testing.assert_allclose(zero.force, FORCE)
+    np.testing.assert_allclose(zero.variance, 0, atol=1e-20)
+    assert math.isnan(zero.drift_N)
+
+
+def test_unseen_drift_is_in_the_variance() -> None:
+    zero = find_zero(TIME, FORCE, stretches((0, 2)), MOVING, 10.0, 0.6)
+    assert zero is not None
+    # uniform between -0.6 and +0.6 N/min over the 9 s to the stroke
+    np.testing.assert_allclose(zero.variance, (0.01 * (10 - 0.995)) ** 2 / 3, rtol=1e-9)
+
+
+@pytest.mark.parametrize("ends", [((0, 0.9), (1.1, 2)), ((18.2, 19.0), (19.1, 20))])
+def test_a_rest_cut_in_two_is_no_look_at_the_drift(
+    ends: tuple[tuple[float, float], tuple[float, float]],
+) -> None:
+    zero = find_zero(TIME, FORCE + NOISE, stretches(*ends), MOVING, 10.0, 0.6)
+    assert zero is not None
+    assert math.isnan(zero.drift_N)
+    assert (zero.variance > (0.01 * 8) ** 2 / 3).all()
+
+
+def test_drift_between_two_stretches_is_a_line() -> None:
+    drifting = FORCE + np.array([[0.01], [-0.02]]) * TIME
+    zero = find_zero(TIME, drifting, stretches((0, 2), (18, 20)), MOVING, 10.0, 5.0)
+    assert zero is not None
+    t0, t1 = 0.995, 18.995
+    inside = (t0 <= TIME) & (t1 >= TIME)
+    np.testing.assert_allclose(zero.force[:, inside], drifting[:, inside], atol=1e-12)
+    # held, not extrapolated, outside the two middles
+    np.testing.assert_allclose(zero.force[:, 0], drifting[:, TIME <= t0][:, -1], atol=4e-4)
+    assert zero.drift_N == pytest.approx(0.02 * 18)
+
+
+def test_no_stretch() -> None:
+    nothing = np.zeros(TIME.size, dtype=bool)
+    assert find_zero(TIME, FORCE, nothing, MOVING, 10.0, 0.0) is None
+    # in air, but always moving; in air for less than half a second; only in snatches
+    assert find_zero(TIME, FORCE, stretches((3, 9)), MOVING, 10.0, 0.0) is None
+    assert find_zero(TIME, FORCE, stretches((0, 0.49)), MOVING, 10.0, 0.0) is None
+    snatches = stretches(*((k / 10, k / 10 + 0.05) for k in range(20)))
+    assert find_zero(TIME, FORCE, snatches, MOVING, 10.0, 0.0) is None
+
+
+def test_a_long_rest_knows_the_zero_better() -> None:
+    short = find_zero(TIME, FORCE + NOISE, stretches((0, 0.5)), MOVING, 10.0, 0.0)
+    long = find_zero(TIME, FORCE + NOISE, stretches((0, 2)), MOVING, 10.0, 0.0)
+    assert short is not None
+    assert long is not None
+    assert (long.variance < short.variance).all()
+    assert math.sqrt(long.variance[0]) == pytest.approx(0.05 / math.sqrt(200), rel=0.6)
+
+
+def test_height_of_a_plate_clear_of_the_surface() -> None:
+    flat = height_needed(PLATE, np.zeros(3), 0.5)
+    np.testing.assert_allclose(flat, [0.82] * 3)
+    upright = height_needed(PLATE, np.full(2, math.pi / 2), 0.5)
+    np.testing.assert_allclose(upright, [2.405] * 2)
+
+
+def test_height_of_a_leg_covers_every_model_leg() -> None:
+    """Every point of flat, c- and reversed c-leg is above the surface where the leg counts as clear."""
+    theta = np.radians(np.linspace(-135, 135, 91))
+    needed = height_needed(LEG, theta, 0.0)
+    s = np.linspace(0, 1, 60)
+    arc = np.pi * s
+    shapes = {
+        "flat": (7.62 * s, np.zeros(60)),
+        "c": (3.81 * (1 - np.cos(arc)), 3.81 * np.sin(arc)),
+        "reversed": (3.81 * (1 - np.cos(arc)), -3.81 * np.sin(arc)),
+    }
+    for along, across in shapes.values():
+        # z of a point relative to the axle: the chord points to -cos theta, the bulge across it
+        z = -np.outer(np.cos(theta), along) + np.outer(np.sin(theta), across)
+        assert (needed + z.min(axis=1) >= -1e-9).all()
+    assert float(height_needed(LEG, np.array([0.0]), 0.5)[0]) == pytest.approx(8.12)
