@@ -48,6 +48,7 @@ lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/ruff format --check
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/mypy
+	@$(BIN)/rftfit reenact --if-missing # the workflow is read with its campaign in place
 	$(BIN)/snakemake --lint
 	$(BIN)/sp-repo-review .
 

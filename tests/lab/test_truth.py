@@ -113,7 +113,8 @@ def test_written_numbers_give_the_force_back(config: Config, runs: dict[str, Run
     turn = np.radians(config.transducer.turn_deg)
     for name in ("poppy_CP_bm30_g45_in", "glass3mm_CP_bp60_g56_ex", "yuma_c_leg"):
         run = runs[name]
-        true, odd, made = ideal(run, config), nuisance(run, 5), record(run, config, 5)
+        odd, made = nuisance(run, 5), record(run, config, 5)
+        true = ideal(run, config, phase_s=odd.force_phase_s)
         f1, f2, f3 = (made.channels_N - odd.bias_N).T
         s_x, s_y, s_z = -f2, f1, -f3  # the axes of the config, read off by hand
         minutes = (made.force_time_s - odd.start_s) / 60

@@ -58,10 +58,10 @@ def test_offset_under_jittered_sampling() -> None:
     errors = np.array([fit.offset_s - rig.offset for fit, rig in zip(fits, rigs, strict=True)])
     assert {(fit.edges, fit.drift, fit.whole_hours) for fit in fits} == {(4, 0.0, 0)}
     assert max(fit.residual_s for fit in fits) < 0.01
-    # an edge of the sync line is known to a step of 10 ms: 1.4 ms for the mean of four edges
+    # an edge is known to a step of 10 ms (sync line) or 20 ms (motion): 2 ms for the mean of four
     assert np.abs(errors.mean()) < 0.0005
     assert errors.std() < 0.002
-    assert np.mean(np.abs(errors) < 0.003) >= 0.95
+    assert np.mean(np.abs(errors) < 0.003) >= 0.85
     assert np.abs(errors).max() < 0.005
 
 

@@ -38,7 +38,18 @@ class Known:
     depths_cm: tuple[float, ...] | None = None
 
     def words(self, column: Column) -> tuple[str, ...] | None:
-        """List the words that a choice column may hold."""
+        """List the words that a choice column may hold.
+
+        Parameters
+        ----------
+        column : Column
+            Of the form ``choice``.
+
+        Returns
+        -------
+        tuple of str or None
+            None where the configuration's section of these words is unclear.
+        """
         if column.section == "media":
             return self.media
         if column.section == "intruders":
@@ -73,7 +84,20 @@ class Draft:
     def error(
         self, column: str, found: str | None, allowed: str, code: str, nearest: str | None = None
     ) -> None:
-        """Note an error at one cell."""
+        """Note an error at one cell, whose column then counts as bad.
+
+        Parameters
+        ----------
+        column : str
+        found : str or None
+            What stands in the cell; None where it is blank.
+        allowed : str
+            What would be right; the whole message where `found` is None.
+        code : str
+            Of the problem, for example ``sheet.unknown-word``.
+        nearest : str or None
+            The valid word that was probably meant.
+        """
         self.bad.add(column)
         self.problems.append(
             Problem(self.file, self.row, column, found, allowed, code, nearest=nearest)
@@ -82,13 +106,30 @@ class Draft:
     def warn(
         self, column: str, found: str | None, allowed: str, code: str, nearest: str | None = None
     ) -> None:
-        """Note a warning at one cell."""
+        """Note a warning at one cell, whose value stays good.
+
+        Parameters
+        ----------
+        column, found, allowed, code, nearest
+            As for `error`.
+        """
         self.problems.append(
             Problem(self.file, self.row, column, found, allowed, code, "warning", nearest)
         )
 
     def yes(self, column: str) -> bool:
-        """Whether a flag is set."""
+        """Whether a flag is set.
+
+        Parameters
+        ----------
+        column : str
+            Of the form ``flag``.
+
+        Returns
+        -------
+        bool
+            False also where the cell is blank or bad.
+        """
         return self.text.get(column) == "yes"
 
 

@@ -59,7 +59,17 @@ class Key:
     description: str
 
     def fits(self, path: tuple[str | int, ...]) -> bool:
-        """Whether `path`, as met in a file, is this key."""
+        """Whether a path leads to this key.
+
+        Parameters
+        ----------
+        path : tuple of str or int
+            As met in a file: names of keys, and places in lists.
+
+        Returns
+        -------
+        bool
+        """
         return len(path) == len(self.path) and all(
             own in (NAME, part) for own, part in zip(self.path, path, strict=True)
         )

@@ -59,7 +59,15 @@ class Table:
     header_row: int = 1
 
     def add(self, row: int, cells: list[str]) -> None:
-        """Take in one row; the first that is not blank is the header."""
+        """Take in one row; the first that is not blank is the header.
+
+        Parameters
+        ----------
+        row : int
+            As a spreadsheet numbers it.
+        cells : list of str
+            Without the spaces around them; a row of empty cells is left out.
+        """
         if not any(cells):
             return
         if self.header:
@@ -69,7 +77,18 @@ class Table:
 
 
 def too_many_rows(file: str) -> Problem:
-    """Make the problem of a sheet that goes on for ever."""
+    """Make the problem of a sheet that goes on for ever.
+
+    Parameters
+    ----------
+    file : str
+        Name of the sheet.
+
+    Returns
+    -------
+    Problem
+        At the last row that is read.
+    """
     allowed = f"at most {MAX_ROWS} rows are read; delete the empty rows below the last run"
     return Problem(file, MAX_ROWS, None, None, allowed, "sheet.too-many-rows")
 

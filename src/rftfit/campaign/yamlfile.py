@@ -54,7 +54,18 @@ class Document:
     problems: list[Problem] = field(default_factory=list)
 
     def line_of(self, path: KeyPath) -> int | None:
-        """Line of `path`, or of the nearest section around it."""
+        """Line of a key, or of the nearest section around it.
+
+        Parameters
+        ----------
+        path : tuple of str or int
+            Names of keys, and places in lists.
+
+        Returns
+        -------
+        int or None
+            From 1; None where neither the key nor a section around it is in the text.
+        """
         while path and path not in self.lines:
             path = path[:-1]
         return self.lines.get(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path  # noqa: TC003  # typer asks for it at run time
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,8 +11,6 @@ import typer
 from rftfit.cli.output import count, megabytes, say, table
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from rftfit.cli.inspection import Clock
     from rftfit.logs.base import Dialect, Log
 

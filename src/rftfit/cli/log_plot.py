@@ -44,9 +44,9 @@ def draw_log(log: Log) -> Figure:
         panel.plot(time - time[0] if time.size else time, log.columns[name], linewidth=0.7)
         unit = log.units.get(name, "")
         panel.set_ylabel(f"{name} ({unit})" if unit else name)
-    start = f"{time[0]:.10g} " if time.size else ""
     unit = log.units.get("time", "s")
-    panels[-1].set_xlabel(f"time since {start}{unit} ({unit})")
+    start = f", counted from {time[0]:.10g} {unit}" if time.size else ""
+    panels[-1].set_xlabel(f"time ({unit}){start}")
     panels[0].set_title(log.path.name)
     return figure
 

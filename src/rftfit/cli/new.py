@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path  # noqa: TC003  # typer asks for it at run time
+from typing import Annotated
 
 import typer
 
 from rftfit.cli.output import say
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def init(

@@ -92,8 +92,13 @@ def _write(
         )
     # a misspelled word must not cost the logs that are there: everything is checked before
     chosen = media_of(places.config, media)
+    if not chosen:
+        raise InputError(
+            "config, key media: no medium here names published measurements to re-enact "
+            "(published_as), so nothing was written; the demonstration campaign's config does"
+        )
     runs = plan_runs(places.config, media)
-    resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
+    resolve(faults, {run.run_id: run for run in runs}, chosen[0])
     earlier = find_earlier(places.raw, places.sheet)
 
     what = f"seed {seed}, media: {', '.join(chosen)}, faults: {', '.join(faults) or 'none'}"

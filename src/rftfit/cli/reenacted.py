@@ -6,6 +6,7 @@ cleared, and a folder that holds anything else is refused.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 from dataclasses import dataclass
@@ -143,6 +144,10 @@ def clear(earlier: Earlier) -> int:
             path.unlink(missing_ok=True)
         except OSError as error:
             raise OutputError(f"{path}: cannot be removed: {error.strerror or error}") from error
+    for folder in {path.parent for path in earlier.files}:
+        # it refuses a folder that holds anything
+        with contextlib.suppress(OSError):
+            folder.rmdir()
     return len(earlier.files)
 
 

@@ -131,7 +131,7 @@ def _as_text(
     ]
     media = ", ".join(reference.media)
     return (
-        f"{how[0].upper()}{how[1:]}\n\n"
+        f"From {how}\n\n"
         f"{table(['', 'value', 'lo', 'hi'], rows)}\n\n"
         "zeta and chi without unit, coefficients in N/cm^3.\n"
         f"lo, hi: {level} interval for one further medium, from the scatter between\n"

@@ -21,7 +21,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Summary:
-    """What was written: runs, files (the run sheet included), bytes, seconds, faults put in."""
+    """What was written.
+
+    Attributes
+    ----------
+    n_runs : int
+        Rows of the run sheet.
+    n_files : int
+        Logs and the run sheet.
+    bytes : int
+        Size of these files together.
+    seconds : float
+        Time that planning and writing took.
+    faults : tuple of Fault
+        Those put in, in the order asked for.
+    """
 
     n_runs: int
     n_files: int

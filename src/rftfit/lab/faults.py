@@ -60,7 +60,19 @@ _ROWS = 60
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault, the run it was asked for, and the run whose files or sheet row it changes."""
+    """A fault that is put into the campaign.
+
+    Attributes
+    ----------
+    name : str
+        Key of `FAULTS`.
+    run_id : str
+        The run it was asked for.
+    changed : str
+        run_id of the run whose files or sheet row it changes: the tare's for ``missing_tare``.
+    other_tare : str
+        The tare_run that the sheet names in place of the right one; empty for other faults.
+    """
 
     name: str
     run_id: str

@@ -32,9 +32,16 @@ _REST_AIR_S, _REST_S, _PAUSE_S = 2.0, 1.0, 2.0
 
 @dataclass(frozen=True)
 class Segment:
-    """One rest or one straight move: (x cm, z cm, angle deg) at both ends.
+    """One rest, one straight move, or one turn of a leg.
 
-    `phase` is rest, approach, pause, stroke or lift. `distance` is in cm, in rad for a leg.
+    Attributes
+    ----------
+    phase : {"rest", "approach", "pause", "stroke", "lift"}
+    start, end : (float, float, float)
+        x in cm, z in cm and angle in degrees.
+    duration_s : float
+    distance, speed : float
+        cm and cm/s, rad and rad/s for a leg; 0 at rest. Ramps of `RAMP_S` begin and end a move.
     """
 
     phase: str
@@ -52,7 +59,20 @@ class Segment:
 
 @dataclass(frozen=True)
 class Motion:
-    """Position at each sample; `travel` counts from the start of the sample's own segment."""
+    """Position of the intruder's reference point at n samples; every array has shape (n,).
+
+    Attributes
+    ----------
+    elapsed_s : numpy.ndarray
+        Since the start of the run, kept between 0 and the run's duration.
+    x_cm, z_cm, angle_deg : numpy.ndarray
+        Lab frame; the angle is beta of a plate, theta of a leg.
+    travel : numpy.ndarray
+        Since the start of the sample's own segment: cm, rad for a leg.
+    segment : numpy.ndarray of int
+        Number of that segment in its run, from 0.
+    moving : numpy.ndarray of bool
+    """
 
     elapsed_s: FloatArray
     x_cm: FloatArray

@@ -32,7 +32,35 @@ _RUN_EVERY_S = 150.0
 
 @dataclass(frozen=True)
 class Run:
-    """One run of the campaign; angles and depth as in the run sheet, None where blank there."""
+    """One run of the campaign; angles and depth as in the run sheet, None where blank there.
+
+    Attributes
+    ----------
+    run_id : str
+    kind : {"plate", "rod", "leg", "leg_air"}
+    medium, published : str
+        Key of the config's media, and its name in the published tables; empty in air.
+    intruder : str
+        Key of the config's intruders; of a rod run, that of its plate.
+    direction : {"intrusion", "extraction", "horizontal", "rotation"}
+    beta_deg : float or None
+        Angle at which the plate is held; None for a leg.
+    gamma_deg : float or None
+        Angle of the path on the way down, also of an extraction; None for a leg.
+    depth_cm : float or None
+        Of a horizontal run.
+    tare_run : str
+        run_id of the tare; empty for a run that is a tare itself.
+    tare_shared : bool
+        Whether other runs use the same tare.
+    leg : str
+        Name in `reference.LEGS`; empty for plate and rod.
+    natural : bool
+        Whether the medium is a natural sand.
+    note : str
+    clock_s : float
+        Earliest start on the force log's clock, s since midnight.
+    """
 
     run_id: str
     kind: str

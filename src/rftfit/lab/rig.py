@@ -34,23 +34,44 @@ _ROD_WEIGHT_N, _PLATE_WEIGHT_N, _LEG_WEIGHT_N = 2.4, 0.17, 1.1
 
 @dataclass(frozen=True)
 class Nuisance:
-    """What differs from run to run for no reason of physics; forces in the lab frame, N."""
+    """What differs from run to run for no reason of physics.
+
+    Attributes
+    ----------
+    start_s : float
+        Start of the run on the force log's clock, s since midnight.
+    motion_offset_s : float
+        What the motion log's clock shows at the start, less `start_s`.
+    motion_phase_s, force_phase_s : float
+        First sample after the start: the samplers of the two logs know nothing of each other.
+    bias_N : numpy.ndarray, shape (3,)
+        Of the channels F1, F2, F3.
+    drift_N_per_min : numpy.ndarray, shape (3,)
+        Along x, y, z of the lab.
+    side_N : float
+        Steady force along y of the lab.
+    """
 
     start_s: float
     motion_offset_s: float
     motion_phase_s: float
     force_phase_s: float
-    """First force sample after the start: the samplers of the two logs know nothing of each other."""
     bias_N: FloatArray
-    """Of F1, F2, F3."""
     drift_N_per_min: FloatArray
-    """Along x, y, z."""
     side_N: float
 
 
 @dataclass(frozen=True)
 class Ideal:
-    """Noise-free force on the sensor, lab frame, N; `motion` is at the force log's samples."""
+    """Noise-free force on the sensor at the n samples of the force log.
+
+    Attributes
+    ----------
+    motion : Motion
+    granular, rod, steady : Forces
+        (z, x) in the lab frame, N, each of shape (n,): of the medium on the intruder, of the
+        medium on rod and mount, of weights and a leg's cable.
+    """
 
     motion: Motion
     granular: Forces
@@ -60,14 +81,30 @@ class Ideal:
 
 @dataclass(frozen=True)
 class Recording:
-    """The two logs of a run as numbers: s, N and mm, before any fault."""
+    """The two logs of a run as numbers: n force samples and m motion samples.
+
+    Attributes
+    ----------
+    force_time_s : numpy.ndarray, shape (n,)
+        On the force log's clock, since midnight.
+    arm_moving : numpy.ndarray of int, shape (n,)
+        1 while the arm moves, else 0.
+    channels_N : numpy.ndarray, shape (n, 3)
+        F1, F2, F3.
+    stroke : numpy.ndarray of bool, shape (n,)
+        Force samples taken during the stroke; not in the log.
+    motion_time_s : numpy.ndarray, shape (m,)
+        On the arm controller's clock, since midnight.
+    x_mm, z_mm : numpy.ndarray, shape (m,)
+        Reference point of the intruder in arm coordinates.
+    angle_deg : numpy.ndarray, shape (m,)
+        beta of a plate, theta of a leg.
+    """
 
     force_time_s: FloatArray
     arm_moving: npt.NDArray[np.int64]
     channels_N: FloatArray
-    """Shape (n, 3)."""
     stroke: npt.NDArray[np.bool_]
-    """Force samples taken during the stroke."""
     motion_time_s: FloatArray
     x_mm: FloatArray
     z_mm: FloatArray

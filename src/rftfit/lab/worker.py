@@ -25,7 +25,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Job:
-    """Runs to write, each with the names of its faults."""
+    """Runs to write.
+
+    Attributes
+    ----------
+    config : Config
+    raw : Path
+        Folder of the logs.
+    seed : int
+        Of the random numbers; those of a run depend on it and on the run_id alone.
+    runs : tuple of (Run, tuple of str)
+        Each run with the names of its faults.
+    """
 
     config: Config
     raw: Path

@@ -86,18 +86,53 @@ class Log:
 
 
 class Dialect(Protocol):
-    """A reader of one kind of log file."""
+    """A reader of one kind of log file.
+
+    Attributes
+    ----------
+    name : str
+        Under which the registry knows it.
+    """
 
     name: str
 
     def describe(self) -> str:
-        """Return one line on which program writes such files."""
+        """Return one line on which program writes such files.
+
+        Returns
+        -------
+        str
+        """
         ...
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Tell from the beginning of a file whether it is of this dialect.
+
+        Parameters
+        ----------
+        head : bytes
+            The first 64 kB, or all of a shorter file.
+
+        Returns
+        -------
+        bool
+        """
         ...
 
     def load(self, path: Path) -> Log:
-        """Read a file, or raise `LogError`."""
+        """Read a file.
+
+        Parameters
+        ----------
+        path : Path
+
+        Returns
+        -------
+        Log
+
+        Raises
+        ------
+        LogError
+            If the file cannot be used at all.
+        """
         ...

@@ -69,11 +69,35 @@ class Sheet:
         self.frames: dict[str, list[FloatArray]] = defaultdict(list)
 
     def corner(self, row: int, column: int) -> tuple[float, float]:
-        """Return the upper left corner of a panel, cm."""
+        """Return the upper left corner of a panel.
+
+        Parameters
+        ----------
+        row, column : int
+            Place of the panel on the page, from 0 at the upper left.
+
+        Returns
+        -------
+        left, top : float
+            cm from the paper's upper left corner; up is positive, so that `top` is negative.
+        """
         return LEFT + column * self.width, -_TOP - row * self.height
 
     def box(self, left: float, top: float, height: float) -> FloatArray:
-        """Return the four corners of a box as wide as a panel, shape (4, 2), cm."""
+        """Return the corners of a box as wide as a panel.
+
+        Parameters
+        ----------
+        left, top : float
+            Upper left corner, cm, as from `corner`.
+        height : float
+            cm.
+
+        Returns
+        -------
+        numpy.ndarray, shape (4, 2)
+            x and y of each corner, cm, once around.
+        """
         right, bottom = left + self.width - _GAP, top - height
         return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
 

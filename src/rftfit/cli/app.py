@@ -1,0 +1,71 @@
+"""The list of commands of ``rftfit``, with an example for each."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+import rftfit
+from rftfit.cli import exit_codes
+from rftfit.cli.check import check
+from rftfit.cli.inspect_log import inspect_log
+from rftfit.cli.new import init
+from rftfit.cli.output import say
+from rftfit.cli.reenact import reenact
+from rftfit.cli.run import run
+from rftfit.cli.scale import scale
+
+# one paragraph per code: the help joins the lines of a paragraph
+_EPILOG = "\n\n".join(
+    [
+        "Example: rftfit reenact && rftfit run",
+        "Exit codes:",
+        *(f"{code}: {meaning}" for code, meaning in exit_codes.MEANINGS.items()),
+    ]
+)
+
+app = typer.Typer(
+    name="rftfit",
+    add_completion=False,
+    # so that the lines of a paragraph are joined, whatever the width of the terminal
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=_EPILOG,
+)
+app.command("init", epilog="Example: rftfit init my_campaign")(init)
+app.command("check", epilog="Example: rftfit check --config config/config.yaml")(check)
+app.command(
+    "inspect", epilog="Example: rftfit inspect raw/paper/air/air_c_leg_force.csv --plot log.png"
+)(inspect_log)
+app.command(
+    "reenact", epilog="Example: rftfit reenact --media poppy_LP --fault gap --fault saturated"
+)(reenact)
+app.command(
+    "run",
+    epilog="Example: rftfit run --cores 2\n\n"
+    "Example with words for Snakemake itself, after two dashes: rftfit run -- --forceall",
+)(run)
+app.command("scale", epilog="Example: rftfit scale --alpha 0.9 --se 0.02 --output sand.csv")(scale)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        say(f"rftfit {rftfit.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _top(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Show the version and stop."
+        ),
+    ] = False,
+) -> None:
+    """Force-transducer logs to resistive-force models of granular media, with honest intervals.
+
+    New here? `rftfit reenact` writes a demonstration campaign, `rftfit run` makes everything out of
+    it. For a campaign of your own: `rftfit init`, `rftfit check`, `rftfit run`.
+    """

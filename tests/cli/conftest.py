@@ -1,0 +1,59 @@
+"""A small campaign, and a way to run the command as a user would."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from rftfit.cli.main import main
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ROOT = Path(__file__).parents[2]
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a command answered."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def rftfit(capfd: pytest.CaptureFixture[str]) -> Callable[..., Said]:
+    """Run a command; whatever happens, no traceback may be shown."""
+
+    def call(*words: object) -> Said:
+        code = main([str(word) for word in words])
+        captured = capfd.readouterr()
+        assert "Traceback" not in captured.out + captured.err
+        return Said(code, captured.out, captured.err)
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One sand's campaign in a folder with a blank and an accent, re-enacted once."""
+    root = tmp_path_factory.mktemp("camp é", numbered=True)
+    (root / "config").mkdir()
+    shutil.copy(ROOT / "config" / "config.yaml", root / "config" / "config.yaml")
+    config = str(root / "config" / "config.yaml")
+    assert main(["reenact", "--config", config, "--media", "yuma", "--workers", "1"]) == 0
+    return root
+
+
+@pytest.fixture
+def campaign(made_once: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of it, as the current folder."""
+    root = tmp_path / "my campaign é"
+    shutil.copytree(made_once, root)
+    monkeypatch.chdir(root)
+    return root

@@ -1,0 +1,105 @@
+"""`rftfit init` and `rftfit check`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from rftfit.campaign.load import check_campaign
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from .conftest import Said
+
+
+def test_init(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    folder = tmp_path / "new é one"
+    said = rftfit("init", folder)
+    assert said.code == 0
+    for name in ("config/config.yaml", "config/runs.csv", "raw/README.md"):
+        assert (folder / name).is_file()
+        assert f"  {name}\n" in said.out
+    assert [line[:4] for line in said.out.splitlines() if line[2:4] in ("1.", "2.", "3.")] == [
+        "  1.",
+        "  2.",
+        "  3.",
+    ]
+    assert f'cd "{folder}"' in said.out
+
+
+def test_init_overwrites_nothing(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    (tmp_path / "README.md").write_text("mine")
+    said = rftfit("init", tmp_path)
+    assert said.code == 2
+    assert "README.md would be overwritten" in said.err
+    assert (tmp_path / "README.md").read_text() == "mine"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_init_where_nothing_can_be_written(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    said = rftfit("init", tmp_path / "file" / "below")
+    assert said.code == 3
+    assert "cannot write" in said.err
+
+
+def test_check(rftfit: Callable[..., Said], campaign: Path) -> None:
+    said = rftfit("check")
+    assert (said.code, said.err) == (0, "")
+    lines = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}
+    # plate, rod, leg, leg_air, excluded, logs, missing
+    assert lines["yuma"][:7] == ["1", "1", "3", "0", "0", "10", "0"]
+    assert lines["(in"][1:8] == ["0", "0", "0", "3", "0", "6", "0"]
+    size = sum(path.stat().st_size for path in (campaign / "raw").rglob("*_*.csv"))
+    assert f"8 runs, 16 logs, {size / 1e6:.1f} MB" in said.out
+    assert said.out.endswith("0 errors, 0 warnings.\n")
+
+
+def test_check_from_another_folder(
+    rftfit: Callable[..., Said], campaign: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = rftfit("check", "--config", campaign / "config" / "config.yaml")
+    assert said.code == 0
+    assert "8 runs" in said.out
+
+
+def test_check_warnings(rftfit: Callable[..., Said], campaign: Path) -> None:
+    (campaign / "raw/paper/yuma/yuma_bp00_g90_in_force.csv").unlink()
+    said = rftfit("check")
+    assert said.code == 0
+    assert said.out.endswith("0 errors, 1 warning.\n")
+    assert "1 warning:\n" in said.out
+    assert "yuma_bp00_g90_in_force.csv" in said.out
+    row = next(line for line in said.out.splitlines() if line.startswith("  yuma "))
+    assert row.split()[6:8] == ["9", "1"]
+    assert rftfit("check", "--strict").code == 2
+
+
+def test_check_shows_every_problem(rftfit: Callable[..., Said], campaign: Path) -> None:
+    sheet = campaign / "raw/paper/runs.csv"
+    sheet.write_text(
+        sheet.read_text(encoding="utf-8")
+        .replace(",yuma,plate,", ",yumma,plate,")
+        .replace("rotation", "rotatoin"),
+        encoding="utf-8",
+    )
+    _, problems = check_campaign(campaign / "config" / "config.yaml")
+    said = rftfit("check")
+    assert said.code == 2
+    assert len(problems) > 5
+    assert [str(problem) for problem in problems if str(problem) not in said.out] == []
+    assert "did you mean 'yuma'?" in said.out
+    assert f"{len(problems)} errors, 0 warnings." in said.out
+
+
+def test_check_without_a_config(
+    rftfit: Callable[..., Said], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = rftfit("check")
+    assert said.code == 2
+    assert "config/config.yaml: the file does not exist" in said.out

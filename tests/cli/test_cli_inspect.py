@@ -1,0 +1,149 @@
+"""`rftfit inspect`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rftfit.cli.inspection import clock_of, columns_of, lacking
+from rftfit.logs.base import Log
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from .conftest import Said
+
+FORCE = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
+HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
+
+
+def force_log(path: Path, rows: list[str], header: str = HEADER, end: str = "\n") -> Path:
+    path.write_text("\n".join([header, *rows]) + end, encoding="utf-8")
+    return path
+
+
+def test_inspect(rftfit: Callable[..., Said], campaign: Path) -> None:
+    before = (campaign / FORCE).read_bytes()
+    said = rftfit("inspect", FORCE)
+    assert (said.code, said.err) == (0, "")
+    rows = sum(not line.startswith((b"#", b"time")) for line in before.splitlines())
+    for text in (
+        "force log",
+        "dialect: rig",
+        "recognised by its header row",
+        f"rows: {rows}, of which {rows} can be read",
+        "rate: 100 rows/s (median step 0.01 s",
+        "gaps: none",
+        "times: 0 repeated, 0 backwards",
+        "the motion log of the same run",
+    ):
+        assert text in said.out
+    assert (campaign / FORCE).read_bytes() == before
+
+
+def test_motion_log(rftfit: Callable[..., Said], campaign: Path) -> None:
+    said = rftfit("inspect", campaign / FORCE.replace("force", "motion"))
+    assert said.code == 0
+    assert "motion log" in said.out
+    assert "rate: 50 rows/s" in said.out
+    assert "the force log of the same run" in said.out
+
+
+def test_numbers_by_hand() -> None:
+    time = np.array([0.0, 0.1, 0.2, 0.2, 0.1, 0.3, 0.4, 1.4, 1.5])
+    columns = {"time": time, "F1": np.array([1.0, 1.5, 1.25, 1.0, 3, 1, 1, 1, -2])}
+    log = Log(Path("a.csv"), columns, {"time": "s", "F1": "N"}, 11, {"not a number": 2})
+    clock = clock_of(log)
+    assert clock.duration == pytest.approx(1.5)
+    assert clock.step == pytest.approx(0.1)
+    assert clock.rate == pytest.approx(10)
+    assert clock.jitter == pytest.approx(0, abs=1e-9)
+    assert clock.gaps == (pytest.approx((0.4, 1.0)),)
+    assert (clock.repeated, clock.backwards) == (1, 1)
+    force = columns_of(log)[1]
+    assert (force.lowest, force.highest, force.resolution, force.unit) == (-2, 3, 0.25, "N")
+
+
+def test_damage_is_counted(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    rows = [f"{t / 100:.2f},{int(t > 5)},0.1,0.2,{t / 10}" for t in range(40)]
+    rows[10] = rows[10].replace("0.2", "nan")
+    rows[11] = rows[11].replace("0.2", "x")
+    rows[12] = "0.12,1"
+    rows[20:30] = []
+    rows.append(rows[-1])
+    rows.append("0.40,1,0.1")
+    said = rftfit("inspect", force_log(tmp_path / "a.csv", rows, end=""))
+    assert said.code == 0
+    assert f"rows: {len(rows)}, of which {len(rows) - 4} can be read" in said.out
+    for text in ("NaN or infinite", "not a number", "wrong number of cells", "cut in mid-row"):
+        assert f"  1 dropped: {text}" in said.out
+    assert "gaps: 1\n  0.11 s from 0.19 s on" in said.out
+    assert "times: 1 repeated, 0 backwards" in said.out
+
+
+def test_a_sync_line_that_never_changes(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    columns = {"time": np.arange(3.0), "arm_moving": np.ones(3), "F1": np.zeros(3)}
+    needs = lacking(Log(path, columns, {}, 3))
+    assert any("a change of arm_moving" in need for need in needs)
+    columns["arm_moving"][0] = 0
+    assert not any("a change of arm_moving" in need for need in lacking(Log(path, columns, {}, 3)))
+
+
+@pytest.mark.parametrize(
+    ("content", "text"),
+    [
+        (b"", "the file is empty"),
+        (b"a,b\n1,2\n", "found the header 'a,b'"),
+        (b"time_s;arm_moving;F1_N\n0;1;2\n", "separated by semicolons"),
+        (b"\x89PNG\r\n\x1a\n\x00\x01", "found the header"),
+    ],
+)
+def test_unknown_files(
+    rftfit: Callable[..., Said], tmp_path: Path, content: bytes, text: str
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(content)
+    said = rftfit("inspect", path)
+    assert said.code == 2
+    assert "The dialects there are:\n  rig (" in said.err
+    assert text in said.err
+
+
+def test_header_only_missing_and_folder(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    said = rftfit("inspect", force_log(tmp_path / "a.csv", []))
+    assert said.code == 2
+    assert said.err.endswith("a header row and no data\n")
+    assert rftfit("inspect", tmp_path / "b.csv").code == 2
+    assert "this is a folder" in rftfit("inspect", tmp_path).err
+
+
+def test_no_usable_row(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    said = rftfit("inspect", force_log(tmp_path / "a.csv", ["x,x,x,x,x", "y,y,y,y,y"]))
+    assert said.code == 0
+    assert "rows: 2, of which 0 can be read" in said.out
+    assert "at least two usable rows" in said.out
+
+
+def test_plot(rftfit: Callable[..., Said], campaign: Path) -> None:
+    said = rftfit("inspect", FORCE, "--plot", "log é.png")
+    assert said.code == 0
+    assert (campaign / "log é.png").read_bytes().startswith(b"\x89PNG")
+    assert "Drawing: log é.png" in said.out
+    said = rftfit("inspect", FORCE, "--plot", FORCE)
+    assert said.code == 2
+    assert "found the ending '.csv'; allowed: .png, .pdf, .svg" in said.err
+    assert rftfit("inspect", FORCE, "--plot", f"{FORCE}/below.png").code == 3
+
+
+def test_panels() -> None:
+    from rftfit.cli.log_plot import draw_log
+
+    columns = {"time": np.array([5.0, 6.0]), "F1": np.array([1.0, 2.0]), "F2": np.array([3.0, 4])}
+    figure = draw_log(Log(Path("a.csv"), columns, {"time": "s", "F1": "N", "F2": "N"}, 2))
+    assert [panel.get_ylabel() for panel in figure.axes] == ["F1 (N)", "F2 (N)"]
+    x, y = np.asarray(figure.axes[1].lines[0].get_data())
+    assert (x.tolist(), y.tolist()) == ([0, 1], [3, 4])

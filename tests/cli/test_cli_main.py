@@ -1,0 +1,152 @@
+"""Help, exit codes, usage errors, crashes, pipes, start-up."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+
+import rftfit as package
+from rftfit.cli import exit_codes
+from rftfit.cli.crash import CRASH_FILE
+from rftfit.errors import OutputError, RftfitError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from .conftest import Said
+
+COMMANDS = ("init", "check", "inspect", "reenact", "run", "scale")
+HEAVY = ("pandas", "matplotlib", "snakemake", "pyarrow", "pydantic", "scipy.stats", "numba")
+
+
+def start(*words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "rftfit.cli.main", *words]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd)
+
+
+def test_version(rftfit: Callable[..., Said]) -> None:
+    said = rftfit("--version")
+    assert (said.code, said.out) == (0, f"rftfit {package.__version__}\n")
+
+
+@pytest.mark.parametrize("words", [[], ["--help"], ["-h"]])
+def test_help_lists_commands_and_exit_codes(rftfit: Callable[..., Said], words: list[str]) -> None:
+    said = rftfit(*words)
+    assert said.code == 0
+    assert [name for name in COMMANDS if name not in said.out] == []
+    for code, meaning in exit_codes.MEANINGS.items():
+        assert f"{code}: {meaning}" in said.out
+    assert "Example" in said.out
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_of_each_command_has_an_example(rftfit: Callable[..., Said], name: str) -> None:
+    said = rftfit(name, "--help")
+    assert said.code == 0
+    assert f"Example: rftfit {name} " in said.out
+
+
+def test_exit_codes_are_those_of_the_errors() -> None:
+    codes = [getattr(exit_codes, name) for name in dir(exit_codes) if name.isupper()]
+    numbers = [code for code in codes if isinstance(code, int)]
+    assert sorted(numbers) == sorted(exit_codes.MEANINGS) == [0, 1, 2, 3, 4, 130, 141]
+
+
+@pytest.mark.parametrize("words", [["chekc"], ["check", "--strickt"], ["scale"], ["init"]])
+def test_usage_errors(rftfit: Callable[..., Said], words: list[str]) -> None:
+    said = rftfit(*words)
+    assert said.code == exit_codes.INPUT_NOT_VALID
+    assert "Usage: rftfit" in said.err
+    assert "Error: " in said.err
+
+
+def fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("rftfit.campaign.load.check_campaign", fail)
+
+
+@pytest.mark.parametrize("error", [RftfitError("one"), OutputError("three")])
+def test_errors_of_the_program(
+    rftfit: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, error: RftfitError
+) -> None:
+    fail_with(monkeypatch, error)
+    said = rftfit("check")
+    assert (said.code, said.out, said.err) == (error.exit_code, "", f"rftfit: {error}\n")
+
+
+def test_crash(
+    rftfit: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    fail_with(monkeypatch, ZeroDivisionError("no sand\nleft"))
+    said = rftfit("check", "--strict")
+    assert said.code == exit_codes.UNEXPECTED
+    assert "ZeroDivisionError: no sand left" in said.err
+    assert str(tmp_path / CRASH_FILE) in said.err
+    report = (tmp_path / CRASH_FILE).read_text(encoding="utf-8")
+    assert "Traceback (most recent call last)" in report
+    assert "command: rftfit check --strict" in report
+    assert package.__version__ in report
+
+
+def test_crash_where_the_folder_cannot_be_written(
+    rftfit: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    here, elsewhere = tmp_path / "here", tmp_path / "elsewhere"
+    # a folder of the report's name: cannot be written, whoever runs this
+    (here / CRASH_FILE).mkdir(parents=True)
+    elsewhere.mkdir()
+    monkeypatch.chdir(here)
+    monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))
+    fail_with(monkeypatch, ZeroDivisionError())
+    said = rftfit("check")
+    assert said.code == exit_codes.UNEXPECTED
+    assert str(elsewhere / CRASH_FILE) in said.err
+    assert (elsewhere / CRASH_FILE).is_file()
+
+
+@pytest.mark.parametrize(("text", "shown"), [("", "Stopped."), ("Kept.", "Kept.")])
+def test_interrupt(
+    rftfit: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, text: str, shown: str
+) -> None:
+    fail_with(monkeypatch, KeyboardInterrupt(text))
+    said = rftfit("check")
+    assert (said.code, said.err) == (exit_codes.INTERRUPTED, f"{shown}\n")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes close without an error here")
+def test_reader_that_stops_reading() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "rftfit.cli.main", "reenact", "--list-faults"]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (exit_codes.PIPE_CLOSED, b"")
+
+
+def test_commands_load_nothing_heavy() -> None:
+    code = "import sys, rftfit.cli.app; print(*sys.modules)"
+    command = [sys.executable, "-c", code]
+    loaded = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    assert "rftfit.cli.scale" in loaded
+    assert [name for name in HEAVY if name in loaded] == []
+
+
+def test_scale_starts_in_less_than_a_second(tmp_path: Path) -> None:
+    times = []
+    for _ in range(3):
+        began = time.perf_counter()
+        done = start("scale", "--alpha", "0.9", cwd=tmp_path)
+        times.append(time.perf_counter() - began)
+        assert done.returncode == 0, done.stderr
+    # the fastest of three: other tests run beside this one
+    assert min(times) < 1.0

@@ -1,0 +1,163 @@
+"""From fits of runs to the 7 x 13 grid, by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.measure.alpha import alpha_table, column, grid
+from rftfit.reference import BETA_DEG, GAMMA_DEG
+
+BIG = 1e9
+Z95 = 1.959963985
+
+
+def run(
+    name: str, beta: float, gamma: float, z: float, x: float = 0.0, se: float = 0.001,
+    depth: float = 5.0, dof: float = BIG, **cells: str,
+) -> dict[str, object]:  # fmt: skip
+    return {
+        "run_id": name, "beta_deg": beta, "gamma_deg": gamma,
+        "depth_from_cm": depth, "depth_to_cm": depth,
+        "alpha_z_N_per_cm3": z, "alpha_z_se_N_per_cm3": se, "alpha_z_dof": dof,
+        "alpha_x_N_per_cm3": x, "alpha_x_se_N_per_cm3": 2 * se, "alpha_x_dof": dof,
+        "flags": "", "reason": "", **cells,
+    }  # fmt: skip
+
+
+def table(*runs: dict[str, object], depths: int = 3) -> pd.DataFrame:
+    columns = list(run("a", 0, 0, 0))
+    return alpha_table(pd.DataFrame(list(runs), columns=columns), "m", 0.95, depths)
+
+
+def cell(found: pd.DataFrame, beta: float, gamma: float) -> pd.Series:
+    near = np.isclose(found["gamma_deg"], gamma, atol=0.1) & (found["beta_deg"] == beta)
+    assert near.sum() == 1
+    return found[near].iloc[0]
+
+
+def test_no_runs_at_all() -> None:
+    found = table()
+    assert len(found) == 91
+    assert set(found["reason"]) == {"no run"}
+    numbers = found[[column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]]
+    assert np.isnan(numbers.to_numpy(float)).all()
+    assert (found["n_runs"] == 0).all()
+
+
+def test_one_run_with_its_interval() -> None:
+    here = cell(table(run("a", 30, 45, 0.2, -0.1, se=0.003, dof=4)), 30, 45)
+    assert (here["n_runs"], here["run_ids"], here["reason"]) == (1, "a", "")
+    assert here[column("z")] == pytest.approx(0.2)
+    assert here[column("x")] == pytest.approx(-0.1)
+    assert here[column("z", "_se")] == pytest.approx(0.003)
+    assert here[column("z", "_hi")] - 0.2 == pytest.approx(2.776445 * 0.003, rel=1e-6)
+    assert -0.1 - here[column("x", "_lo")] == pytest.approx(2.776445 * 0.006, rel=1e-6)
+
+
+def test_sheet_angles_are_matched_within_their_rounding() -> None:
+    found = table(run("a", 30, 18.43, 0.2), run("b", 30, -71.57, 0.3), run("c", 30, 40, 9.9))
+    assert cell(found, 30, 18.4349)[column("z")] == pytest.approx(0.2)
+    assert cell(found, 30, -71.565)[column("z")] == pytest.approx(0.3)
+    assert found["n_runs"].sum() == 2
+
+
+def test_beta_of_minus_and_plus_90_are_one_plate() -> None:
+    found = table(run("a", 90, 45, 0.2, -0.1), run("b", -90, 45, 0.4, -0.3))
+    for beta in (-90, 90):
+        here = cell(found, beta, 45)
+        assert here["run_ids"] == "a b"
+        assert here[column("z")] == pytest.approx(0.3)
+        assert here[column("x")] == pytest.approx(-0.2)
+    assert found["n_runs"].sum() == 4
+
+
+def test_repeats_that_agree_keep_the_smaller_error_of_their_mean() -> None:
+    same = table(run("a", 0, 90, 0.300, se=0.002), run("b", 0, 90, 0.3005, se=0.002))
+    here = cell(same, 0, 90)
+    assert here[column("z")] == pytest.approx(0.30025)
+    assert here[column("z", "_se")] == pytest.approx(0.002 / math.sqrt(2))
+    assert here[column("z", "_hi")] - 0.30025 == pytest.approx(Z95 * 0.002 / math.sqrt(2), rel=1e-5)
+
+
+def test_repeats_that_scatter_widen_the_interval() -> None:
+    here = cell(table(*(run(n, 0, 90, v) for n, v in zip("abc", (0.28, 0.30, 0.35), strict=True))), 0, 90)
+    deviation = np.std([0.28, 0.30, 0.35], ddof=1)
+    assert here[column("z")] == pytest.approx(0.31)
+    assert here[column("z", "_se")] == pytest.approx(deviation / math.sqrt(3))
+    # two degrees of freedom: t = 4.3027
+    assert here[column("z", "_hi")] - 0.31 == pytest.approx(4.302653 * deviation / math.sqrt(3))
+
+
+def test_a_bad_run_does_not_spoil_its_repeat() -> None:
+    found = table(
+        run("a", 0, 90, 0.3),
+        run("b", 0, 90, math.nan, math.nan, reason="transducer saturated"),
+        run("c", 30, 90, math.nan, math.nan, reason="log missing"),
+    )
+    here = cell(found, 0, 90)
+    assert (here["n_runs"], here["run_ids"]) == (1, "a")
+    assert here[column("z")] == pytest.approx(0.3)
+    assert here["reason"] == "b: transducer saturated"
+    lost = cell(found, 30, 90)
+    assert math.isnan(lost[column("z")])
+    assert (lost["n_runs"], lost["reason"]) == (0, "c: log missing")
+
+
+def test_flags_are_handed_on() -> None:
+    here = cell(table(run("a", 0, 90, 0.3, flags="gap of 2 s")), 0, 90)
+    assert here["flags"] == "a: gap of 2 s"
+
+
+def horizontal(*depths: float, slope: float = 0.1, lift: float = 0.0) -> pd.DataFrame:
+    """Runs whose mean stress is lift + slope x depth."""
+    return table(
+        *(run(f"h{d}", 60, 0, (lift + slope * d) / d, depth=d, se=0.01 / d) for d in depths)
+    )
+
+
+def test_horizontal_fit_through_three_depths() -> None:
+    depths = np.array([2.54, 5.08, 7.62])
+    here = cell(horizontal(*depths, lift=0.05), 60, 0)
+    sigma = 0.05 + 0.1 * depths
+    assert here[column("z")] == pytest.approx(sigma @ depths / (depths @ depths))
+    # the error of each mean stress is 0.01
+    assert here[column("z", "_se")] == pytest.approx(0.01 / math.sqrt(depths @ depths))
+    assert (here["n_runs"], here["flags"], here["reason"]) == (3, "", "")
+
+
+def test_horizontal_with_a_depth_missing_is_flagged() -> None:
+    here = cell(horizontal(2.54, 7.62), 60, 0)
+    assert here[column("z")] == pytest.approx(0.1)
+    assert here["flags"] == "2 of 3 depths"
+
+
+def test_horizontal_with_one_depth_gives_no_number() -> None:
+    here = cell(horizontal(5.08), 60, 0)
+    assert math.isnan(here[column("z")])
+    assert math.isnan(here[column("x", "_hi")])
+    assert here["reason"] == "only 1 of 3 depths"
+
+
+def test_horizontal_repeats_of_one_depth_are_still_one_depth() -> None:
+    found = table(run("a", 0, 0, 0.1, depth=5.08), run("b", 0, 0, 0.1, depth=5.0803))
+    assert math.isnan(cell(found, 0, 0)[column("z")])
+
+
+def test_slanted_cell_needs_no_depths() -> None:
+    assert cell(table(run("a", 60, 18.43, 0.1)), 60, 18.43)["flags"] == ""
+
+
+def test_grid_is_ordered_whatever_the_order_of_the_rows() -> None:
+    runs = [run(f"{b}{g}", b, g, b + g / 1000) for b in BETA_DEG[1:] for g in GAMMA_DEG if g]
+    found = table(*runs)
+    shuffled = found.sample(frac=1, random_state=1)
+    values = grid(shuffled, column("z"))
+    assert values.shape == (7, 13)
+    expected = BETA_DEG[:, None] + GAMMA_DEG[None, :] / 1000
+    expected[0] = expected[-1]
+    expected[:, 6] = np.nan
+    np.testing.assert_allclose(values, expected)

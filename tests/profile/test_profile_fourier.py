@@ -1,0 +1,372 @@
+"""Symmetry, nine terms, both fits, selection."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rftfit import reference
+from rftfit.conventions import mirror
+from rftfit.profile import fourier, symmetry
+from rftfit.profile.scaling import generic, vertical_penetration
+from rftfit.profile.selection import harmonics, select_bic
+
+BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+RANDOM = np.random.default_rng(2013)
+M = RANDOM.normal(0, 0.1, (20, 9))
+TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA}
+GENERIC = reference.coefficients("generic")
+
+
+def plain(m: dict[str, float], beta_deg: float, gamma_deg: float) -> tuple[float, float]:
+    """The nine terms from the vectors of plate and motion, by addition theorems and `math` alone."""
+    b, g = math.radians(beta_deg), math.radians(gamma_deg)
+    tx, tz, vx, vz = math.cos(b), -math.sin(b), -math.cos(g), -math.sin(g)
+    cos_2b, sin_2b, cos_g, sin_g = tx * tx - tz * tz, -2 * tx * tz, -vx, -vz
+    plus_sin, minus_sin = sin_2b * cos_g + cos_2b * sin_g, cos_2b * sin_g - sin_2b * cos_g
+    plus_cos, minus_cos = cos_2b * cos_g - sin_2b * sin_g, cos_2b * cos_g + sin_2b * sin_g
+    alpha_z = m["A00"] + m["A10"] * cos_2b + m["B11"] * plus_sin + m["B01"] * sin_g
+    alpha_x = m["C11"] * plus_cos + m["C01"] * cos_g + m["Cm1"] * minus_cos + m["D10"] * sin_2b
+    return alpha_z + m["Bm1"] * minus_sin, alpha_x
+
+
+def grids(medium: str) -> tuple[np.ndarray, np.ndarray]:
+    return reference.alpha_grid(medium)
+
+
+@pytest.mark.parametrize(
+    ("beta_deg", "gamma_deg", "alpha_z", "alpha_x"),
+    [(30, 45, 0.734, 0.294), (0, 90, 1.000, 0.0)],
+)
+def test_golden_values_of_the_design(
+    beta_deg: float, gamma_deg: float, alpha_z: float, alpha_x: float
+) -> None:
+    found = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
+    assert float(found[0]) == pytest.approx(alpha_z, abs=5e-4)
+    assert float(found[1]) == pytest.approx(alpha_x, abs=5e-4)
+
+
+# by hand from the printed generic row: exact at the points where all sines are 0, 1/2 or 1
+A00, A10, B11, B01, BM1 = 0.206, 0.169, 0.212, 0.358, 0.055
+C11, C01, CM1, D10 = -0.124, 0.253, 0.007, 0.088
+HAND = [
+    (0, 90, A00 + A10 + B11 + B01 + BM1, 0.0),
+    (0, -90, A00 + A10 - B11 - B01 - BM1, 0.0),
+    (90, 90, A00 - A10 - B11 + B01 - BM1, 0.0),
+    (-90, -90, A00 - A10 + B11 - B01 + BM1, 0.0),
+    (0, 0, A00 + A10, C11 + C01 + CM1),
+    (0, 180, A00 + A10, -C11 - C01 - CM1),
+    (90, 0, A00 - A10, -C11 + C01 - CM1),
+    (45, 0, A00 + B11 - BM1, C01 + D10),
+    (-45, 0, A00 - B11 + BM1, C01 - D10),
+    (45, 90, A00 + B01, -C11 + CM1 + D10),
+    (-45, 90, A00 + B01, C11 - CM1 - D10),
+    (45, -90, A00 - B01, C11 - CM1 + D10),
+    (15, 30, A00 + A10 * math.sqrt(0.75) + B11 * math.sqrt(0.75) + B01 / 2,
+     C11 / 2 + C01 * math.sqrt(0.75) + CM1 + D10 / 2),
+    (30, 150, A00 + A10 / 2 - B11 / 2 + B01 / 2 + BM1,
+     -C11 * math.sqrt(0.75) - C01 * math.sqrt(0.75) + D10 * math.sqrt(0.75)),
+]  # fmt: skip
+
+
+def test_the_printed_generic_row_is_the_one_meant() -> None:
+    printed = [A00, A10, B11, B01, BM1, C11, C01, CM1, D10]
+    assert [GENERIC[term] for term in fourier.TERMS] == printed
+
+
+@pytest.mark.parametrize(("beta_deg", "gamma_deg", "alpha_z", "alpha_x"), HAND)
+def test_golden_values_by_hand(
+    beta_deg: float, gamma_deg: float, alpha_z: float, alpha_x: float
+) -> None:
+    found = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
+    assert float(found[0]) == pytest.approx(alpha_z, abs=1e-12)
+    assert float(found[1]) == pytest.approx(alpha_x, abs=1e-12)
+
+
+def test_golden_values_all_over_the_plane() -> None:
+    for beta_deg in range(-90, 91, 15):
+        for gamma_deg in range(-180, 181, 15):
+            found = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
+            expected = plain(GENERIC, beta_deg, gamma_deg)
+            np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_nine_terms_obey_the_symmetry_and_the_period_exactly() -> None:
+    beta, gamma = RANDOM.uniform(-2, 2, 5000), RANDOM.uniform(-4, 4, 5000)
+    here = fourier.basis(beta, gamma)
+    there = fourier.basis(*mirror(beta, gamma))
+    np.testing.assert_allclose(there[0], here[0], atol=1e-12)
+    np.testing.assert_allclose(there[1], -here[1], atol=1e-12)
+    turned = fourier.basis(beta + np.pi, gamma)
+    np.testing.assert_allclose(turned[0], here[0], atol=1e-12)
+    np.testing.assert_allclose(turned[1], here[1], atol=1e-12)
+
+
+def test_every_harmonic_offered_to_the_criterion_obeys_the_symmetry() -> None:
+    beta, gamma = RANDOM.uniform(-2, 2, 500), RANDOM.uniform(-4, 4, 500)
+    names = set()
+    for component, sign in (("z", 1), ("x", -1)):
+        for term in harmonics(component):
+            here = term.values(beta, gamma)
+            np.testing.assert_allclose(term.values(*mirror(beta, gamma)), sign * here, atol=1e-12)
+            assert np.ptp(here) > 0.5 or term.name == "A00"
+            names.add(term.name)
+    assert set(fourier.TERMS) <= names
+    # the nine are the same functions under the same names
+    terms = dict(zip(fourier.TERMS, np.concatenate(fourier.basis(beta, gamma)), strict=True))
+    for component in "zx":
+        for term in harmonics(component):
+            if term.name in terms:
+                np.testing.assert_allclose(term.values(beta, gamma), terms[term.name], atol=1e-12)
+
+
+def test_extension_agrees_with_the_mirror_cell_by_cell() -> None:
+    alpha_z, alpha_x = RANDOM.normal(size=(2, 7, 13))
+    gamma, whole_z, whole_x = symmetry.extend(GAMMA, alpha_z, alpha_x)
+    assert gamma.shape == (25,)
+    np.testing.assert_allclose(np.diff(gamma) > 0, True)
+    np.testing.assert_allclose(gamma, -gamma[::-1], atol=1e-12)
+    for i, beta in enumerate(BETA):
+        for k, angle in enumerate(gamma):
+            if abs(angle) <= np.pi / 2 + 1e-9:
+                j = int(np.argmin(np.abs(GAMMA - angle)))
+                assert (whole_z[i, k], whole_x[i, k]) == (alpha_z[i, j], alpha_x[i, j])
+                continue
+            b, g = mirror(beta, angle)
+            row, col = int(np.argmin(np.abs(BETA - b))), int(np.argmin(np.abs(GAMMA - g)))
+            assert float(GAMMA[col]) == pytest.approx(float(g), abs=1e-9)
+            assert whole_z[i, k] == alpha_z[row, col]
+            assert whole_x[i, k] == -alpha_x[row, col]
+
+
+def test_extension_of_a_symmetric_table_is_the_model_itself() -> None:
+    model = fourier.evaluate(M[0], BETA[:, None], GAMMA[None, :])
+    gamma, whole_z, whole_x = symmetry.extend(GAMMA, *model)
+    expected = fourier.evaluate(M[0], BETA[:, None], gamma[None, :])
+    np.testing.assert_allclose(whole_z, expected[0], atol=1e-12)
+    np.testing.assert_allclose(whole_x, expected[1], atol=1e-12)
+
+
+def test_symmetrise_twice_is_once_and_touches_two_columns() -> None:
+    pair = RANDOM.normal(size=(2, 7, 13))
+    before = pair.copy()
+    once = symmetry.symmetrise(*pair)
+    np.testing.assert_array_equal(pair, before)
+    for one, two, raw in zip(once, symmetry.symmetrise(*once), pair, strict=True):
+        np.testing.assert_allclose(one, two, atol=1e-15)
+        np.testing.assert_array_equal(one[:, 1:-1], raw[:, 1:-1])
+    for column in (0, -1):
+        np.testing.assert_allclose(once[0][:, column], once[0][::-1, column])
+        np.testing.assert_allclose(once[1][:, column], -once[1][::-1, column])
+        np.testing.assert_allclose(
+            once[0][:, column], (pair[0][:, column] + pair[0][::-1, column]) / 2
+        )
+    assert once[1][3, 0] == 0
+
+
+def test_symmetrise_fills_a_missing_cell_from_its_image() -> None:
+    alpha_z, alpha_x = RANDOM.normal(size=(2, 7, 13))
+    alpha_z[1, 0], alpha_x[1, 0], alpha_z[2, -1], alpha_z[4, -1] = (np.nan,) * 4
+    found_z, found_x = symmetry.symmetrise(alpha_z, alpha_x)
+    assert found_z[1, 0] == found_z[5, 0] == alpha_z[5, 0]
+    assert found_x[1, 0] == -alpha_x[5, 0]
+    assert np.isnan(found_z[2, -1])
+
+
+@pytest.mark.parametrize("bad", ["beta", "gamma", "half", "reversed"])
+def test_grid_that_cannot_be_mirrored(bad: str) -> None:
+    shapes = {
+        "beta": (BETA[1:], GAMMA), "gamma": (BETA, GAMMA + 0.01),
+        "half": (BETA, GAMMA[6:]), "reversed": (BETA[::-1], GAMMA),
+    }  # fmt: skip
+    name = "beta" if bad in ("beta", "reversed") else "gamma"
+    with pytest.raises(ValueError, match=f"the {name} grid must be symmetric"):
+        symmetry.check_grid(*shapes[bad])
+    if name == "gamma":
+        with pytest.raises(ValueError, match="gamma grid"):
+            symmetry.extend(shapes[bad][1], np.zeros((7, 13)), np.zeros((7, 13)))
+
+
+def test_lsq_gives_a_noiseless_grid_back() -> None:
+    grid = fourier.evaluate(M[0], BETA[:, None], GAMMA[None, :])
+    np.testing.assert_allclose(fourier.fit_lsq(BETA, GAMMA, *grid), M[0], atol=1e-13)
+
+
+def test_lsq_with_missing_cells() -> None:
+    for coefficients in M:
+        alpha_z, alpha_x = fourier.evaluate(coefficients, BETA[:, None], GAMMA[None, :])
+        lost = RANDOM.uniform(size=alpha_z.shape) < 0.3
+        alpha_z[lost], alpha_x[lost] = np.nan, np.nan
+        found = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x)
+        np.testing.assert_allclose(found, coefficients, atol=1e-12)
+
+
+def test_lsq_of_many_tables_at_once_and_of_some_terms() -> None:
+    keep = np.array([1, 1, 0, 1, 1, 1, 1, 0, 1], dtype=bool)
+    wanted = np.where(keep, M, 0)
+    tables = [fourier.evaluate(row, BETA[:, None], GAMMA[None, :]) for row in wanted]
+    alpha_z, alpha_x = (np.stack(part) for part in zip(*tables, strict=True))
+    found = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x, keep)
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
+    assert (found[:, ~keep] == 0).all()
+
+
+def test_lsq_weighs_every_direction_once() -> None:
+    """The same as plain least squares over the whole torus, every point of it counted once."""
+    alpha_z, alpha_x = grids("poppy_LP")
+    found = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x)
+    gamma, whole_z, whole_x = symmetry.extend(GAMMA, *symmetry.symmetrise(alpha_z, alpha_x))
+    # beta = -90 stands for 90 as well: both, half each; gamma = -180 and 180 likewise
+    weight = np.ones((7, 25))
+    weight[[0, -1]] *= 0.5
+    weight[:, [0, -1]] *= 0.5
+    root = np.sqrt(weight).ravel()
+    expected = []
+    for terms, values in zip(
+        fourier.basis(BETA[:, None], gamma[None, :]), (whole_z, whole_x), strict=True
+    ):
+        design = terms.reshape(len(terms), -1).T * root[:, None]
+        expected.append(np.linalg.lstsq(design, values.ravel() * root, rcond=None)[0])
+    np.testing.assert_allclose(found, np.concatenate(expected), atol=1e-10)
+
+
+def test_lsq_refuses_too_few_cells() -> None:
+    empty = np.full((7, 13), np.nan)
+    empty[3, 8:11] = 0.1
+    with pytest.raises(ValueError, match="3 measured cells are too few for 5 terms"):
+        fourier.fit_lsq(BETA, GAMMA, empty, empty)
+
+
+def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table() -> None:
+    for medium in reference.MEDIA:
+        pair = symmetry.symmetrise(*grids(medium))
+        _, whole_z, whole_x = symmetry.extend(GAMMA, *pair)
+        z, x = (np.fft.fft2(np.fft.ifftshift(whole)) / 175 for whole in (whole_z, whole_x))
+        # harmonic exp(i (m 2 beta + n gamma)); sines are minus the imaginary part
+        expected = [z[0, 0].real, 2 * z[1, 0].real, -2 * z[1, 1].imag, -2 * z[0, 1].imag,
+                    -2 * z[-1, 1].imag, 2 * x[1, 1].real, 2 * x[0, 1].real, 2 * x[-1, 1].real,
+                    -2 * x[1, 0].imag]  # fmt: skip
+        found = fourier.fit_dft_index(GAMMA, *grids(medium))
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_dft_index_needs_every_cell() -> None:
+    alpha_z, alpha_x = (part.copy() for part in grids("poppy_LP"))
+    alpha_z[2, 3] = np.nan
+    found = fourier.fit_dft_index(GAMMA, alpha_z, alpha_x)
+    assert np.isnan(found[:5]).all()
+
+
+@pytest.mark.parametrize("medium", reference.MEDIA)
+def test_dft_index_gives_table_s2(medium: str) -> None:
+    found = fourier.fit_dft_index(GAMMA, *grids(medium))
+    for term, value in zip(fourier.TERMS, found, strict=True):
+        printed = TABLE_S2[medium][term]
+        assert printed == 0 or abs(value - printed) <= 0.0013, term
+
+
+def test_there_are_forty_printed_entries() -> None:
+    assert sum(TABLE_S2[m][t] != 0 for m in reference.MEDIA for t in fourier.TERMS) == 40
+
+
+def as_printed(medium: str) -> np.ndarray:
+    """The transform, with the terms that Table S2 prints as zero left out."""
+    keep = np.array([TABLE_S2[medium][term] != 0 for term in fourier.TERMS])
+    return np.where(keep, fourier.fit_dft_index(GAMMA, *grids(medium)), 0)
+
+
+@pytest.mark.parametrize(
+    ("medium", "fit", "chi"),
+    list(
+        zip(reference.MEDIA, ("0.26", "0.47", "0.19", "0.38", "0.22"),
+            ("1.37", "1.19", "1.27", "1.05", "1.33"), strict=True)
+    ),
+)  # fmt: skip
+def test_table_s3_to_the_printed_digit(medium: str, fit: str, chi: str) -> None:
+    zeta = float(vertical_penetration(as_printed(medium)))
+    assert f"{zeta:.2f}" == fit
+    assert f"{grids(medium)[0][3, -1] / zeta:.2f}" == chi
+
+
+def test_chi_of_least_squares() -> None:
+    chi = [
+        grids(medium)[0][3, -1]
+        / float(vertical_penetration(fourier.fit_lsq(BETA, GAMMA, *grids(medium))))
+        for medium in reference.MEDIA
+    ]
+    np.testing.assert_allclose(chi, [1.26, 1.09, 1.12, 0.97, 1.22], atol=0.0051)
+
+
+def test_generic_is_table_s2s_and_its_own_penetration_is_one() -> None:
+    m0 = generic(np.stack([as_printed(medium) for medium in reference.MEDIA]))
+    np.testing.assert_allclose(m0, fourier.as_array(GENERIC), atol=0.003)
+    assert float(vertical_penetration(m0)) == pytest.approx(1, abs=1e-12)
+    alpha_z, alpha_x = fourier.evaluate(m0, 0.0, np.pi / 2)
+    assert float(alpha_z) == pytest.approx(1, abs=1e-12)
+    assert float(alpha_x) == pytest.approx(0, abs=1e-12)
+
+
+def test_generic_of_many_draws() -> None:
+    stack = np.abs(M.reshape(4, 5, 9)) + 0.1
+    np.testing.assert_allclose(generic(stack)[2], generic(stack[2]))
+    one = generic(stack[0, :1])
+    np.testing.assert_allclose(one, stack[0, 0] / stack[0, 0, :5].sum())
+
+
+def test_kept_terms() -> None:
+    coefficients = np.array([-1.0, 0.04, -0.06, 0.05, 0.9, 0, 0.051, -0.049, 2])
+    kept = fourier.kept_terms(coefficients, 0.05)
+    assert kept.tolist() == [True, False, True, False, True, False, True, False, True]
+    assert fourier.kept_terms(np.zeros(9), 0.05).tolist() == [True] + [False] * 8
+
+
+def test_coefficients_in_either_form() -> None:
+    values = np.arange(9.0)
+    assert fourier.as_array(dict(zip(fourier.TERMS, values, strict=True))).tolist() == [*range(9)]
+    assert fourier.as_array(GENERIC)[0] == A00
+    with pytest.raises(ValueError, match=r"no coefficient B01; wanted: A00"):
+        fourier.as_array({term: 0.0 for term in fourier.TERMS if term != "B01"})
+    with pytest.raises(ValueError, match=r"shape \(8,\)"):
+        fourier.as_array(np.zeros(8))
+
+
+def test_bic_finds_the_terms_that_are_there() -> None:
+    random = np.random.default_rng(5)
+    true = fourier.as_array(TABLE_S2["poppy_CP"])
+    assert (true != 0).all()
+    surplus = 0
+    trials = 12
+    for _ in range(trials):
+        alpha = fourier.evaluate(true, BETA[:, None], GAMMA[None, :])
+        noise = random.normal(0, 0.004, (2, 7, 13))
+        noise[:, 0] = noise[:, -1]
+        kept = select_bic(BETA, GAMMA, alpha[0] + noise[0], alpha[1] + noise[1])
+        assert all(kept[term] for term in fourier.TERMS)
+        surplus += sum(kept.values()) - 9
+    assert surplus / trials < 1.5
+
+
+def test_bic_leaves_out_what_is_not_there() -> None:
+    random = np.random.default_rng(6)
+    true = fourier.as_array(TABLE_S2["poppy_CP"]).copy()
+    true[[1, 4, 7, 8]] = 0
+    alpha = fourier.evaluate(true, BETA[:, None], GAMMA[None, :])
+    kept = np.zeros(9)
+    for _ in range(20):
+        noise = random.normal(0, 0.002, (2, 7, 13))
+        noise[:, 0] = noise[:, -1]
+        found = select_bic(BETA, GAMMA, alpha[0] + noise[0], alpha[1] + noise[1])
+        kept += [found[term] for term in fourier.TERMS]
+    assert (kept[true != 0] == 20).all()
+    # the criterion's own rate of false alarms is about 4 % of the absent terms
+    assert kept[true == 0].sum() <= 0.15 * 4 * 20
+
+
+def test_bic_with_missing_cells_and_an_exact_table() -> None:
+    true = fourier.as_array(TABLE_S2["poppy_CP"])
+    alpha_z, alpha_x = fourier.evaluate(true, BETA[:, None], GAMMA[None, :])
+    alpha_z[2, 4:7], alpha_x[5, 1] = np.nan, np.nan
+    kept = select_bic(BETA, GAMMA, alpha_z, alpha_x)
+    assert {term for term, yes in kept.items() if yes} >= set(fourier.TERMS)

@@ -1,0 +1,219 @@
+"""Bootstrap draws, intervals of coefficients, and the scaling routine for a new medium."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit import reference
+from rftfit.campaign.config import Config
+from rftfit.measure.alpha import column
+from rftfit.profile import fourier
+from rftfit.profile.bootstrap import alpha_draws, interval
+from rftfit.profile.media_fits import ALL_METHODS, AS_PRINTED, fit_media
+from rftfit.profile.scaling import scale_new_medium
+
+BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+Z95 = 1.959963985
+CHI = np.array([1.37, 1.19, 1.27, 1.05, 1.33])
+M0 = fourier.as_array(reference.coefficients("generic"))
+
+
+def alpha_frame(medium: str, alpha: tuple[np.ndarray, np.ndarray], se: float) -> pd.DataFrame:
+    beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
+    data: dict[str, object] = {
+        "medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel(),
+    }  # fmt: skip
+    for component, values in zip("zx", alpha, strict=True):
+        flat = values.ravel()
+        data |= {
+            column(component): flat, column(component, "_se"): se,
+            column(component, "_lo"): flat - Z95 * se, column(component, "_hi"): flat + Z95 * se,
+        }  # fmt: skip
+    return pd.DataFrame(data)
+
+
+def published(medium: str, se: float = 0.002) -> pd.DataFrame:
+    return alpha_frame(medium, reference.alpha_grid(medium), se)
+
+
+def test_same_seed_same_draws() -> None:
+    one = alpha_draws(published("poppy_LP"), 50, 7, 0.95)
+    np.testing.assert_array_equal(one, alpha_draws(published("poppy_LP"), 50, 7, 0.95))
+    assert not np.array_equal(one, alpha_draws(published("poppy_LP"), 50, 8, 0.95))
+    # another medium draws its own errors, not the same ones again
+    other = alpha_draws(published("poppy_CP"), 50, 7, 0.95)
+    errors = [draws[0] - reference.alpha_grid(medium)[0]
+              for draws, medium in ((one, "poppy_LP"), (other, "poppy_CP"))]  # fmt: skip
+    assert abs(np.corrcoef(errors[0].ravel(), errors[1].ravel())[0, 1]) < 0.1
+
+
+def test_draws_do_not_depend_on_the_order_of_the_rows() -> None:
+    table = published("poppy_LP")
+    shuffled = table.sample(frac=1, random_state=3)
+    np.testing.assert_array_equal(
+        alpha_draws(table, 20, 7, 0.95), alpha_draws(shuffled, 20, 7, 0.95)
+    )
+
+
+def test_draws_have_the_tables_errors() -> None:
+    table = published("poppy_LP", 0.002)
+    table.loc[table["beta_deg"] == 30, [column("z", "_lo"), column("z", "_hi")]] += [-0.01, 0.01]
+    draws = alpha_draws(table, 4000, 7, 0.95)
+    for part, alpha in zip(draws, reference.alpha_grid("poppy_LP"), strict=True):
+        np.testing.assert_allclose(part.mean(axis=0), alpha, atol=8e-4)
+    spread = draws[0].std(axis=0)
+    np.testing.assert_allclose(spread[[1, 2, 3, 5]], 0.002, rtol=0.08)
+    np.testing.assert_allclose(spread[4], 0.002 + 0.01 / Z95, rtol=0.08)
+    # independent cells, but beta = -90 and 90 are one plate
+    np.testing.assert_array_equal(
+        np.argsort(draws[0][:, 0, 4]), np.argsort(draws[0][:, -1, 4])
+    )
+    assert abs(np.corrcoef(draws[0][:, 1, 4], draws[0][:, 2, 4])[0, 1]) < 0.06
+    assert abs(np.corrcoef(draws[0][:, 1, 4], draws[1][:, 1, 4])[0, 1]) < 0.06
+
+
+def test_cell_without_a_run_stays_empty() -> None:
+    table = published("poppy_LP")
+    names = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
+    table.loc[40, names] = np.nan
+    for part in alpha_draws(table, 10, 7, 0.95):
+        assert np.isnan(part.reshape(10, -1)[:, 40]).all()
+        assert np.isnan(part).sum() == 10
+
+
+def test_percentile_interval() -> None:
+    draws = np.random.default_rng(0).permutation(np.arange(1001.0))[:, None]
+    lo, hi = interval(draws, 0.95)
+    assert (lo[0], hi[0]) == pytest.approx((25, 975))
+    lo, hi = interval(draws, 0.5)
+    assert (lo[0], hi[0]) == pytest.approx((250, 750))
+
+
+def test_intervals_of_coefficients_cover() -> None:
+    """300 campaigns of a known medium: the bootstrap intervals of the nine terms cover it."""
+    random = np.random.default_rng(17)
+    true = fourier.as_array(reference.coefficients("poppy_CP"))
+    alpha = fourier.evaluate(true, BETA[:, None], GAMMA[None, :])
+    se, inside = 0.003, np.zeros(9)
+    for seed in range(300):
+        noise = random.normal(0, se, (2, 7, 13))
+        noise[:, 0] = noise[:, -1]
+        table = alpha_frame("m", (alpha[0] + noise[0], alpha[1] + noise[1]), se)
+        draws = fourier.fit_lsq(BETA, GAMMA, *alpha_draws(table, 400, seed, 0.95))
+        lo, hi = interval(draws, 0.95)
+        inside += (lo <= true) & (hi >= true)
+    assert 0.93 <= inside.sum() / 2700 <= 0.97
+    assert (inside / 300 > 0.9).all()
+
+
+def test_fit_media(paper_config: Config) -> None:
+    tables = [published(medium) for medium in reference.MEDIA]
+    fits = fit_media(tables, paper_config)
+    assert [(fit.method, fit.medium) for fit in fits] == [
+        (method, medium) for method in ALL_METHODS for medium in reference.MEDIA
+    ]
+    for fit in fits:
+        assert fit.reason == ""
+        assert (fit.used[~fit.keep] == 0).all()
+        assert (fit.draws[:, ~fit.keep] == 0).all()
+        lo, hi = interval(fit.draws, 0.999)
+        assert (lo[fit.keep] < fit.used[fit.keep]).all()
+        assert (fit.used[fit.keep] < hi[fit.keep]).all()
+        assert fit.zeta == pytest.approx(fit.used[:5].sum())
+        np.testing.assert_allclose(fit.zeta_draws, fit.draws[:, :5].sum(axis=1))
+        assert fit.alpha_z == reference.alpha_grid(fit.medium)[0][3, -1]
+        assert fit.alpha_z_draws.std() == pytest.approx(0.002, rel=0.1)
+        printed = np.array(
+            [reference.coefficients(fit.medium)[term] != 0 for term in fourier.TERMS]
+        )
+        if fit.method == AS_PRINTED:
+            assert (fit.keep == printed).all()
+
+
+def test_fit_media_with_empty_cells(paper_config: Config) -> None:
+    table = published("poppy_LP")
+    names = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
+    table.loc[20, names] = np.nan
+    lsq, dft, printed = fit_media([table], paper_config)
+    whole, *_ = fit_media([published("poppy_LP")], paper_config)
+    assert lsq.reason == ""
+    np.testing.assert_allclose(lsq.full, whole.full, atol=0.003)
+    assert np.isfinite(lsq.draws).all()
+    for fit in (dft, printed):
+        assert "1 of 91 cells have no alpha" in fit.reason
+        assert np.isnan(fit.used).all()
+        assert math.isnan(fit.zeta)
+    table[names] = np.nan
+    for fit in fit_media([table], paper_config):
+        assert fit.reason != ""
+        assert np.isnan(fit.draws).all()
+
+
+def test_new_medium_by_hand() -> None:
+    scaled = scale_new_medium(0.9, 0.0, CHI, M0)
+    assert scaled.chi == pytest.approx(1.242)
+    assert scaled.zeta == pytest.approx(0.9 / 1.242)
+    np.testing.assert_allclose(scaled.coefficients, M0 * 0.9 / 1.242)
+    # alpha_z(0, 90 deg) of the scaled profile is zeta, for M0 sums to 1 there
+    assert scaled.coefficients[:5].sum() == pytest.approx(scaled.zeta, rel=1e-9)
+    logs = [math.log(value) for value in CHI]
+    mean = sum(logs) / 5
+    spread = math.sqrt(sum((value - mean) ** 2 for value in logs) / 4 * 1.2)
+    assert scaled.zeta_hi / scaled.zeta == pytest.approx(math.exp(2.776445 * spread), rel=1e-6)
+    assert scaled.zeta_lo / scaled.zeta == pytest.approx(math.exp(-2.776445 * spread), rel=1e-6)
+    assert scaled.chi_hi / scaled.chi == pytest.approx(math.exp(2.776445 * spread), rel=1e-6)
+    # about 0.8 alpha, as the paper says
+    assert scaled.zeta / 0.9 == pytest.approx(0.8, abs=0.02)
+
+
+def test_error_of_the_test_widens_zeta_and_not_chi() -> None:
+    exact, rough = (scale_new_medium(0.9, se, CHI, M0) for se in (0.0, 0.3))
+    assert rough.zeta == exact.zeta
+    assert rough.zeta_lo < exact.zeta_lo < exact.zeta < exact.zeta_hi < rough.zeta_hi
+    assert (rough.chi_lo, rough.chi_hi) == (exact.chi_lo, exact.chi_hi)
+
+
+def test_zeta_scales_with_alpha() -> None:
+    one, ten = (scale_new_medium(a, a / 50, CHI, M0) for a in (0.3, 3.0))
+    for name in ("zeta", "zeta_lo", "zeta_hi"):
+        assert getattr(ten, name) == pytest.approx(10 * getattr(one, name))
+
+
+def test_interval_of_a_further_medium_covers() -> None:
+    """Media whose chi scatters: zeta of a sixth one lies in the interval 95 times in 100."""
+    random = np.random.default_rng(23)
+    inside = 0
+    for _ in range(2000):
+        chi = 1.25 * np.exp(random.normal(0, 0.1, 6))
+        measured = 0.5 * chi[5] * (1 + random.normal(0, 0.05))
+        found = scale_new_medium(measured, 0.05 * measured, chi[:5], M0)
+        inside += found.zeta_lo <= 0.5 <= found.zeta_hi
+    assert 0.93 <= inside / 2000 <= 0.975
+
+
+def test_media_that_agree_and_an_exact_test_leave_no_doubt() -> None:
+    found = scale_new_medium(1.0, 0.0, np.array([1.25, 1.25, 1.25]), M0)
+    assert found.zeta_lo == pytest.approx(found.zeta) == pytest.approx(found.zeta_hi)
+    assert found.zeta == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.3, math.nan, math.inf])
+def test_alpha_must_be_a_positive_number(alpha: float) -> None:
+    with pytest.raises(ValueError, match="must be a positive number"):
+        scale_new_medium(alpha, 0.0, CHI, M0)
+
+
+@pytest.mark.parametrize("se", [-0.1, math.nan])
+def test_error_must_be_one(se: float) -> None:
+    with pytest.raises(ValueError, match="standard error"):
+        scale_new_medium(0.9, se, CHI, M0)
+
+
+@pytest.mark.parametrize("chi", [[], [1.2], [1.2, 0.0], [1.2, math.nan]])
+def test_chi_of_the_reference_media(chi: list[float]) -> None:
+    with pytest.raises(ValueError, match="chi"):
+        scale_new_medium(0.9, 0.0, np.array(chi), M0)

@@ -1,0 +1,175 @@
+"""Small campaigns of the re-enacted lab in a folder, and the chain of stages over them."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import yaml
+
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.lab import plan_runs
+from rftfit.lab.worker import run_logs
+from rftfit.lab.write import sheet_text
+from rftfit.measure.alpha import alpha_table
+from rftfit.stages import ledger as ledger_stage
+from rftfit.stages.ingest import ingest_medium
+from rftfit.stages.legs import leg_curves
+from rftfit.stages.slopes import fit_medium
+from rftfit.stages.tare import tare_medium
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    import pandas as pd
+
+    from rftfit.lab import Run
+
+CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
+SEED = 2013
+
+
+@cache
+def paper() -> Config:
+    return Config(**yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
+
+
+@cache
+def planned() -> dict[str, Run]:
+    return {run.run_id: run for run in plan_runs(paper())}
+
+
+def data_lines(content: bytes | None) -> int:
+    """Data lines of a log: counted here, without the program."""
+    if content is None:
+        return 0
+    lines = [line.strip() for line in content.removeprefix(b"\xef\xbb\xbf").splitlines()]
+    return max(sum(bool(line) and not line.startswith(b"#") for line in lines) - 1, 0)
+
+
+@dataclass
+class Room:
+    """A campaign's folder with some of the paper's runs; `logs` may be changed before `write`."""
+
+    folder: Path
+    logs: dict[str, bytes | None] = field(default_factory=dict)
+    runs: list[Run] = field(default_factory=list)
+    cells: dict[str, dict[str, str]] = field(default_factory=dict)
+    config: str = CONFIG.read_text(encoding="utf-8")
+
+    def add(self, *names: str, **faults: tuple[str, ...]) -> Room:
+        """Add runs with their tares; `faults` by run_id."""
+        wanted = dict.fromkeys(names)
+        wanted |= dict.fromkeys(planned()[name].tare_run for name in names)
+        for name in wanted:
+            if not name or name in {run.run_id for run in self.runs}:
+                continue
+            run = planned()[name]
+            self.runs.append(run)
+            self.logs |= run_logs(run, paper(), SEED, faults.get(name, ()))
+        return self
+
+    def change(self, log: str, how: Callable[[str], str]) -> None:
+        content = self.logs[log]
+        assert content is not None
+        self.logs[log] = how(content.decode()).encode()
+
+    def set(self, run_id: str, **cells: str) -> None:
+        self.cells.setdefault(run_id, {}).update(cells)
+
+    def rows(self) -> list[dict[str, str]]:
+        sheet = csv.DictReader(io.StringIO(sheet_text(self.runs, {})))
+        return [{**row, **self.cells.get(row["run_id"], {})} for row in sheet]
+
+    def write(self, order: Callable[[list[dict[str, str]]], Iterable[dict[str, str]]] = list) -> Path:
+        """Write config, sheet and logs; the path of the config."""
+        path = self.folder / "config" / "config.yaml"
+        raw = self.folder / "raw" / "paper"
+        for part in (path.parent, raw):
+            part.mkdir(parents=True, exist_ok=True)
+        path.write_text(self.config, encoding="utf-8")
+        for name, content in self.logs.items():
+            target = raw / name
+            target.parent.mkdir(exist_ok=True)
+            if content is not None:
+                target.write_bytes(content)
+        rows = self.rows()
+        out = io.StringIO()
+        writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(order(rows))
+        (raw / "runs.csv").write_text(out.getvalue(), encoding="utf-8")
+        return path
+
+    def chain(self, medium: str = "poppy_LP") -> Results:
+        return chain(load_campaign(self.write()), medium)
+
+    @property
+    def counted(self) -> dict[str, int]:
+        """Data lines of every log the sheet names."""
+        return {name: data_lines(content) for name, content in self.logs.items()}
+
+
+@dataclass(frozen=True)
+class Results:
+    """What the stages made of one medium."""
+
+    traces: pd.DataFrame
+    runs: pd.DataFrame
+    tared: pd.DataFrame
+    tares: pd.DataFrame
+    fits: pd.DataFrame
+    alpha: pd.DataFrame
+    curves: pd.DataFrame
+    book: pd.DataFrame
+
+    def fit(self, run_id: str) -> pd.Series:
+        return self.fits.set_index("run_id").loc[run_id]
+
+    def run(self, run_id: str) -> pd.Series:
+        return self.runs.set_index("run_id").loc[run_id]
+
+    def cell(self, beta_deg: float, gamma_deg: float) -> pd.Series:
+        here = (self.alpha["beta_deg"] == beta_deg) & (
+            (self.alpha["gamma_deg"] - gamma_deg).abs() < 0.1
+        )
+        assert here.sum() == 1
+        return self.alpha[here].iloc[0]
+
+    def fates(self, file: str) -> dict[tuple[str, str], int]:
+        rows = self.book[self.book["file"] == file]
+        return dict(zip(zip(rows["fate"], rows["reason"], strict=True), rows["rows"], strict=True))
+
+    def check_ledger(self, counted: dict[str, int]) -> None:
+        """Every line of every file is in the ledger, once."""
+        ledger_stage.check(self.book, self.runs)
+        assert self.book.groupby("file")["rows"].sum().to_dict() == counted
+        dropped = self.book[self.book["fate"] == "dropped"]
+        assert (dropped["reason"] != "").all()
+        assert set(self.book["fate"]) <= {"used", "dropped"}
+
+
+def chain(campaign: Campaign, medium: str) -> Results:
+    """Ingest, tare, slopes, alpha table, legs and ledger of one medium."""
+    traces, runs, *_, book1 = ingest_medium(campaign, medium)
+    tared, tares, *_, book2 = tare_medium(campaign, medium, traces, runs)
+    fits, *_, book3 = fit_medium(campaign, medium, runs, tared, tares)
+    curves, *_, book4 = leg_curves(campaign, medium, runs, tared)
+    fit = campaign.config.fit
+    alpha = alpha_table(fits, medium, fit.confidence, len(fit.horizontal_depths_cm))
+    book = ledger_stage.join([part.table() for part in (book1, book2, book3, book4)])
+    return Results(traces, runs, tared, tares, fits, alpha, curves, book)
+
+
+def digests(folder: Path) -> dict[str, str]:
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in files
+    }
