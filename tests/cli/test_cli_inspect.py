@@ -61,7 +61,8 @@ def test_numbers_by_hand() -> None:
     assert clock.step == pytest.approx(0.1)
     assert clock.rate == pytest.approx(10)
     assert clock.jitter == pytest.approx(0, abs=1e-9)
-    assert clock.gaps == (pytest.approx((0.4, 1.0)),)
+    assert len(clock.gaps) == 1
+    assert list(clock.gaps[0]) == pytest.approx([0.4, 1.0])
     assert (clock.repeated, clock.backwards) == (1, 1)
     force = columns_of(log)[1]
     assert (force.lowest, force.highest, force.resolution, force.unit) == (-2, 3, 0.25, "N")

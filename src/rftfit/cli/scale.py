@@ -136,7 +136,8 @@ def _as_text(
         "zeta and chi without unit, coefficients in N/cm^3.\n"
         f"lo, hi: {level} interval for one further medium, from the scatter between\n"
         f"{media}{' and the error of the test' if '(se 0)' not in how else ''}.\n"
-        "It is for the nine-term profile, which at (0, 90 deg) lies below a test by the factor chi."
+        "It is for the nine-term profile. Measured alpha departs from that too: at (0, 90 deg) it lies\n"
+        "above by the factor chi."
     )
 
 

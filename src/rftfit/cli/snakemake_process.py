@@ -74,15 +74,17 @@ def listen(
     with contextlib.ExitStack() as stack:
         keep = stack.enter_context(_open(log)) if log else None
         stack.enter_context(_signals_as_interrupts())
-        child = subprocess.Popen(
-            [sys.executable, "-m", "snakemake", *words],
-            cwd=root,
-            env=_environment(),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            # of its own group: Ctrl-C comes here first, and is handed on to all of them at once
-            start_new_session=os.name == "posix",
+        child = stack.enter_context(
+            subprocess.Popen(
+                [sys.executable, "-m", "snakemake", *words],
+                cwd=root,
+                env=_environment(),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                # of its own group: Ctrl-C comes here first, and is handed on to all of them at once
+                start_new_session=os.name == "posix",
+            )
         )
         try:
             assert child.stdout is not None

@@ -76,6 +76,14 @@ class Trace:
     rows: tuple[int, int]
 
     @property
+    def note(self) -> str:
+        """What was put right and touches no number, but should be known."""
+        hours = self.clock.whole_hours
+        return (
+            f"clocks {hours:+d} h apart (time zone or daylight saving), put right" if hours else ""
+        )
+
+    @property
     def step_s(self) -> float:
         """Mean step between samples, s."""
         return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
@@ -173,7 +181,7 @@ def _make_trace(config: Config, run: Run, force_log: Log, motion_log: Log) -> Tr
     phase[moving & (on_motion < start)] = PHASES.index("approach")
     phase[in_stroke] = PHASES.index("stroke")
     missing = max(float(end - on_motion[-1]), float(on_motion[0] - start))
-    flags = _flags(config, force_time[in_stroke], missing, clock, zero.drift_N)
+    flags = _flags(config, force_time[in_stroke], missing, zero.drift_N)
     if start <= motion.time[1] or end >= motion.time[-2]:
         flags += ("the motion log begins or ends within the stroke",)
     stuck = int(np.count_nonzero(saturated & in_stroke))
@@ -228,7 +236,7 @@ def _clock(
 
 
 def _flags(
-    config: Config, stroke_time: FloatArray, missing_s: float, clock: ClockFit, drift: float
+    config: Config, stroke_time: FloatArray, missing_s: float, drift: float
 ) -> tuple[str, ...]:
     flags = []
     longest = config.clock.max_gap_s
@@ -236,8 +244,6 @@ def _flags(
         flags.append(f"gap of {end - start:.2f} s in the force log during the stroke")
     if missing_s > longest:
         flags.append(f"force log lacks {missing_s:.2f} s of the stroke")
-    if clock.whole_hours:
-        flags.append(f"clocks {clock.whole_hours:+d} h apart (time zone or daylight saving)")
     if math.isfinite(drift) and drift > config.transducer.max_drift_N:
         flags.append(f"zero drifted by {drift:.2f} N")
     return tuple(flags)
@@ -248,7 +254,8 @@ def _account(ledger: Ledger, run: Run, force_log: Log, motion_log: Log, trace: T
     for file, log in ((run.force_log, force_log), (run.motion_log, motion_log)):
         for reason, rows in log.dropped.items():
             ledger.add(run, file, DROPPED, reason, rows)
-    ledger.add(run, run.motion_log, USED, "path", motion_log.columns["time"].size)
+    path = f"path; {trace.note}" if trace.note else "path"
+    ledger.add(run, run.motion_log, USED, path, motion_log.columns["time"].size)
     outside = _WHY_OF_PHASE[trace.phase]
     outside = np.where(trace.why == Why.GOOD, outside, trace.why)
     handed_on = (trace.phase == PHASES.index("stroke")) & (trace.why == Why.GOOD)

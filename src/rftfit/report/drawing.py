@@ -166,7 +166,7 @@ class Sheet:
             self.axes.text(x, y, labels.plain(text), fontsize=size, **how)  # type: ignore[arg-type]
 
         inner, margin = self.width - _GAP, 0.06
-        room = int(inner / 0.118)
+        room = int(inner / 0.13)
         run = str(fit["run_id"])
         # the end of a run's name tells runs apart
         run = run if len(run) <= room else "\N{HORIZONTAL ELLIPSIS}" + run[1 - room :]
@@ -201,12 +201,14 @@ class Sheet:
                     self.axes.text(*middle, "not measured", fontsize=5.5, color="#888888",
                                    ha="center", va="center")  # fmt: skip
 
-    def finish(self, title: str) -> Figure:
+    def finish(self, title: str, notes: str = "") -> Figure:
         """Draw everything that was collected.
 
         Parameters
         ----------
         title : str
+        notes : str, optional
+            A smaller line below the title.
 
         Returns
         -------
@@ -235,4 +237,5 @@ class Sheet:
             x = self.corner(0, i)[0] + (self.width - _GAP) / 2
             self.axes.text(x, -_TOP + 0.12, label, fontsize=7, ha="center", va="bottom")
         self.axes.text(LEFT, -0.35, labels.plain(title), fontsize=14, va="top")
+        self.axes.text(LEFT, -0.98, labels.plain(notes), fontsize=8, va="top", color=style.MARK)
         return self.figure

@@ -54,6 +54,14 @@ def _legend(sheet: Sheet) -> None:
 
 
 @style.styled
+def _notes(fits: pd.DataFrame) -> str:
+    """List the notes on runs, each with the number of runs that carry it."""
+    if "note" not in fits.columns:
+        return ""
+    counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
+    return "; ".join(f"{count} runs: {note}" for note, count in counts.items())
+
+
 def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) -> list[Figure]:
     """Draw the quality sheets of one medium: a panel for each plate run, ordered by beta and gamma.
 
@@ -102,6 +110,8 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
         sheet.empty_places()
         _legend(sheet)
         figures.append(
-            sheet.finish(title + (f" (page {i + 1} of {len(pages)})" if pages[1:] else ""))
+            sheet.finish(
+                title + (f" (page {i + 1} of {len(pages)})" if pages[1:] else ""), _notes(rows)
+            )
         )
     return figures

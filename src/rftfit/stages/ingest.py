@@ -86,6 +86,7 @@ def _row(run: Run, trace: Trace | None = None, reason: str = "") -> dict[str, ob
         "status": "read" if known else "refused",
         "reason": reason,
         "flags": "; ".join(trace.flags) if trace else "",
+        "note": trace.note if trace else "",
         "rows_force": trace.rows[0] if trace else 0,
         "rows_motion": trace.rows[1] if trace else 0,
         "sample_step_s": step,

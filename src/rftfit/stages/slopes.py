@@ -95,7 +95,8 @@ def fit_medium(
         if run.run_id not in where:
             reason = str(fact["reason"]) or no_tare.get(run.run_id, "")
             beta, gamma, _ = filed_under(run)
-            rows.append(_row(run, Fit(beta, gamma, flags=flags, reason=reason), confidence))
+            lost = Fit(beta, gamma, flags=flags, reason=reason)
+            rows.append(_row(run, lost, confidence) | {"note": fact["note"]})
             continue
         part = where[run.run_id]
         stroke = _stroke(columns, force, part, fact, facts[run.tare_run], flags)
@@ -108,7 +109,7 @@ def fit_medium(
         good = int(np.count_nonzero(handed_on == Why.GOOD))
         if good:
             ledger.add(run, run.force_log, *fate, good)
-        rows.append(_row(run, fit, confidence))
+        rows.append(_row(run, fit, confidence) | {"note": fact["note"]})
     windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
     return pd.DataFrame(rows, columns=_row_names()), windows, ledger
 
@@ -144,7 +145,7 @@ def _names_of(c: str) -> list[str]:
 def _row_names() -> list[str]:
     names = ["run_id", "medium", "beta_deg", "gamma_deg", "direction", "tare_run",
              "depth_from_cm", "depth_to_cm", "n_points"]  # fmt: skip
-    return [*names, *(name for c in COMPONENTS for name in _names_of(c)), "flags", "reason"]
+    return [*names, *(name for c in COMPONENTS for name in _names_of(c)), "flags", "note", "reason"]
 
 
 def _row(run: Run, fit: Fit, confidence: float) -> dict[str, object]:

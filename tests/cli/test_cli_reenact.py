@@ -1,0 +1,216 @@
+"""`rftfit reenact`: what it writes, what it clears, what it never touches."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from rftfit.cli.reenacted import MARKER
+from rftfit.lab.faults import FAULTS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from .conftest import Said
+
+QUICK = ("reenact", "--media", "yuma", "--workers", "1")
+LOG = "yuma/yuma_bp00_g90_in_force.csv"
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def test_what_is_written(campaign: Path) -> None:
+    raw = campaign / "raw" / "paper"
+    found = contents(raw)
+    assert len(found) == 2 * 8 + 2
+    marker = found.pop(MARKER).decode()
+    assert "not original recordings" in marker
+    assert "seed 2013, media: yuma, faults: none" in marker
+    listed = {}
+    for line in marker.split("):\n")[1].splitlines():
+        size, name = line.split(" ", 1)
+        listed[name] = size
+    assert listed == {name: str(len(content)) for name, content in found.items()}
+
+
+def test_again_with_another_seed_and_medium(rftfit: Callable[..., Said], campaign: Path) -> None:
+    raw = campaign / "raw" / "paper"
+    before = contents(raw)
+    said = rftfit(*QUICK)
+    assert said.code == 0
+    assert "17 files of the earlier re-enactment cleared" in said.out
+    assert contents(raw) == before
+    assert rftfit(*QUICK, "--seed", "7").code == 0
+    assert contents(raw)[LOG] != before[LOG]
+    said = rftfit("reenact", "--media", "palms29", "--workers", "1")
+    assert said.code == 0
+    assert sorted(path.name for path in raw.iterdir()) == [MARKER, "air", "palms29", "runs.csv"]
+    assert "8 runs, 17 files, " in said.out
+    assert "not original recordings" in said.out
+    assert rftfit("check", "--strict").code == 0
+
+
+def test_faults(rftfit: Callable[..., Said], campaign: Path) -> None:
+    said = rftfit(*QUICK, "--fault", "empty:yuma_c_leg", "--fault", "missing_log")
+    assert said.code == 0
+    assert "fault empty: yuma_c_leg: " in said.out
+    raw = campaign / "raw" / "paper"
+    assert (raw / "yuma/yuma_c_leg_force.csv").read_bytes() == b""
+    assert "faults: empty:yuma_c_leg, missing_log" in (raw / MARKER).read_text(encoding="utf-8")
+    # files with a fault are of the re-enactment too
+    assert rftfit(*QUICK).code == 0
+    assert (raw / "yuma/yuma_c_leg_force.csv").stat().st_size > 1000
+
+
+def test_list_of_faults(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    said = rftfit("reenact", "--list-faults", "--config", tmp_path / "none.yaml")
+    assert said.code == 0
+    assert {line.split()[0] for line in said.out.splitlines()[1:]} == set(FAULTS)
+
+
+def test_if_missing(rftfit: Callable[..., Said], campaign: Path) -> None:
+    raw = campaign / "raw" / "paper"
+    (raw / "mine.csv").write_text("mine")
+    before = contents(raw)
+    said = rftfit(*QUICK, "--if-missing", "--seed", "5")
+    assert said.code == 0
+    assert "is there already: nothing to do" in said.out
+    assert contents(raw) == before
+    (raw / "mine.csv").unlink()
+    # stopped half way: the sheet is written last
+    (raw / "runs.csv").unlink()
+    (raw / LOG).unlink()
+    assert rftfit(*QUICK, "--if-missing").code == 0
+    del before["mine.csv"]
+    assert contents(raw) == before
+
+
+@pytest.mark.parametrize(
+    "words", [["--fault", "gapp"], ["--fault", "gap:none"], ["--media", "yumma"], ["--seed", "-1"]]
+)
+def test_a_misspelled_word_costs_nothing(
+    rftfit: Callable[..., Said], campaign: Path, words: list[str]
+) -> None:
+    before = contents(campaign)
+    said = rftfit(*QUICK, *words)
+    assert said.code == 2
+    assert contents(campaign) == before
+
+
+def refused(rftfit: Callable[..., Said], campaign: Path, text: str) -> None:
+    before = contents(campaign)
+    said = rftfit(*QUICK)
+    assert said.code == 2
+    assert text in said.err
+    assert contents(campaign) == before
+
+
+def test_logs_without_the_marker(rftfit: Callable[..., Said], campaign: Path) -> None:
+    (campaign / "raw/paper" / MARKER).unlink()
+    refused(rftfit, campaign, "not from a re-enactment")
+
+
+def test_one_more_log(rftfit: Callable[..., Said], campaign: Path) -> None:
+    (campaign / "raw/paper/yuma/mine.csv").write_text("mine")
+    refused(rftfit, campaign, "yuma/mine.csv is not as the re-enactment wrote them")
+
+
+def test_a_log_that_was_replaced(rftfit: Callable[..., Said], campaign: Path) -> None:
+    with (campaign / "raw/paper" / LOG).open("a", encoding="utf-8") as handle:
+        handle.write("1,1,1,1,1\n")
+    refused(rftfit, campaign, f"{LOG} is not as")
+
+
+def test_a_run_sheet_that_was_edited(rftfit: Callable[..., Said], campaign: Path) -> None:
+    with (campaign / "raw/paper/runs.csv").open("a", encoding="utf-8") as handle:
+        handle.write("mine\n")
+    refused(rftfit, campaign, "runs.csv is not as")
+
+
+@pytest.mark.parametrize("line", ["1 ../../config/config.yaml", "x y", "nonsense"])
+def test_a_list_that_was_edited(rftfit: Callable[..., Said], campaign: Path, line: str) -> None:
+    with (campaign / "raw/paper" / MARKER).open("a", encoding="utf-8") as handle:
+        handle.write(f"{line}\n")
+    refused(rftfit, campaign, "this list has been changed")
+
+
+def test_links_lead_nowhere(rftfit: Callable[..., Said], campaign: Path) -> None:
+    elsewhere = campaign / "elsewhere"
+    (campaign / "raw/paper/yuma").rename(elsewhere)
+    (campaign / "raw/paper/yuma").symlink_to(elsewhere)
+    refused(rftfit, campaign, "yuma is not as")
+
+
+def test_a_sheet_of_somebody_else(rftfit: Callable[..., Said], campaign: Path) -> None:
+    config = campaign / "config" / "config.yaml"
+    text = config.read_text(encoding="utf-8").replace("raw/paper", "raw/new")
+    config.write_text(text.replace("raw/new/runs.csv", "config/runs.csv"), encoding="utf-8")
+    sheet = campaign / "config" / "runs.csv"
+    sheet.write_text("run_id,kind\np1,plate\n")
+    refused(rftfit, campaign, "../../config/runs.csv is not from a re-enactment")
+    # one without a run is nobody's work
+    sheet.write_text("run_id,kind\n")
+    assert rftfit(*QUICK).code == 0
+    assert rftfit(*QUICK).code == 0
+    assert rftfit("check").code == 0
+
+
+def test_a_killed_writer_leaves_a_part(rftfit: Callable[..., Said], campaign: Path) -> None:
+    raw = campaign / "raw" / "paper"
+    before = contents(raw)
+    part = raw / "yuma" / ".yuma_bp00_g90_in_force.123.part.csv"
+    part.write_text("half")
+    assert rftfit(*QUICK).code == 0
+    assert contents(raw) == before
+
+
+def test_stopped_half_way(
+    rftfit: Callable[..., Said], campaign: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object, **__: object) -> None:
+        (campaign / "raw/paper/yuma").mkdir()
+        (campaign / "raw/paper" / LOG).write_text("half a log")
+        raise KeyboardInterrupt
+
+    before = contents(campaign)
+    with monkeypatch.context() as patch:
+        patch.setattr("rftfit.lab.enact.reenact", stop)
+        assert rftfit(*QUICK).code == 130
+    assert sorted(contents(campaign / "raw/paper")) == [MARKER, LOG]
+    assert rftfit(*QUICK, "--if-missing").code == 0
+    assert contents(campaign) == before
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "text"),
+    [
+        ("raw: raw/paper", "raw: ../paper", "key raw: found '../paper'"),
+        ("raw: raw/paper", "raw: .", "a folder below the campaign's own"),
+        ("run_sheet: raw/paper/runs.csv", "run_sheet: runs.xlsx", "a .csv file"),
+        ("run_sheet: raw/paper/runs.csv", "run_sheet: /runs.csv", "key run_sheet"),
+        ("dialect: rig", "dialekt: rig", "did you mean 'dialect'?"),
+        ("published_as: ", "note: ", "no medium here names published measurements"),
+    ],
+)
+def test_configs_that_cannot_be_used(
+    rftfit: Callable[..., Said], campaign: Path, key: str, value: str, text: str
+) -> None:
+    config = campaign / "config" / "config.yaml"
+    config.write_text(config.read_text(encoding="utf-8").replace(key, value), encoding="utf-8")
+    before = contents(campaign)
+    said = rftfit("reenact")
+    assert said.code == 2
+    assert text in said.err
+    assert contents(campaign) == before
+
+
+def test_raw_that_is_a_file(rftfit: Callable[..., Said], campaign: Path) -> None:
+    (campaign / "raw").rename(campaign / "old")
+    (campaign / "raw").mkdir()
+    (campaign / "raw" / "paper").write_text("")
+    refused(rftfit, campaign, "this is no folder")

@@ -1,0 +1,239 @@
+"""`rftfit run`: a tiny workflow in place of the real one, run by the real Snakemake."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from rftfit.cli.results import ledger_line
+from rftfit.cli.snakemake_process import find_snakefile, working_in
+from rftfit.errors import WorkflowError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from .conftest import Said
+
+WORKFLOW = """
+import os
+BAD, MEDIA = os.environ.get("BAD", ""), ["a", "b"]
+rule all:
+    input: "results/ledger.csv"
+rule ingest:
+    output: "results/{medium}.txt"
+    params: campaign=config["campaign"]
+    shell:
+        "if [ {wildcards.medium} = '{BAD}' ]; then "
+        "echo 'rftfit ingest: raw/{wildcards.medium}.csv: no good' >&2; "
+        "echo '  and so on' >&2; exit 2; fi; echo {params.campaign:q} > {output}"
+rule ledger:
+    input: expand("results/{medium}.txt", medium=MEDIA)
+    output: "results/ledger.csv"
+    log: "results/logs/ledger.log"
+    shell:
+        "(echo run_id,fate,rows > {output}; echo p1,used,3 >> {output}; "
+        "echo p1,dropped,2 >> {output}; echo p2,dropped,4 >> {output}; "
+        "if [ 'ledger' = '{BAD}' ]; then "
+        "echo 'rftfit ledger: does not add up' >&2; exit 1; fi) 2> {log}"
+"""
+SLOW = """
+rule all:
+    output: "results/slow.txt"
+    shell: "touch results/began; python -c 'import time; time.sleep(60)'; touch {output}"
+"""
+
+
+@pytest.fixture
+def fake(campaign: Path) -> tuple[str, str]:
+    (campaign / "fake.smk").write_text(WORKFLOW, encoding="utf-8")
+    return "--snakefile", "fake.smk"
+
+
+def test_whole_run_and_nothing_to_do(
+    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
+) -> None:
+    said = rftfit("run", *fake, "--cores", "2")
+    assert said.code == 0, said.err
+    lines = said.out.splitlines()
+    assert sorted(lines[:2], key=lambda line: line[-1]) == [
+        next(line for line in lines[:2] if line.endswith("ingest a")),
+        next(line for line in lines[:2] if line.endswith("ingest b")),
+    ]
+    assert [line[:5] for line in lines[:4]] == ["[1/4]", "[2/4]", "[3/4]", "[4/4]"]
+    assert lines[4:] == [
+        "Done: 4 jobs.",
+        "To look at:",
+        "  results/ledger.csv",
+        "Of 2 runs, 1 used and 1 dropped; of 9 rows, 3 used. Every reason is in results/ledger.csv.",
+    ]
+    assert (campaign / "results/a.txt").read_text().strip() == "config/config.yaml"
+    assert "steps (100%) done" in (campaign / "results/logs/snakemake.log").read_text()
+
+    began = time.perf_counter()
+    said = rftfit("run", *fake)
+    seconds = time.perf_counter() - began
+    assert said.code == 0
+    assert said.out.startswith("Nothing to do: all results are up to date.\nTo look at:\n")
+    assert seconds < 3
+
+
+def test_dry_run_targets_and_words_for_snakemake(
+    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
+) -> None:
+    said = rftfit("run", *fake, "--dry-run")
+    assert said.code == 0
+    assert said.out.startswith("4 jobs would run:\n")
+    assert any(line.split()[:2] == ["ingest", "2"] for line in said.out.splitlines())
+    assert not (campaign / "results").exists()
+    said = rftfit("run", *fake, "results/b.txt")
+    assert said.out.splitlines()[:2] == ["[1/1] ingest b", "Done: 1 job."]
+    said = rftfit("run", *fake, "results/b.txt", "--", "--forcerun", "ingest")
+    assert said.out.splitlines()[:2] == ["[1/1] ingest b", "Done: 1 job."]
+    said = rftfit("run", *fake, "--", "--list-rules")
+    assert {"all", "ingest", "ledger"} <= set(said.out.split())
+
+
+def test_a_stage_that_fails(
+    rftfit: Callable[..., Said],
+    campaign: Path,
+    fake: tuple[str, str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("BAD", "b")
+    said = rftfit("run", *fake, "--cores", "1")
+    assert said.code == 4
+    assert said.err == (
+        "rftfit: the workflow stopped: 1 job failed; 1 of 4 are done, and what is done is kept.\n"
+        "  ingest b:\n    raw/b.csv: no good\n      and so on\n"
+        "The whole log: results/logs/snakemake.log\n"
+    )
+    assert (campaign / "results/a.txt").is_file()
+    assert "Error in rule ingest" in (campaign / "results/logs/snakemake.log").read_text()
+    # a rule that keeps a log of its own
+    monkeypatch.setenv("BAD", "ledger")
+    said = rftfit("run", *fake)
+    assert said.code == 4
+    assert "  ledger:\n    does not add up\nThe whole log" in said.err
+
+
+def test_failures_before_any_job(
+    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
+) -> None:
+    said = rftfit("run", *fake, "results/none.txt")
+    assert said.code == 4
+    assert "stopped before any job" in said.err
+    assert "No rule to produce results/none.txt" in said.err
+    (campaign / "fake.smk").write_text("raise ValueError('no such sand')\n")
+    said = rftfit("run", *fake)
+    assert said.code == 4
+    assert "no such sand" in said.err
+    said = rftfit("run", "--snakefile", "none.smk")
+    assert said.code == 4
+    assert "none.smk" in said.err
+
+
+def test_a_bad_sheet_runs_nothing(
+    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
+) -> None:
+    sheet = campaign / "raw/paper/runs.csv"
+    text = sheet.read_text(encoding="utf-8")
+    sheet.write_text(text.replace(",yuma,plate,", ",yumma,plate,"), encoding="utf-8")
+    said = rftfit("run", *fake)
+    assert said.code == 2
+    assert "2 errors:" in said.err
+    assert said.err.count("did you mean 'yuma'?") == 2
+    assert not (campaign / "results").exists()
+    assert not (campaign / ".snakemake").exists()
+
+
+def test_a_log_that_is_missing_is_a_warning(
+    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
+) -> None:
+    (campaign / "raw/paper/yuma/yuma_c_leg_force.csv").unlink()
+    said = rftfit("run", *fake, "-n")
+    assert said.code == 0
+    assert said.err == "1 warning on the campaign; `rftfit check` shows them.\n"
+
+
+@pytest.mark.parametrize("word", ["--config", "-C", "--snakefile=x", "-d"])
+def test_words_that_rftfit_sets_itself(
+    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str], word: str
+) -> None:
+    said = rftfit("run", *fake, "--", word, "a=b")
+    assert said.code == 2
+    assert f"found {word} after the two dashes" in said.err
+    assert not (campaign / ".snakemake").exists()
+
+
+def test_a_lock_that_was_left(
+    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
+) -> None:
+    locks = campaign / ".snakemake" / "locks"
+    locks.mkdir(parents=True)
+    (locks / "0.output.lock").write_text(f"{campaign / 'results/a.txt'}\nresults/a.txt\n")
+    said = rftfit("run", *fake)
+    assert said.code == 4
+    assert "is locked" in said.err
+    assert "rftfit run --unlock" in said.err
+    said = rftfit("run", *fake, "--unlock")
+    assert said.code == 0
+    assert "No lock is left" in said.out
+    assert rftfit("run", *fake).code == 0
+
+
+def test_a_log_that_cannot_be_written(
+    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
+) -> None:
+    (campaign / "results").write_text("")
+    said = rftfit("run", *fake)
+    assert said.code == 3
+    assert "cannot write the workflow's log" in said.err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_stopping_stops_the_children(campaign: Path, number: signal.Signals) -> None:
+    (campaign / "slow.smk").write_text(SLOW)
+    words = ["-m", "rftfit.cli.main", "run", "--snakefile", "slow.smk"]
+    child = subprocess.Popen(
+        [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 20
+    while not (campaign / "results/began").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    root = campaign.resolve()
+    assert len(working_in(root)) == 1
+    child.send_signal(number)
+    out, err = child.communicate(timeout=20)
+    assert (child.returncode, out) == (130, "")
+    assert err == "Stopped. Results that were finished are kept; `rftfit run` goes on from there.\n"
+    assert working_in(root) == []
+    assert not (campaign / "results/slow.txt").exists()
+    assert not list((campaign / ".snakemake").glob("locks/*"))
+
+
+def test_snakefile_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    package = tmp_path / "site" / "lib" / "rftfit"
+    (package / "_workflow").mkdir(parents=True)
+    monkeypatch.setattr("rftfit.__file__", str(package / "__init__.py"))
+    with pytest.raises(WorkflowError, match="no workflow found"):
+        find_snakefile()
+    (package / "_workflow" / "Snakefile").write_text("")
+    assert find_snakefile() == package / "_workflow" / "Snakefile"
+    (tmp_path / "site" / "Snakefile").write_text("")
+    assert find_snakefile() == tmp_path / "site" / "Snakefile"
+
+
+def test_ledger_that_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "ledger.csv"
+    assert ledger_line(path) == ""
+    for text in ("", "a,b\n1,2\n", "run_id,fate,rows\np1,used,x\n", "run_id,fate,rows\np1\n"):
+        path.write_text(text)
+        assert ledger_line(path) in ("", ledger_line(Path(path)))
