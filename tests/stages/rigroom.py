@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import shutil
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -14,7 +15,7 @@ import yaml
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign, load_campaign
-from rftfit.lab import plan_runs
+from rftfit.lab import plan_runs, reenact
 from rftfit.lab.worker import run_logs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 
 CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 SEED = 2013
+WHOLE = ("poppy_LP", "glass3mm_CP", "yuma", "palms29", "palms29_sieved")
+"""Two laboratory media, one with its clocks an hour apart, and the three sands."""
 
 
 @cache
@@ -173,3 +176,32 @@ def digests(folder: Path) -> dict[str, str]:
         path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in files
     }
+
+
+class Lab:
+    """The folder of the whole media, read-only while it is measured."""
+
+    def __init__(self, folder: Path) -> None:
+        self.config = folder / "config" / "config.yaml"
+        self.raw = folder / "raw" / "paper"
+        self.config.parent.mkdir()
+        shutil.copy(CONFIG, self.config)
+        reenact(paper(), self.raw, self.raw / "runs.csv", media=WHOLE, workers=2)
+        self.before = digests(folder / "raw")
+        for path in [*self.raw.rglob("*"), self.raw]:
+            path.chmod(0o555 if path.is_dir() else 0o444)
+        campaign = load_campaign(self.config)
+        self.results = {medium: chain(campaign, medium) for medium in WHOLE}
+        self.after = digests(folder / "raw")
+        self.campaign = campaign
+
+    def counted(self, medium: str) -> dict[str, int]:
+        return {
+            file: data_lines((self.raw / file).read_bytes())
+            for run in self.campaign.runs_of(medium)
+            for file in (run.force_log, run.motion_log)
+        }
+
+    def unlock(self) -> None:
+        for path in [self.raw, *self.raw.rglob("*")]:
+            path.chmod(0o755 if path.is_dir() else 0o644)

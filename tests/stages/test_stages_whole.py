@@ -12,8 +12,7 @@ from rftfit import reference
 from rftfit.measure.alpha import column, grid
 
 if TYPE_CHECKING:
-    from conftest import Lab
-    from rigroom import Results
+    from rigroom import Lab, Results
 
 RHO = 0.7
 """Correlation of the lab's noise from sample to sample."""

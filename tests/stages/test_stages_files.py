@@ -1,0 +1,300 @@
+"""The stages as the workflow calls them, and what must not change their results."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import pytest
+from rigroom import Results, Room, digests, paper, planned
+
+from rftfit import reference
+from rftfit.errors import InputError, OutputError, RftfitError
+from rftfit.measure.alpha import alpha_table
+from rftfit.stages.ingest import ingest
+from rftfit.stages.ledger import ledger
+from rftfit.stages.legs import legs
+from rftfit.stages.slopes import slopes
+from rftfit.stages.tare import tare
+from rftfit.store import read_csv, read_parquet
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+RUNS = (
+    "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_ex", "poppy_LP_bp00_g90_in",
+    "poppy_LP_bp30_g00_h254", "poppy_LP_bp30_g00_h508", "poppy_LP_bp30_g00_h762", "poppy_LP_c_leg",
+)  # fmt: skip
+NAMES = (
+    "traces.parquet", "runs.csv", "book1.csv", "tared.parquet", "tares.csv", "book2.csv",
+    "fits.csv", "alpha.csv", "windows.parquet", "book3.csv", "curves.csv", "book4.csv",
+    "ledger.csv",
+)  # fmt: skip
+
+
+def through_files(room: Room, out: Path, config: Path) -> dict[str, Path]:
+    out.mkdir()
+    p = {name.split(".", maxsplit=1)[0]: out / name for name in NAMES}
+    medium = "poppy_LP"
+    ingest(config, medium, p["traces"], p["runs"], p["book1"])
+    tare(config, medium, p["traces"], p["runs"], p["tared"], p["tares"], p["book2"])
+    slopes(config, medium, p["runs"], p["tared"], p["tares"], p["fits"], p["alpha"], p["windows"],
+           p["book3"])  # fmt: skip
+    legs(config, medium, p["runs"], p["tared"], p["curves"], p["book4"])
+    ledger(config, [p[f"book{n}"] for n in (1, 2, 3, 4)], [p["runs"]], p["ledger"])
+    counted = read_csv(p["ledger"]).groupby("file")["rows"].sum().to_dict()
+    assert counted == room.counted
+    return p
+
+
+def close(one: pd.DataFrame, other: pd.DataFrame) -> None:
+    """Equal but for the six digits of a csv."""
+    assert list(one.columns) == list(other.columns)
+    for name in one.columns:
+        if pd.api.types.is_numeric_dtype(one[name]):
+            np.testing.assert_allclose(
+                one[name].to_numpy(float), other[name].to_numpy(float), rtol=1e-5, err_msg=name
+            )
+        else:
+            assert one[name].fillna("").tolist() == other[name].fillna("").tolist(), name
+
+
+def same_numbers(one: Results, other: Results) -> None:
+    for name in ("fits", "alpha", "curves", "tares", "book"):
+        pd.testing.assert_frame_equal(getattr(one, name), getattr(other, name), check_exact=True)
+
+
+@pytest.fixture
+def some(room: Room) -> Room:
+    return room.add(*RUNS)
+
+
+def test_files_hold_what_the_functions_give(some: Room, tmp_path: Path) -> None:
+    config = some.write()
+    p = through_files(some, tmp_path / "out", config)
+    direct = some.chain()
+    close(read_csv(p["fits"]), direct.fits)
+    close(read_csv(p["alpha"]), direct.alpha)
+    close(read_csv(p["curves"]), direct.curves)
+    close(read_csv(p["tares"]), direct.tares)
+    windows, tared = read_parquet(p["windows"]), read_parquet(p["tared"])
+    assert windows["run_id"].tolist() == tared["run_id"].tolist()
+    # the samples that the windows call good are the samples that were fitted
+    good = windows[windows["why"] == 0].groupby("run_id", observed=True).size()
+    for run, points in zip(direct.fits["run_id"], direct.fits["n_points"], strict=True):
+        assert good[run] == points
+
+
+def test_twice_the_same_bytes_and_raw_untouched(some: Room, tmp_path: Path) -> None:
+    config = some.write()
+    before = digests(some.folder / "raw")
+    through_files(some, tmp_path / "one", config)
+    through_files(some, tmp_path / "two", config)
+    assert digests(tmp_path / "one") == digests(tmp_path / "two")
+    assert digests(some.folder / "raw") == before
+
+
+def test_order_of_the_sheet_does_not_matter(some: Room, tmp_path: Path) -> None:
+    through_files(some, tmp_path / "one", some.write())
+    through_files(some, tmp_path / "two", some.write(order=lambda rows: rows[::-1]))
+    shuffled = np.random.default_rng(4).permutation(len(some.runs))
+    through_files(some, tmp_path / "three", some.write(order=lambda rows: [rows[i] for i in shuffled]))
+    assert digests(tmp_path / "one") == digests(tmp_path / "two") == digests(tmp_path / "three")
+
+
+def test_folder_with_spaces_and_accents(some: Room, tmp_path: Path) -> None:
+    through_files(some, tmp_path / "one", some.write())
+    there = tmp_path / "Übung 3, sable « fin »"
+    shutil.copytree(some.folder / "config", there / "config")
+    shutil.copytree(some.folder / "raw", there / "raw")
+    through_files(some, there / "out", there / "config" / "config.yaml")
+    assert digests(tmp_path / "one") == digests(there / "out")
+
+
+@pytest.mark.parametrize("dress", ["crlf", "bom", "cr", "comments", "quiet"])
+def test_dress_of_the_logs_does_not_matter(some: Room, dress: str) -> None:
+    plain = some.chain()
+    for name, content in some.logs.items():
+        assert content is not None
+        some.logs[name] = {
+            "crlf": content.replace(b"\n", b"\r\n"),
+            "cr": content.replace(b"\n", b"\r"),
+            "bom": b"\xef\xbb\xbf" + content,
+            "comments": content + b"\n# end of the log\n\n",
+            "quiet": b"\n".join(x for x in content.split(b"\n") if not x.startswith(b"#")),
+        }[dress]
+    dressed = some.chain()
+    same_numbers(plain, dressed)
+    dressed.check_ledger(some.counted)
+
+
+def test_units_of_the_rig_do_not_matter(some: Room) -> None:
+    """The same numbers from a rig that writes mN and metres, within what its files round."""
+    plain = some.chain()
+    for name, content in list(some.logs.items()):
+        assert content is not None
+        table = [line for line in content.decode().splitlines() if not line.startswith("#")]
+        force = name.endswith("_force.csv")
+        factor, columns = (1e3, (2, 3, 4)) if force else (1e-3, (1, 2))
+        rows = [line.split(",") for line in table[1:]]
+        for row in rows:
+            for column in columns:
+                row[column] = f"{float(row[column]) * factor:.7g}"
+        head = table[0].replace("_N", "_mN").replace("_mm", "_m")
+        some.logs[name] = "\n".join([head, *map(",".join, rows), ""]).encode()
+    some.config = some.config.replace("force_unit: N", "force_unit: mN").replace(
+        "position_unit: mm", "position_unit: m"
+    )
+    other = some.chain()
+    assert (other.fits["reason"] == "").all()
+    for c in "zx":
+        for q in ("", "_lo", "_hi"):
+            name = f"alpha_{c}{q}_N_per_cm3"
+            np.testing.assert_allclose(other.fits[name], plain.fits[name], atol=2e-5)
+
+
+def test_mounting_of_the_sensor_does_not_matter(some: Room) -> None:
+    """Channels swapped and turned about in logs and config alike."""
+    plain = some.chain()
+    for name, content in list(some.logs.items()):
+        if name.endswith("_force.csv") and content is not None:
+            lines = content.decode().splitlines()
+            head = [line for line in lines if line.startswith(("#", "time"))]
+            rows = [line.split(",") for line in lines[len(head) :]]
+            swapped = [[t, m, f3, str(-float(f1)), f2] for t, m, f1, f2, f3 in rows]
+            some.logs[name] = "\n".join([*head, *map(",".join, swapped), ""]).encode()
+    some.config = some.config.replace('{x: "-F2", y: "+F1", z: "-F3"}', '{x: "-F3", y: "-F2", z: "-F1"}')
+    some.config = some.config.replace("range_N: [65, 65, 200]", "range_N: [200, 65, 65]")
+    same_numbers(plain, some.chain())
+
+
+def test_surface_of_the_sheet_counts(some: Room) -> None:
+    """A bed 10 mm higher, said in the sheet, is the same run; not said, it is another."""
+    plain = some.chain()
+    name = "poppy_LP_bp00_g90_in"
+
+    def higher(text: str) -> str:
+        def lift(line: str) -> str:
+            t, x, z, angle = line.split(",")
+            return f"{t},{x},{float(z) + 10:.2f},{angle}"
+
+        return "".join(
+            line if line.startswith(("#", "time")) else lift(line.strip()) + "\n"
+            for line in text.splitlines(keepends=True)
+        )
+
+    for run in (name, f"{name}_rod"):
+        some.change(f"poppy_LP/{run}_motion.csv", higher)
+        some.set(run, surface_z_mm="160")
+    told = some.chain().fit(name)
+    assert told["alpha_z_N_per_cm3"] == pytest.approx(
+        plain.fit(name)["alpha_z_N_per_cm3"], abs=2e-5
+    )
+    for run in (name, f"{name}_rod"):
+        some.set(run, surface_z_mm="")
+    assert some.chain().fit(name)["alpha_z_N_per_cm3"] > 0.36
+
+
+def test_clearance_and_depths_of_the_config_count(some: Room) -> None:
+    wide = some.chain().fit("poppy_LP_bp00_g90_in")
+    some.config = some.config.replace("wall_clearance_cm: 6", "wall_clearance_cm: 8")
+    narrow = some.chain().fit("poppy_LP_bp00_g90_in")
+    assert wide["depth_to_cm"] == pytest.approx(8.6, abs=0.1)
+    assert narrow["depth_to_cm"] == pytest.approx(6.68, abs=0.01)
+    assert narrow["n_points"] < wide["n_points"]
+
+
+def test_extraction_is_filed_under_its_mirror_image(some: Room) -> None:
+    results = some.chain()
+    fit = results.fit("poppy_LP_bp30_g45_ex")
+    assert (fit["beta_deg"], fit["gamma_deg"]) == (-30, -45)
+    alpha_z, alpha_x = (alpha[2, 3] for alpha in reference.alpha_grid("poppy_LP"))
+    assert abs(alpha_x) > 0.02
+    assert fit["alpha_z_N_per_cm3"] == pytest.approx(alpha_z, abs=0.005)
+    assert fit["alpha_x_N_per_cm3"] == pytest.approx(alpha_x, abs=0.005)
+    assert results.cell(-30, -45)["run_ids"] == "poppy_LP_bp30_g45_ex"
+
+
+def test_one_run_of_each_kind_of_error_reaches_the_files(room: Room, tmp_path: Path) -> None:
+    """Nothing usable at all: the stages still write their tables, empty or with reasons."""
+    room.add("poppy_LP_bp30_g45_in", "poppy_LP_c_leg")
+    for name in list(room.logs):
+        room.logs[name] = b""
+    p = through_files(room, tmp_path / "out", room.write())
+    fits = read_csv(p["fits"])
+    assert fits["alpha_z_N_per_cm3"].isna().all()
+    assert "the file is empty" in fits.loc[0, "reason"]
+    again = alpha_table(fits, "poppy_LP", 0.95, 3)
+    close(read_csv(p["alpha"]), again)
+    assert len(read_csv(p["curves"])) == 0
+
+
+def renamed(room: Room, old: str, new: str) -> None:
+    room.set(old, run_id=new)
+    for run in room.runs:
+        if run.tare_run == old:
+            room.set(run.run_id, tare_run=new)
+
+
+@pytest.mark.parametrize("names", [("001", "002"), ("1e3", "17"), ("NA", "null"), ("nan", "inf")])
+def test_names_that_look_like_numbers(some: Room, tmp_path: Path, names: tuple[str, str]) -> None:
+    """A run called 001 or NA is that run in every file that a later stage reads."""
+    plain = some.chain()
+    run, rod = "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_in_rod"
+    renamed(some, run, names[0])
+    renamed(some, rod, names[1])
+    p = through_files(some, tmp_path / "out", some.write())
+    fits = pd.read_csv(p["fits"], dtype=str, keep_default_na=False)
+    row = fits[fits["run_id"] == names[0]]
+    assert len(row) == 1
+    assert row.iloc[0]["tare_run"] == names[1]
+    expected = plain.fit(run)["alpha_z_N_per_cm3"]
+    assert float(row.iloc[0]["alpha_z_N_per_cm3"]) == pytest.approx(expected, rel=1e-5)
+
+
+def test_air_run_that_no_leg_names_is_in_the_ledger(some: Room, tmp_path: Path) -> None:
+    some.runs.append(planned()["air_flat_leg"])
+    some.logs |= {
+        file: content
+        for file, content in Room(tmp_path).add("poppy_LP_flat_leg").logs.items()
+        if file.startswith("air/")
+    }
+    p = through_files(some, tmp_path / "out", some.write())
+    book = read_csv(p["ledger"])
+    rows = book[book["run_id"] == "air_flat_leg"]
+    assert set(rows["fate"]) == {"dropped"}
+    assert all("no leg" in reason for reason in rows["reason"])
+
+
+def test_run_that_is_in_no_ledger_stops_the_workflow(some: Room, tmp_path: Path) -> None:
+    config = some.write()
+    p = through_files(some, tmp_path / "out", config)
+    book = read_csv(p["book1"])
+    for name in ("book1", "book2", "book3", "book4"):
+        part = read_csv(p[name])
+        part[part["run_id"] != "poppy_LP_c_leg"].to_csv(p[name], index=False)
+    assert "poppy_LP_c_leg" in set(book["run_id"])
+    with pytest.raises(RftfitError, match="1 runs are not in the ledger, first poppy_LP_c_leg"):
+        ledger(config, [p[f"book{n}"] for n in (1, 2, 3, 4)], [p["runs"]], p["ledger"])
+
+
+def test_disk_that_refuses(some: Room, tmp_path: Path) -> None:
+    config = some.write()
+    blocked = tmp_path / "file"
+    blocked.write_text("no folder", encoding="utf-8")
+    with pytest.raises(OutputError, match="cannot write"):
+        ingest(config, "poppy_LP", blocked / "t.parquet", blocked / "r.csv", blocked / "l.csv")
+    with pytest.raises(InputError, match=re.escape("nowhere.csv")):
+        legs(config, "poppy_LP", tmp_path / "nowhere.csv", tmp_path / "n.parquet",
+             tmp_path / "c.csv", tmp_path / "l.csv")  # fmt: skip
+
+
+def test_medium_that_is_not_in_the_config(some: Room, tmp_path: Path) -> None:
+    out = [tmp_path / name for name in ("t.parquet", "r.csv", "l.csv")]
+    with pytest.raises((KeyError, InputError)):
+        ingest(some.write(), "poppy_XX", *out)
+    assert not any(path.exists() for path in out)
+    assert "poppy_XX" not in paper().media
