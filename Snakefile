@@ -38,11 +38,18 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        "results/ledger.csv",
-        "results/reproduction.csv",
-        "results/alpha_extended.csv",
+        # every file that is meant to be looked at, so that a deleted one is made again
+        expand(
+            "results/{table}/{medium}.csv",
+            table=["alpha", "fits", "legs"],
+            medium=PLAN.media,
+        ),
+        rules.symmetry.output,
+        rules.fourier.output,
+        rules.scaling.output,
+        rules.reproduction.output,
+        rules.ledger.output,
         rules.workbooks.output,
-        expand("results/legs/{medium}.csv", medium=PLAN.media),
         expand("results/quality/{medium}.png", medium=PLAN.media),
         expand("results/figures/tare_{medium}.png", medium=PLAN.laboratory[:1]),
         expand("results/figures/fig_2cd_maps_{medium}.png", medium=PLAN.laboratory[:1]),

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,6 +17,7 @@ from rftfit.errors import WorkflowError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from .conftest import Said
 
@@ -62,10 +62,8 @@ def test_whole_run_and_nothing_to_do(
     said = rftfit("run", *fake, "--cores", "2")
     assert said.code == 0, said.err
     lines = said.out.splitlines()
-    assert sorted(lines[:2], key=lambda line: line[-1]) == [
-        next(line for line in lines[:2] if line.endswith("ingest a")),
-        next(line for line in lines[:2] if line.endswith("ingest b")),
-    ]
+    assert {line[6:] for line in lines[:2]} == {"ingest a", "ingest b"}
+    assert [line[6:] for line in lines[2:4]] == ["ledger", "all"]
     assert [line[:5] for line in lines[:4]] == ["[1/4]", "[2/4]", "[3/4]", "[4/4]"]
     assert lines[4:] == [
         "Done: 4 jobs.",
@@ -92,8 +90,6 @@ def test_dry_run_targets_and_words_for_snakemake(
     assert said.out.startswith("4 jobs would run:\n")
     assert any(line.split()[:2] == ["ingest", "2"] for line in said.out.splitlines())
     assert not (campaign / "results").exists()
-    said = rftfit("run", *fake, "results/b.txt")
-    assert said.out.splitlines()[:2] == ["[1/1] ingest b", "Done: 1 job."]
     said = rftfit("run", *fake, "results/b.txt", "--", "--forcerun", "ingest")
     assert said.out.splitlines()[:2] == ["[1/1] ingest b", "Done: 1 job."]
     said = rftfit("run", *fake, "--", "--list-rules")
@@ -126,10 +122,10 @@ def test_a_stage_that_fails(
 def test_failures_before_any_job(
     rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
 ) -> None:
-    said = rftfit("run", *fake, "results/none.txt")
+    said = rftfit("run", *fake, "nowhere.txt")
     assert said.code == 4
     assert "stopped before any job" in said.err
-    assert "No rule to produce results/none.txt" in said.err
+    assert "No rule to produce nowhere.txt" in said.err
     (campaign / "fake.smk").write_text("raise ValueError('no such sand')\n")
     said = rftfit("run", *fake)
     assert said.code == 4
@@ -185,7 +181,7 @@ def test_a_lock_that_was_left(
     said = rftfit("run", *fake, "--unlock")
     assert said.code == 0
     assert "No lock is left" in said.out
-    assert rftfit("run", *fake).code == 0
+    assert not list(locks.glob("*"))
 
 
 def test_a_log_that_cannot_be_written(
@@ -231,9 +227,12 @@ def test_snakefile_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
     assert find_snakefile() == tmp_path / "site" / "Snakefile"
 
 
-def test_ledger_that_is_none(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "text", ["", "a,b\n1,2\n", "run_id,fate,rows\np1,used,x\n", "run_id,fate,rows\np1\n"]
+)
+def test_ledger_that_is_none(tmp_path: Path, text: str) -> None:
     path = tmp_path / "ledger.csv"
     assert ledger_line(path) == ""
-    for text in ("", "a,b\n1,2\n", "run_id,fate,rows\np1,used,x\n", "run_id,fate,rows\np1\n"):
-        path.write_text(text)
-        assert ledger_line(path) in ("", ledger_line(Path(path)))
+    path.write_text(text)
+    # an empty table or one of other columns: no numbers are better than wrong ones
+    assert ledger_line(path) == ""

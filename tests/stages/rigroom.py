@@ -83,8 +83,9 @@ class Room:
         assert content is not None
         self.logs[log] = how(content.decode()).encode()
 
-    def set(self, run_id: str, **cells: str) -> None:
-        self.cells.setdefault(run_id, {}).update(cells)
+    def set(self, run: str, **cells: str) -> None:
+        """Change cells of one row of the sheet, named by the plan's run_id."""
+        self.cells.setdefault(run, {}).update(cells)
 
     def rows(self) -> list[dict[str, str]]:
         sheet = csv.DictReader(io.StringIO(sheet_text(self.runs, {})))

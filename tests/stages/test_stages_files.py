@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,9 @@ from rftfit.store import read_csv, read_parquet
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+# the warning itself is one test's business below
+pytestmark = pytest.mark.filterwarnings("ignore:.*not supported as a fill value")
 
 RUNS = (
     "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_ex", "poppy_LP_bp00_g90_in",
@@ -168,7 +172,9 @@ def test_mounting_of_the_sensor_does_not_matter(some: Room) -> None:
             some.logs[name] = "\n".join([*head, *map(",".join, swapped), ""]).encode()
     some.config = some.config.replace('{x: "-F2", y: "+F1", z: "-F3"}', '{x: "-F3", y: "-F2", z: "-F1"}')
     some.config = some.config.replace("range_N: [65, 65, 200]", "range_N: [200, 65, 65]")
-    same_numbers(plain, some.chain())
+    other = some.chain()
+    for name in [name for name in plain.fits if name.startswith("alpha")]:
+        np.testing.assert_allclose(other.fits[name], plain.fits[name], rtol=1e-9, err_msg=name)
 
 
 def test_surface_of_the_sheet_counts(some: Room) -> None:
@@ -212,9 +218,9 @@ def test_extraction_is_filed_under_its_mirror_image(some: Room) -> None:
     fit = results.fit("poppy_LP_bp30_g45_ex")
     assert (fit["beta_deg"], fit["gamma_deg"]) == (-30, -45)
     alpha_z, alpha_x = (alpha[2, 3] for alpha in reference.alpha_grid("poppy_LP"))
-    assert abs(alpha_x) > 0.02
+    assert abs(alpha_x) > 0.006
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(alpha_z, abs=0.005)
-    assert fit["alpha_x_N_per_cm3"] == pytest.approx(alpha_x, abs=0.005)
+    assert fit["alpha_x_N_per_cm3"] == pytest.approx(alpha_x, abs=0.002)
     assert results.cell(-30, -45)["run_ids"] == "poppy_LP_bp30_g45_ex"
 
 
@@ -230,6 +236,13 @@ def test_one_run_of_each_kind_of_error_reaches_the_files(room: Room, tmp_path: P
     again = alpha_table(fits, "poppy_LP", 0.95, 3)
     close(read_csv(p["alpha"]), again)
     assert len(read_csv(p["curves"])) == 0
+
+
+def test_tables_are_read_without_a_warning(some: Room, tmp_path: Path) -> None:
+    """A column of texts that are all empty is read as numbers by pandas; filling it in warns."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        through_files(some, tmp_path / "out", some.write())
 
 
 def renamed(room: Room, old: str, new: str) -> None:
@@ -253,6 +266,19 @@ def test_names_that_look_like_numbers(some: Room, tmp_path: Path, names: tuple[s
     assert row.iloc[0]["tare_run"] == names[1]
     expected = plain.fit(run)["alpha_z_N_per_cm3"]
     assert float(row.iloc[0]["alpha_z_N_per_cm3"]) == pytest.approx(expected, rel=1e-5)
+
+
+def test_names_that_are_all_numbers(some: Room, tmp_path: Path) -> None:
+    plain = some.chain()
+    names = {run.run_id: f"{place:03d}" for place, run in enumerate(some.runs, 1)}
+    for run in some.runs:
+        some.set(run.run_id, run_id=names[run.run_id], tare_run=names.get(run.tare_run, ""))
+    p = through_files(some, tmp_path / "out", some.write())
+    fits = pd.read_csv(p["fits"], dtype={"run_id": str, "tare_run": str}).set_index("run_id")
+    for _, row in plain.fits.iterrows():
+        found = fits.loc[names[row["run_id"]]]
+        assert found["tare_run"] == names[row["tare_run"]]
+        assert found["alpha_z_N_per_cm3"] == pytest.approx(row["alpha_z_N_per_cm3"], rel=1e-5)
 
 
 def test_air_run_that_no_leg_names_is_in_the_ledger(some: Room, tmp_path: Path) -> None:

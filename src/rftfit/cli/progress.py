@@ -30,7 +30,14 @@ class Display(Protocol):
         """End."""
 
     def update(self, watcher: Watcher, finished: Job | None) -> None:
-        """Show the state after one line."""
+        """Show the state after one line.
+
+        Parameters
+        ----------
+        watcher : Watcher
+        finished : Job or None
+            The job that this line says is finished.
+        """
 
 
 class Lines:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 FILES = (
     "results/report",
     "results/figures",
+    "results/quality",
     "results/alpha_tables.xlsx",
     "results/coefficients.csv",
     "results/penetration.csv",
@@ -72,6 +73,8 @@ def ledger_line(path: Path) -> str:
                 runs[row["run_id"]] = runs.get(row["run_id"], False) or used
                 rows["used" if used else "dropped"] += int(row["rows"])
     except (OSError, KeyError, ValueError, TypeError, csv.Error):
+        return ""
+    if not runs:
         return ""
     good = sum(runs.values())
     return (

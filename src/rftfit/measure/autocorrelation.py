@@ -3,7 +3,7 @@
 Transducer samples at 100 Hz are correlated over many samples, so the textbook standard error of a
 slope is several times too small. The long-run variance is estimated here by equally weighted
 cosines (a fixed number of low frequencies, hence a Student t with that many degrees of freedom)
-after prewhitening by a first-order autoregression; see Andrews and Monahan, Econometrica 60, 953
+after prewhitening by a fifth-order autoregression; see Andrews and Monahan, Econometrica 60, 953
 (1992) and Lazarus, Lewis, Stock and Watson, J. Bus. Econ. Stat. 36, 541 (2018).
 """
 
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 COSINES = 12
-_MAX_RHO = 0.98
+ORDER = 5
+_MAX_SUM = 0.98
 
 
 @lru_cache(maxsize=512)
@@ -53,28 +54,53 @@ def weighted_sum_variance(residual: FloatArray, weight: FloatArray) -> tuple[Flo
     n = weight.size
     if n < 8:
         raise ValueError(f"{n} samples are too few to tell their autocorrelation; at least 8")
-    power = np.einsum("ij,ij->i", residual, residual)
-    power = np.where(power > 0, power, 1.0)
-    rho = np.einsum("ij,ij->i", residual[:, 1:], residual[:, :-1]) / power
-    # the sample autocorrelation is biased low by (1 + 3 rho) / n (Kendall 1954)
-    rho = np.clip(rho + (1 + 3 * np.clip(rho, 0, 1)) / n, 0.0, _MAX_RHO)
-    white = (residual[:, 1:] - rho[:, None] * residual[:, :-1]) * weight[1:]
-    count = min(COSINES, n // 4)
-    level = np.mean((white @ _cosines(n - 1, count).T) ** 2, axis=1)
-    level = level * (n - 1) / (weight[1:] @ weight[1:])
-    growth = _growth(weight, rho)
+    memory = _autoregression(residual, min(ORDER, n // 8))
+    order = memory.shape[1]
+    white = residual[:, order:].copy()
+    for lag in range(1, order + 1):
+        white -= memory[:, lag - 1, None] * residual[:, order - lag : n - lag]
+    inner = weight[order:]
+    count = min(COSINES, inner.size // 4)
+    level = np.mean((white * inner @ _cosines(inner.size, count).T) ** 2, axis=1)
+    level = level * inner.size / (inner @ inner)
+    growth, gain = _growth(weight, memory)
     effective = n / growth
     # one parameter was fitted, at the cost of one of the effectively independent samples
     loss = effective / np.maximum(effective - 1, 0.5)
-    return level / (1 - rho**2) * growth * (weight @ weight) * loss, float(count)
+    return level * gain * growth * (weight @ weight) * loss, float(count)
 
 
-def _growth(weight: FloatArray, rho: FloatArray) -> FloatArray:
-    """How much larger the variance of the weighted sum is than for independent errors."""
-    lags = np.correlate(weight, weight, "full")[weight.size - 1 :]
-    powers = rho[:, None] ** np.arange(weight.size)
-    growth: FloatArray = (2 * powers @ lags - lags[0]) / lags[0]
-    return growth
+def _autoregression(residual: FloatArray, order: int) -> FloatArray:
+    """Coefficients of an autoregression of each series by Yule and Walker, shape (k, order)."""
+    n = residual.shape[1]
+    lags = [
+        np.einsum("ij,ij->i", residual[:, lag:], residual[:, : n - lag])
+        for lag in range(order + 1)
+    ]
+    power = np.where(lags[0] > 0, lags[0], 1.0)
+    rho = np.stack(lags, axis=1) / power[:, None]
+    # a little more than 1, so that a series of zeros has a solution too
+    rho[:, 0] = 1 + 1e-9
+    apart = np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
+    memory: FloatArray = np.linalg.solve(rho[:, apart], rho[:, 1:, None])[..., 0]
+    total = memory.sum(axis=1)
+    # biased low by (1 + 3 rho) / n, as is the sample autocorrelation (Kendall 1954)
+    raised = np.minimum(total + (1 + 3 * np.clip(total, 0, 1)) / n, _MAX_SUM)
+    memory[:, 0] += raised - total
+    return memory
+
+
+def _growth(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Variance of the weighted sum over that for independent errors; that of errors over white."""
+    # twice as long as the weights, so that the ends do not meet
+    size = 1 << (2 * weight.size - 1).bit_length()
+    filters = np.concatenate([np.ones((len(memory), 1)), -memory], axis=1)
+    power = 1 / np.abs(np.fft.rfft(filters, size)) ** 2
+    twice = np.full(size // 2 + 1, 2 / size)
+    twice[[0, -1]] = 1 / size
+    gain: FloatArray = power @ twice
+    spread: FloatArray = (power * np.abs(np.fft.rfft(weight, size)) ** 2) @ twice
+    return spread / (gain * (weight @ weight)), gain
 
 
 def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:

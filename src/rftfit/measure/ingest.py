@@ -181,16 +181,13 @@ def _make_trace(config: Config, run: Run, force_log: Log, motion_log: Log) -> Tr
     phase[moving & (on_motion < start)] = PHASES.index("approach")
     phase[in_stroke] = PHASES.index("stroke")
     missing = max(float(end - on_motion[-1]), float(on_motion[0] - start))
-    flags = _flags(config, force_time[in_stroke], missing, zero.drift_N)
+    flags = _damage(force_log, motion_log)
+    flags += _flags(config, force_time[in_stroke], missing, zero.drift_N)
     if start <= motion.time[1] or end >= motion.time[-2]:
         flags += ("the motion log begins or ends within the stroke",)
     stuck = int(np.count_nonzero(saturated & in_stroke))
     if stuck:
         flags += (f"transducer saturated in {stuck} samples of the stroke",)
-    for name, log in (("force", force_log), ("motion", motion_log)):
-        flags += tuple(
-            f"{name} log: {why_lost} ({rows} dropped)" for why_lost, rows in log.dropped.items()
-        )
     return Trace(
         run, force_time, phase, x, z, angle, force - zero.force, why,
         zero.variance, zero.dof, clock, flags, (force_log.rows, motion_log.rows),
@@ -233,6 +230,15 @@ def _clock(
     # the speed is known from the second sample to the last but one; no spans in fewer than three
     done = whole_spans(spans, *motion.time[[1, -2]]) if len(spans) else spans
     return align(seen, done, config.clock.max_residual_s)
+
+
+def _damage(*logs: Log) -> tuple[str, ...]:
+    """Name the rows that were lost from each log, and why."""
+    return tuple(
+        f"{count} rows of {log.path.name}: {reason}"
+        for log in logs
+        for reason, count in log.dropped.items()
+    )
 
 
 def _flags(

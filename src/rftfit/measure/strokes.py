@@ -82,8 +82,10 @@ def split_runs(table: pd.DataFrame) -> dict[str, slice]:
     -------
     dict of str to slice
     """
-    codes = table["run_id"].cat.codes.to_numpy()
-    names = table["run_id"].cat.categories
+    # a table without rows comes back from Parquet without its categories
+    run_id = table["run_id"].astype("category")
+    codes = run_id.cat.codes.to_numpy()
+    names = run_id.cat.categories
     edges = np.flatnonzero(np.diff(codes)) + 1
     starts = np.concatenate([[0], edges]) if codes.size else np.empty(0, dtype=int)
     stops = np.append(edges, codes.size)
