@@ -84,7 +84,9 @@ def test_repeats_that_agree_keep_the_smaller_error_of_their_mean() -> None:
 
 
 def test_repeats_that_scatter_widen_the_interval() -> None:
-    here = cell(table(*(run(n, 0, 90, v) for n, v in zip("abc", (0.28, 0.30, 0.35), strict=True))), 0, 90)
+    here = cell(
+        table(*(run(n, 0, 90, v) for n, v in zip("abc", (0.28, 0.30, 0.35), strict=True))), 0, 90
+    )
     deviation = np.std([0.28, 0.30, 0.35], ddof=1)
     assert here[column("z")] == pytest.approx(0.31)
     assert here[column("z", "_se")] == pytest.approx(deviation / math.sqrt(3))

@@ -80,9 +80,7 @@ def test_file_extraction_is_the_mirror_of_the_physical_pull(
     vx, vz = c.direction(math.radians(gamma_deg))
     pull = (-float(vx), -float(vz))
     seen_from_behind = (-pull[0], pull[1])
-    np.testing.assert_allclose(
-        c.direction(math.radians(cell_gamma)), seen_from_behind, atol=1e-12
-    )
+    np.testing.assert_allclose(c.direction(math.radians(cell_gamma)), seen_from_behind, atol=1e-12)
     physical = c.intrusion_angle(*pull)
     beta, gamma = c.mirror(math.radians(beta_deg), physical)
     same_angle(beta, np.radians(cell_beta), np.pi)

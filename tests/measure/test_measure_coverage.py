@@ -120,9 +120,7 @@ def test_unseen_drift_is_covered() -> None:
     drift = random.uniform(-limit, limit, (RUNS, 1)) / 60 * time
     record = SIGMA * NOISES["AR(1) 0.7"](random, size) + drift
     in_air = np.arange(size) < AIR
-    zero = find_zero(
-        time, record, in_air, np.zeros_like(in_air), float(time[-n:].mean()), limit
-    )
+    zero = find_zero(time, record, in_air, np.zeros_like(in_air), float(time[-n:].mean()), limit)
     assert zero is not None
     stress = ALPHA * depth + (record - zero.force)[:, -n:]
     found = fit_slope(depth, stress, zero.variance[None, :], np.full((1, RUNS), zero.dof))

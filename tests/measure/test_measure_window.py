@@ -26,9 +26,7 @@ HAND = [
 
 
 def whys(depth: list[float], x: list[float], beta_deg: float, fit: Fit) -> list[Why]:
-    codes = slanted_window(
-        np.array(depth), np.array(x), PLATE, math.radians(beta_deg), BOX, fit
-    )
+    codes = slanted_window(np.array(depth), np.array(x), PLATE, math.radians(beta_deg), BOX, fit)
     return [Why(code) for code in codes]
 
 

@@ -63,7 +63,7 @@ def test_drift_between_two_stretches_is_a_line() -> None:
     inside = (t0 <= TIME) & (t1 >= TIME)
     np.testing.assert_allclose(zero.force[:, inside], drifting[:, inside], atol=1e-12)
     # held, not extrapolated, outside the two middles
-    np.testing.assert_allclose(zero.force[:, 0], drifting[:, TIME <= t0][:, -1], atol=4e-4)
+    np.testing.assert_allclose(zero.force[:, 0], drifting[:, t0 >= TIME][:, -1], atol=4e-4)
     assert zero.drift_N == pytest.approx(0.02 * 18)
 
 

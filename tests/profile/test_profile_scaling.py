@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from rftfit import reference
-from rftfit.campaign.config import Config
 from rftfit.measure.alpha import column
 from rftfit.profile import fourier
 from rftfit.profile.bootstrap import alpha_draws, interval
 from rftfit.profile.media_fits import ALL_METHODS, AS_PRINTED, fit_media
 from rftfit.profile.scaling import scale_new_medium
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
 
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 Z95 = 1.959963985
@@ -69,9 +72,7 @@ def test_draws_have_the_tables_errors() -> None:
     np.testing.assert_allclose(spread[[1, 2, 3, 5]], 0.002, rtol=0.08)
     np.testing.assert_allclose(spread[4], 0.002 + 0.01 / Z95, rtol=0.08)
     # independent cells, but beta = -90 and 90 are one plate
-    np.testing.assert_array_equal(
-        np.argsort(draws[0][:, 0, 4]), np.argsort(draws[0][:, -1, 4])
-    )
+    np.testing.assert_array_equal(np.argsort(draws[0][:, 0, 4]), np.argsort(draws[0][:, -1, 4]))
     assert abs(np.corrcoef(draws[0][:, 1, 4], draws[0][:, 2, 4])[0, 1]) < 0.06
     assert abs(np.corrcoef(draws[0][:, 1, 4], draws[1][:, 1, 4])[0, 1]) < 0.06
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 import pytest
-from rigroom import Results, Room, paper, planned
+from rigroom import Results, Room, one, paper, planned
 
 from rftfit import reference
 from rftfit.campaign.load import load_campaign
@@ -42,7 +42,10 @@ REFUSED = {
 }
 FLAGGED = {
     "gap": ("gap of 1.51 s in the force log during the stroke",),
-    "truncated": (f"1 rows of {RUN}_force.csv: cut in mid-row", "force log lacks 5.21 s of the stroke"),
+    "truncated": (
+        f"1 rows of {RUN}_force.csv: cut in mid-row",
+        "force log lacks 5.21 s of the stroke",
+    ),
     "duplicated_rows": (f"60 rows of {RUN}_force.csv: duplicated row",),
     "time_reversed": (
         f"59 rows of {RUN}_force.csv: time runs backwards",
@@ -139,7 +142,7 @@ def test_fault_in_the_tare(room: Room, fault: str, run: str) -> None:
     assert no_number(fit)
     if status["status"] == "refused":
         assert fit["reason"] == f"no tare: {rod} cannot be used: {status['reason']}"
-        tare = results.tares.set_index("run_id").loc[run]
+        tare = one(results.tares, run)
         assert tare["reason"] == fit["reason"]
         assert math.isnan(tare["valid_to"])
     else:
@@ -147,7 +150,9 @@ def test_fault_in_the_tare(room: Room, fault: str, run: str) -> None:
             r"tare shorter than the run or with a gap: \d+ samples of the window have no tare",
             fit["reason"],
         )
-        assert results.fates(f"poppy_LP/{run}_force.csv")["dropped", "outside the tare's range"] > 50
+        assert (
+            results.fates(f"poppy_LP/{run}_force.csv")["dropped", "outside the tare's range"] > 50
+        )
 
 
 @pytest.mark.parametrize("fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches"}))
@@ -169,9 +174,10 @@ def test_fault_of_a_leg(room: Room, fault: str, target: str) -> None:
     published = published[(published["medium"] == "poppy_LP") & (published["leg"] == "c_leg")]
     both = results.curves.merge(published, on="theta_deg", suffixes=("", "_published"))
     assert len(both) > 200
-    off = both[["force_z_N", "force_x_N"]].to_numpy() - both[
-        ["force_z_N_published", "force_x_N_published"]
-    ].to_numpy()
+    off = (
+        both[["force_z_N", "force_x_N"]].to_numpy()
+        - both[["force_z_N_published", "force_x_N_published"]].to_numpy()
+    )
     assert abs(off).max() < 0.4
     if fault in ("gap", "saturated"):
         # no bin is bridged
@@ -198,13 +204,15 @@ def test_tare_shorter_than_the_run(room: Room) -> None:
     room.add(RUN)
     for kind in ("force", "motion"):
         log = f"poppy_LP/{RUN}_rod_{kind}.csv"
-        room.change(log, lambda text: "".join(text.splitlines(keepends=True)[: text.count("\n") * 2 // 3]))
+        room.change(
+            log, lambda text: "".join(text.splitlines(keepends=True)[: text.count("\n") * 2 // 3])
+        )
     results = room.chain()
     results.check_ledger(room.counted)
     fit = results.fit(RUN)
     assert "tare shorter than the run" in fit["reason"]
     assert no_number(fit)
-    tare = results.tares.set_index("run_id").loc[RUN]
+    tare = one(results.tares, RUN)
     assert 3 < tare["valid_to"] < 6
 
 
@@ -228,7 +236,9 @@ def test_logs_of_two_runs_mixed_up(room: Room) -> None:
     results = room.chain()
     results.check_ledger(room.counted)
     fit = results.fit(RUN)
-    assert re.match(r"force and motion log disagree by \d\.\d+ s .* belong to one run", fit["reason"])
+    assert re.match(
+        r"force and motion log disagree by \d\.\d+ s .* belong to one run", fit["reason"]
+    )
     assert no_number(fit)
 
 
@@ -339,7 +349,7 @@ def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room: Room) -> No
     results = room.add(RUN).chain()
     book = results.book.copy()
     check(book, results.runs)
-    book.loc[3, "rows"] += 1
+    book["rows"] += book.index == 3
     with pytest.raises(RftfitError, match=rf"does not add up in 1 runs, first {RUN}"):
         check(book, results.runs)
     with pytest.raises(RftfitError, match="does not add up"):
@@ -352,3 +362,86 @@ def test_air_run_that_serves_two_media_is_counted_once(room: Room) -> None:
     book = join([one.book, two.book])
     assert book.groupby("file")["rows"].sum().to_dict() == room.counted
     check(book, pd.concat([one.runs, two.runs]))
+
+
+def test_logs_on_one_clock(room: Room) -> None:
+    """Without the sync line the clocks are taken as one: then the surface pause is off, and told."""
+    room.add(OTHER)
+    synced = room.chain().run(OTHER)["clock_offset_s"]
+    for run in (OTHER, f"{OTHER}_rod"):
+
+        def shift(text: str, by: float = room.chain().run(run)["clock_offset_s"]) -> str:
+            lines = [line.split(",", 1) for line in text.splitlines()]
+            return "".join(
+                ",".join(parts) + "\n" if parts[0].startswith(("#", "time"))
+                else f"{float(parts[0]) - by:.4f},{parts[1]}\n"
+                for parts in lines
+            )  # fmt: skip
+
+        room.change(f"poppy_LP/{run}_motion.csv", shift)
+    room.config = room.config.replace("method: sync_line", "method: same_clock")
+    results = room.chain()
+    assert abs(synced) > 0.01
+    assert results.run(OTHER)["clock_offset_s"] == 0
+    assert results.run(OTHER)["clock_se_s"] == 0
+    assert results.fit(OTHER)["alpha_z_N_per_cm3"] == pytest.approx(0.3505, abs=0.005)
+
+
+def test_force_log_that_ends_before_the_stroke(room: Room) -> None:
+    """The approach is there, so the clocks agree; of the stroke itself there is no sample."""
+    room.add(RUN)
+    room.change(FORCE, lambda text: "".join(text.splitlines(keepends=True)[: 3 + 500]))
+    results = room.chain()
+    results.check_ledger(room.counted)
+    assert results.fit(RUN)["reason"] == "the force log has no sample during the stroke"
+
+
+def test_rod_that_is_saturated_all_along_is_no_tare(room: Room) -> None:
+    room.add(RUN)
+
+    def saturate(text: str) -> str:
+        lines = text.splitlines()
+        rows = [line.split(",") for line in lines[3:]]
+        for row in rows[480:]:
+            row[4] = "-200"
+        return "\n".join([*lines[:3], *map(",".join, rows), ""])
+
+    room.change(f"poppy_LP/{RUN}_rod_force.csv", saturate)
+    results = room.chain()
+    results.check_ledger(room.counted)
+    assert results.fit(RUN)["reason"] == f"no tare: tare {RUN}_rod: 0 samples are no tare"
+    assert no_number(results.fit(RUN))
+
+
+def test_zero_that_drifts_within_a_leg_run_is_flagged(room: Room) -> None:
+    room.add(LEG)
+
+    def drift(text: str) -> str:
+        lines = text.splitlines()
+        rows = [line.split(",") for line in lines[3:]]
+        for place, row in enumerate(rows):
+            row[4] = f"{float(row[4]) - 0.5 * place / len(rows):.5f}"
+        return "\n".join([*lines[:3], *map(",".join, rows), ""])
+
+    straight = room.chain().curves
+    room.change(f"poppy_LP/{LEG}_force.csv", drift)
+    results = room.chain()
+    assert re.search(r"zero drifted by 0\.[45]\d N", results.run(LEG)["flags"])
+    # and it is taken away as a line
+    off = results.curves["force_z_N"] - straight["force_z_N"]
+    assert abs(off).max() < 0.05
+
+
+def test_gap_in_the_motion_log(room: Room) -> None:
+    """Force samples between two arm samples a second apart have no known place."""
+    room.add(RUN)
+
+    def hole(text: str) -> str:
+        lines = text.splitlines(keepends=True)
+        return "".join(lines[:400] + lines[450:])
+
+    room.change(f"poppy_LP/{RUN}_motion.csv", hole)
+    results = room.chain()
+    results.check_ledger(room.counted)
+    assert results.fates(FORCE)["dropped", "gap in the motion log"] == pytest.approx(101, abs=2)
+    assert results.fit(RUN)["alpha_z_N_per_cm3"] == pytest.approx(0.1879, abs=0.005)

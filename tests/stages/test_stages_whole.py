@@ -20,7 +20,8 @@ RHO = 0.7
 
 def errors(results: Results, medium: str) -> np.ndarray:
     found = [grid(results.alpha, column(component)) for component in "zx"]
-    return np.stack(found) - np.stack(reference.alpha_grid(medium))
+    off: np.ndarray = np.stack(found) - np.stack(reference.alpha_grid(medium))
+    return off
 
 
 def test_alpha_is_table_s5(results: Results, medium: str) -> None:
@@ -139,7 +140,8 @@ def test_leg_curves_are_fig_s5(results: Results, medium: str, leg: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("sand", "to_cm", "slope"), [("yuma", 2, 0.69), ("palms29", 3, 0.88), ("palms29_sieved", 3, 0.76)]
+    ("sand", "to_cm", "slope"),
+    [("yuma", 2, 0.69), ("palms29", 3, 0.88), ("palms29_sieved", 3, 0.76)],
 )
 def test_slopes_of_the_sands(lab: Lab, sand: str, to_cm: float, slope: float) -> None:
     found = lab.results[sand].cell(0, 90)

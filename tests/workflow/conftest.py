@@ -1,88 +1,9 @@
-"""The real Snakefile on re-enacted campaigns; the whole one is run once."""
+"""The whole demonstration campaign is run once for the tests of a module."""
 
 from __future__ import annotations
 
-import hashlib
-import shutil
-import subprocess
-import sys
-from dataclasses import dataclass
-from pathlib import Path
-
-import pandas as pd
 import pytest
-import yaml
-
-from rftfit.campaign.config import Config
-from rftfit.lab import reenact
-
-PROJECT = Path(__file__).resolve().parents[2]
-
-
-@dataclass(frozen=True)
-class Folder:
-    """A campaign's folder that the workflow runs in."""
-
-    root: Path
-
-    def snakemake(self, *words: str, cores: int = 2) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "snakemake", "--snakefile", str(PROJECT / "Snakefile"),
-                   "--directory", str(self.root), "--cores", str(cores), *words]  # fmt: skip
-        return subprocess.run(command, capture_output=True, text=True, check=False)
-
-    def run(self, *words: str, cores: int = 2) -> str:
-        done = self.snakemake(*words, cores=cores)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout + done.stderr
-
-    def jobs(self) -> dict[str, list[str]]:
-        """Rules that would run now, with the media they would run for."""
-        text = self.run("--dry-run", "--quiet", "host")
-        found: dict[str, list[str]] = {}
-        rule = ""
-        for line in text.splitlines():
-            words = line.split()
-            if line.startswith(("rule ", "localrule ")):
-                rule = words[1].rstrip(":")
-                found.setdefault(rule, [])
-            elif rule and line.strip().startswith("wildcards: medium="):
-                found[rule].append(line.split("medium=")[1].strip())
-        return found
-
-    def table(self, name: str) -> pd.DataFrame:
-        return pd.read_csv(self.root / "results" / name)
-
-    def digests(self) -> dict[str, str]:
-        """Every result but logs, by path."""
-        results = self.root / "results"
-        return {
-            path.relative_to(results).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in sorted(results.rglob("*"))
-            if path.is_file() and "logs" not in path.relative_to(results).parts
-        }
-
-    def raw_digests(self) -> dict[str, str]:
-        raw = self.root / "raw"
-        return {
-            path.relative_to(raw).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in sorted(raw.rglob("*"))
-            if path.is_file()
-        }
-
-
-def make_campaign(root: Path, media: tuple[str, ...] = (), faults: tuple[str, ...] = ()) -> Folder:
-    """Write the demonstration campaign, or some media of it, into a new folder."""
-    (root / "config").mkdir(parents=True)
-    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    if media:
-        values["media"] = {name: values["media"][name] for name in media}
-        text = yaml.safe_dump(values, sort_keys=False)
-        (root / "config" / "config.yaml").write_text(text, encoding="utf-8")
-    else:
-        shutil.copy(PROJECT / "config" / "config.yaml", root / "config" / "config.yaml")
-    config = Config.model_validate(values)
-    reenact(config, root / "raw" / "paper", root / "raw" / "paper" / "runs.csv", faults=faults)
-    return Folder(root)
+from campaigns import Folder, make_campaign
 
 
 @pytest.fixture(scope="module")

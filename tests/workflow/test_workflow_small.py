@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from conftest import make_campaign
+from campaigns import make_campaign
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from conftest import Folder
+    from campaigns import Folder
 
 pytestmark = pytest.mark.slow
 
@@ -57,7 +57,9 @@ def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
     assert "gap" in fits.at["poppy_LP_bp00_g90_in", "flags"]
     assert "lacks" in fits.at["poppy_LP_bp60_g90_in", "flags"]
     ledger = folder.table("ledger.csv")
-    cut = ledger[(ledger["run_id"] == "poppy_LP_bp60_g90_in") & (ledger["reason"] == "cut in mid-row")]
+    cut = ledger[
+        (ledger["run_id"] == "poppy_LP_bp60_g90_in") & (ledger["reason"] == "cut in mid-row")
+    ]
     assert cut["rows"].sum() == 1
     alpha = folder.table("alpha/poppy_LP.csv")
     hole = alpha[(alpha["beta_deg"] == 30) & (alpha["gamma_deg"] == 90)].iloc[0]

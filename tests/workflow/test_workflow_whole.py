@@ -15,7 +15,7 @@ from rftfit.profile.media_fits import AS_PRINTED
 from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load
 
 if TYPE_CHECKING:
-    from conftest import Folder
+    from campaigns import Folder
 
 pytestmark = pytest.mark.slow
 
@@ -72,7 +72,9 @@ def test_sands_are_scaled(whole: Folder) -> None:
         row = table.loc[sand]
         # slope of Fig. S11 over the stated linear regime
         assert row["alpha_z_measured_N_per_cm3"] == pytest.approx(slope, abs=0.01)
-        assert row["zeta"] == pytest.approx(row["alpha_z_measured_N_per_cm3"] / row["chi"], rel=1e-4)
+        assert row["zeta"] == pytest.approx(
+            row["alpha_z_measured_N_per_cm3"] / row["chi"], rel=1e-4
+        )
 
 
 def test_leg_curves_are_the_published_ones(whole: Folder) -> None:
@@ -116,7 +118,13 @@ def test_every_promised_file_is_there(whole: Folder) -> None:
     results = whole.root / "results"
     promised = [f"alpha/{medium}.csv" for medium in (*MEDIA, *SANDS)]
     promised += ["alpha_tables.xlsx", "coefficients.csv", "coefficients.xlsx", "penetration.csv"]
-    figures = ["fig_2b_stress", "fig_2cd_maps_poppy_LP", "fig_s4_maps", "fig_s6_fit", "fig_s7_generic"]
+    figures = [
+        "fig_2b_stress",
+        "fig_2cd_maps_poppy_LP",
+        "fig_s4_maps",
+        "fig_s6_fit",
+        "fig_s7_generic",
+    ]
     promised += [f"figures/{name}.{end}" for name in figures for end in ("png", "pdf", "svg")]
     promised += [f"quality/{m}.{end}" for m in (*MEDIA, *SANDS) for end in ("png", "pdf", "svg")]
     assert [name for name in promised if not (results / name).stat().st_size > 500] == []

@@ -74,15 +74,14 @@ def _autoregression(residual: FloatArray, order: int) -> FloatArray:
     """Coefficients of an autoregression of each series by Yule and Walker, shape (k, order)."""
     n = residual.shape[1]
     lags = [
-        np.einsum("ij,ij->i", residual[:, lag:], residual[:, : n - lag])
-        for lag in range(order + 1)
+        np.einsum("ij,ij->i", residual[:, lag:], residual[:, : n - lag]) for lag in range(order + 1)
     ]
-    power = np.where(lags[0] > 0, lags[0], 1.0)
+    power: FloatArray = np.where(lags[0] > 0, lags[0], 1.0)
     rho = np.stack(lags, axis=1) / power[:, None]
     # a little more than 1, so that a series of zeros has a solution too
     rho[:, 0] = 1 + 1e-9
     apart = np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
-    memory: FloatArray = np.linalg.solve(rho[:, apart], rho[:, 1:, None])[..., 0]
+    memory = np.asarray(np.linalg.solve(rho[:, apart], rho[:, 1:, None])[..., 0], dtype=float)
     total = memory.sum(axis=1)
     # biased low by (1 + 3 rho) / n, as is the sample autocorrelation (Kendall 1954)
     raised = np.minimum(total + (1 + 3 * np.clip(total, 0, 1)) / n, _MAX_SUM)

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 _LEVEL = 0.005
 
 
+_GIVEN_DOF = 1e6
+"""Degrees of freedom of a variance that is given, not estimated."""
+
+
 @dataclass(frozen=True)
 class Slope:
     """Slopes of k stress components against one depth; all arrays of shape (k,).
@@ -155,7 +159,8 @@ def fit_slope(
     lever = float(depth.sum()) / power
     shifted = (alpha * depth_sd * lever) ** 2
     parts = np.vstack([scatter / power**2, shifted, zero_variance * lever**2])
-    dofs = np.vstack([np.full((2, alpha.size), count), zero_dof])
+    known = np.full(alpha.size, _GIVEN_DOF)
+    dofs = np.vstack([np.full(alpha.size, count), known, zero_dof])
     se = np.sqrt(parts.sum(axis=0))
     intercept, free_slope = _free_intercept(depth, stress)
     p_value, ratio = _curvature(depth, alpha, residual)

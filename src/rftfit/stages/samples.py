@@ -32,14 +32,15 @@ def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFram
     import pandas as pd
 
     runs = campaign.by_id
-    names = [str(name) for name in tared["run_id"].cat.categories]
+    run_id = tared["run_id"].astype("category")
+    names = [str(name) for name in run_id.cat.categories]
     # legs have no area and are not drawn here
     area = np.array(
         [
             getattr(campaign.config.intruders[runs[name].intruder], "area_cm2", np.nan)
             for name in names
         ]
-    )[tared["run_id"].cat.codes.to_numpy()]
+    )[run_id.cat.codes.to_numpy()]
     samples = pd.DataFrame(
         {
             "run_id": tared["run_id"].astype(str),

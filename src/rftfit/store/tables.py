@@ -13,6 +13,33 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+TEXT_COLUMNS = frozenset(
+    [
+        "run_id",
+        "run_ids",
+        "medium",
+        "kind",
+        "status",
+        "direction",
+        "tare_run",
+        "abscissa",
+        "leg",
+        "file",
+        "fate",
+        "flags",
+        "note",
+        "reason",
+        "method",
+        "coefficient",
+        "term",
+        "item",
+        "where",
+        "verdict",
+        "why",
+    ]
+)
+"""Columns of names and words in the tables of this program; all others are numbers or yes and no."""
+
 FLOAT_FORMAT = "%.6g"
 """Six significant digits: far beyond any measurement here, and short enough to read."""
 
@@ -56,13 +83,17 @@ def read_csv(source: str | Path) -> pd.DataFrame:
     import pandas as pd
 
     try:
-        table = pd.read_csv(source, encoding="utf-8")
+        names = pd.read_csv(source, encoding="utf-8", nrows=0).columns
+        return pd.read_csv(
+            source,
+            encoding="utf-8",
+            # a run may be called 007 or NA: what is text stays the text it is
+            dtype={name: str for name in names if name in TEXT_COLUMNS},
+            keep_default_na=False,
+            na_values={name: [""] for name in names if name not in TEXT_COLUMNS},
+        )
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as a table: {error}") from error
-    for name in ("run_ids", "flags", "reason", "tare_run", "note"):
-        if name in table.columns:
-            table[name] = table[name].fillna("").astype(str)
-    return table
 
 
 def write_parquet(table: pd.DataFrame, target: str | Path) -> None:

@@ -91,7 +91,9 @@ class Room:
         sheet = csv.DictReader(io.StringIO(sheet_text(self.runs, {})))
         return [{**row, **self.cells.get(row["run_id"], {})} for row in sheet]
 
-    def write(self, order: Callable[[list[dict[str, str]]], Iterable[dict[str, str]]] = list) -> Path:
+    def write(
+        self, order: Callable[[list[dict[str, str]]], Iterable[dict[str, str]]] = list
+    ) -> Path:
         """Write config, sheet and logs; the path of the config."""
         path = self.folder / "config" / "config.yaml"
         raw = self.folder / "raw" / "paper"
@@ -120,6 +122,13 @@ class Room:
         return {name: data_lines(content) for name, content in self.logs.items()}
 
 
+def one(table: pd.DataFrame, run_id: str) -> pd.Series:
+    """Return the only row of a run."""
+    rows = table[table["run_id"] == run_id]
+    assert len(rows) == 1
+    return rows.iloc[0]
+
+
 @dataclass(frozen=True)
 class Results:
     """What the stages made of one medium."""
@@ -134,10 +143,10 @@ class Results:
     book: pd.DataFrame
 
     def fit(self, run_id: str) -> pd.Series:
-        return self.fits.set_index("run_id").loc[run_id]
+        return one(self.fits, run_id)
 
     def run(self, run_id: str) -> pd.Series:
-        return self.runs.set_index("run_id").loc[run_id]
+        return one(self.runs, run_id)
 
     def cell(self, beta_deg: float, gamma_deg: float) -> pd.Series:
         here = (self.alpha["beta_deg"] == beta_deg) & (
