@@ -10,6 +10,7 @@ import numpy as np
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from rftfit.conventions import FloatArray
@@ -134,5 +135,19 @@ class Dialect(Protocol):
         ------
         LogError
             If the file cannot be used at all.
+        """
+        ...
+
+    def load_many(self, paths: Sequence[Path]) -> list[Log | LogError]:
+        """Read many files at once; an unusable one comes back as its error.
+
+        Parameters
+        ----------
+        paths : sequence of Path
+
+        Returns
+        -------
+        list of Log or LogError
+            In the order of `paths`.
         """
         ...

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.numbers import is_data, parse_body
+from rftfit.logs.numbers import Parsed, is_data, parse_bodies
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
 FORCE_COLUMNS = ("time", "arm_moving", "F1", "F2", "F3")
@@ -62,19 +63,65 @@ class RigDialect:
         LogError
             If the file is missing, empty, without data rows, or has another header.
         """
+        log = self.load_many([path])[0]
+        if isinstance(log, LogError):
+            raise log
+        return log
+
+    def load_many(self, paths: Sequence[Path]) -> list[Log | LogError]:
+        """Read many logs; an unusable one comes back as its error.
+
+        Parameters
+        ----------
+        paths : sequence of Path
+
+        Returns
+        -------
+        list of Log or LogError
+            In the order of `paths`.
+        """
+        texts = [_text(path) for path in paths]
+        logs: list[Log | LogError | None] = [t if isinstance(t, LogError) else None for t in texts]
+        for columns in (FORCE_COLUMNS, MOTION_COLUMNS):
+            chosen = [
+                (place, text)
+                for place, text in enumerate(texts)
+                if isinstance(text, _Text) and text.names == columns
+            ]
+            parsed = parse_bodies([text.body for _, text in chosen], len(columns))
+            for (place, text), part in zip(chosen, parsed, strict=True):
+                logs[place] = _log(paths[place], text, part)
+        return [log for log in logs if log is not None]
+
+
+class _Text(NamedTuple):
+    """A file before its numbers are parsed."""
+
+    names: tuple[str, ...]
+    units: dict[str, str]
+    body: bytes
+
+
+def _text(path: Path) -> _Text | LogError:
+    try:
         content = _read(path)
         if not content.strip():
-            raise LogError("empty", f"{path}: the file is empty")
+            return LogError("empty", f"{path}: the file is empty")
         header, body = _split(content)
         try:
-            names, units = _columns(header)
+            return _Text(*_columns(header), body)
         except ValueError as error:
             rows = sum(map(is_data, body.splitlines()))
-            raise LogError("header", f"{path}: {error}", rows) from None
-        values, rows, dropped = parse_body(body, len(names))
-        if rows == 0:
-            raise LogError("header_only", f"{path}: a header row and no data", 0)
-        return Log(path, dict(zip(names, values, strict=True)), units, rows, dropped)
+            return LogError("header", f"{path}: {error}", rows)
+    except LogError as error:
+        return error
+
+
+def _log(path: Path, text: _Text, parsed: Parsed) -> Log | LogError:
+    if parsed.rows == 0:
+        return LogError("header_only", f"{path}: a header row and no data", 0)
+    columns = dict(zip(text.names, parsed.values, strict=True))
+    return Log(path, columns, text.units, parsed.rows, parsed.dropped)
 
 
 def _read(path: Path) -> bytes:

@@ -14,16 +14,15 @@ from rftfit.measure.clock import ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.frame import sensor_to_lab
 from rftfit.measure.ledger import DROPPED, USED, Ledger
 from rftfit.measure.motion import Motion, StrokeError, find_stroke
-from rftfit.measure.pair import Pair, load_pair
 from rftfit.measure.rows import Why
 from rftfit.measure.units import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
 from rftfit.measure.zero import find_zero, height_needed
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
-    from rftfit.campaign.load import Campaign
     from rftfit.campaign.runs import Run
     from rftfit.conventions import FloatArray
+    from rftfit.measure.pair import Pair
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
 _WHY_OF_PHASE = np.array(
@@ -93,20 +92,20 @@ class RunRefused(ValueError):
     """A run that gives no trace; the text is the reason in ledger, table and report."""
 
 
-def ingest_run(campaign: Campaign, run: Run, ledger: Ledger, pair: Pair | None = None) -> Trace:
-    """Read both logs of a run and bring them into the lab frame.
+def ingest_run(config: Config, run: Run, pair: Pair, ledger: Ledger) -> Trace:
+    """Bring the two logs of a run together and into the lab frame.
 
     Rows that go no further are put into the ledger here; the good ones of the stroke are left to
     the stages that use them.
 
     Parameters
     ----------
-    campaign : Campaign
+    config : Config
     run : Run
+    pair : Pair
+        Its logs as read.
     ledger : Ledger
         Is added to.
-    pair : Pair, optional
-        Both logs, where they have been read already.
 
     Returns
     -------
@@ -117,13 +116,12 @@ def ingest_run(campaign: Campaign, run: Run, ledger: Ledger, pair: Pair | None =
     RunRefused
         If the run cannot be used; all rows of both files are then in the ledger.
     """
-    pair = pair or load_pair(campaign, run)
     problems = [f"excluded: {run.reason}"] if run.excluded else pair.problems
     if not problems:
         assert isinstance(pair.force, Log)
         assert isinstance(pair.motion, Log)
         try:
-            trace = _make_trace(campaign.config, run, pair.force, pair.motion)
+            trace = _make_trace(config, run, pair.force, pair.motion)
         except ValueError as error:
             problems = [str(error)]
         else:

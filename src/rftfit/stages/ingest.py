@@ -68,7 +68,7 @@ def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Dat
     rows: list[dict[str, object]] = []
     for run, pair in load_pairs(campaign, campaign.runs_of(medium)):
         try:
-            trace = ingest_run(campaign, run, ledger, pair)
+            trace = ingest_run(campaign.config, run, pair, ledger)
         except RunRefused as refusal:
             rows.append(_row(run, reason=str(refusal)))
         else:

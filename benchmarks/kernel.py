@@ -1,0 +1,140 @@
+"""How fast forces are: elements a second, a leg's sweep, and draws, beside a plain numpy loop.
+
+Everything is measured in this one process, on one core, in turns; the median of the turns counts.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+# one core: the matrix products of the draws would take all
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MKL_NUM_THREADS", "1")
+
+import numpy as np
+
+from rftfit import reference
+from rftfit.predict.kernel import element_forces
+from rftfit.predict.outline import model_leg
+from rftfit.predict.rotation import THETA_DEG, sweep, sweep_draws
+from rftfit.profile.depth_only import DepthOnlyProfile
+from rftfit.profile.fourier import as_array, fit_lsq
+from rftfit.profile.nine_terms import FourierProfile
+from rftfit.profile.table import TableProfile
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rftfit.profile.base import Profile
+
+TURNS = 15
+ELEMENTS = 8192
+DRAWS = 1000
+RESULT = Path(__file__).parent / "results" / "kernel.md"
+
+
+def seconds(function: Callable[[], object], repeats: int) -> float:
+    """Seconds of one call, from several in a row."""
+    start = time.perf_counter()
+    for _ in range(repeats):
+        function()
+    return (time.perf_counter() - start) / repeats
+
+
+def plain_loop(profile: Profile, body: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """Sweep a leg the straightforward way: a loop over angles, numpy over the elements of each."""
+    width, hip, rate = 2.54, 2.0, 0.2
+    result = np.zeros((theta.size, 2))
+    for index, angle in enumerate(theta):
+        cos_a, sin_a = np.cos(angle), np.sin(angle)
+        x, z = body[:, 0] * cos_a + body[:, 1] * sin_a, body[:, 1] * cos_a - body[:, 0] * sin_a
+        tx, tz = body[:, 2] * cos_a + body[:, 3] * sin_a, body[:, 3] * cos_a - body[:, 2] * sin_a
+        vx, vz = rate * z, -rate * x
+        depth = -(z + hip)
+        load = np.where(depth > 0, depth, 0.0) * 2 * body[:, 4] * width
+        beta, gamma = np.arctan2(-tz, tx), np.arctan2(-vz, -vx)
+        alpha_z, alpha_x = profile.alpha(beta, gamma)
+        result[index] = (alpha_z * load).sum(), (alpha_x * load).sum()
+    return result
+
+
+def random_elements(count: int) -> np.ndarray:
+    random = np.random.default_rng(1)
+    beta, gamma = random.uniform(-np.pi, np.pi, (2, count))
+    columns = [random.uniform(-5, 5, count), random.uniform(-6, -0.5, count), np.cos(beta),
+               -np.sin(beta), np.full(count, 0.13), np.full(count, 0.65), -np.cos(gamma),
+               -np.sin(gamma)]  # fmt: skip
+    return np.column_stack(columns)
+
+
+def draw_profiles() -> list[TableProfile]:
+    random = np.random.default_rng(2)
+    stacks = []
+    for medium in reference.MEDIA:
+        noise = random.normal(0, 0.005, (2, DRAWS, 7, 13))
+        alpha_z, alpha_x = reference.alpha_grid(medium)
+        stacks.append(TableProfile(alpha_z + noise[0], alpha_x + noise[1], name=medium))
+    return stacks
+
+
+def all_draws(stacks: list[TableProfile]) -> None:
+    for stack in stacks:
+        for leg in reference.LEGS:
+            sweep_draws(stack, model_leg(leg))
+
+
+def main() -> None:
+    table = TableProfile.published("poppy_LP")
+    beta, gamma = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+    nine = FourierProfile(as_array(fit_lsq(beta, gamma, *reference.alpha_grid("poppy_LP"))))
+    profiles: dict[str, Profile] = {
+        "nine terms": nine, "table": table, "depth-only": DepthOnlyProfile.of(table),
+    }  # fmt: skip
+    elements, leg, theta = random_elements(ELEMENTS), model_leg("c_leg"), np.radians(THETA_DEG)
+    lines = [
+        f"| one core; leg: {theta.size} angles x {len(leg.body)} elements | "
+        + " | ".join(profiles),
+        "|---" * (len(profiles) + 1) + "|",
+    ]
+    lines[0] += " |"
+    rows: dict[str, list[str]] = {
+        "element forces a second, million": [], "sweep, ms": [],
+        "plain numpy loop over angles, ms": [], "ratio (median of the turns)": [],
+    }  # fmt: skip
+    for profile in profiles.values():
+        pack = profile.pack
+        ours = sweep(profile, leg)  # compiled, or read from disk, before the clock starts
+        theirs = plain_loop(profile, leg.body, theta)
+        # the loop tests an element's middle only where the kernel clips: alike, not the same
+        assert np.abs(theirs[:, 0] - ours.force_z_N).max() < 0.02 * ours.force_z_N.max()
+        element_forces(pack, elements)
+        turns = [
+            (
+                seconds(lambda pack=pack: element_forces(pack, elements), 50),  # type: ignore[misc]
+                seconds(lambda profile=profile: sweep(profile, leg), 50),  # type: ignore[misc]
+                seconds(lambda profile=profile: plain_loop(profile, leg.body, theta), 1),  # type: ignore[misc]
+            )
+            for _ in range(TURNS)
+        ]
+        each_s, sweep_s, loop_s = (statistics.median(turn[k] for turn in turns) for k in range(3))
+        ratio = statistics.median(turn[2] / turn[1] for turn in turns)
+        values = (f"{ELEMENTS / each_s / 1e6:.0f}", f"{1e3 * sweep_s:.3f}",
+                  f"{1e3 * loop_s:.1f}", f"{ratio:.0f}")  # fmt: skip
+        for row, value in zip(rows.values(), values, strict=True):
+            row.append(value)
+    lines += [f"| {name} | {' | '.join(values)} |" for name, values in rows.items()]
+    stacks = draw_profiles()
+    all_draws(stacks)
+    draws_s = statistics.median(seconds(lambda: all_draws(stacks), 1) for _ in range(3))
+    lines.append(f"| {DRAWS} draws through all 15 leg curves, s | | {draws_s:.2f} | |")
+    RESULT.parent.mkdir(exist_ok=True)
+    RESULT.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,315 @@
+"""The compiled element kernel (Eq. 2): force on thin elements, and on an outline that moves.
+
+F = alpha(beta, gamma) |z| A for each element. Compiled at the first call, kept on disk, never
+compiled on import. All compiled functions are in this one file on purpose: the compiler's cache
+watches a function's own file only, so one that called into another file could be out of date.
+`rftfit.predict.plain` says the same in plain numpy.
+
+The work is done in blocks of elements, whose quantities lie one behind the other in one short
+array (row r of element i at ``w[r * BLOCK + i]``): so the compiler sees that they do not overlap
+and handles several elements at a time. There is no `fastmath`: NaN stays NaN.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numba
+import numpy as np
+
+from rftfit.profile.base import FOURIER, NEGLIGIBLE, TABLE
+from rftfit.profile.depth_only import STILL
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy.typing as npt
+
+    from rftfit.conventions import FloatArray
+    from rftfit.profile.base import Pack
+
+    IntArray = npt.NDArray[np.int64]
+
+BLOCK = 128
+# rows of a block: an element's centre, tangent, half-length, area and velocity ...
+_X, _Z, _TX, _TZ, _HALF, _AREA, _VX, _VZ = (row * BLOCK for row in range(8))
+# ... depth times area of its submerged part, where that part's centre lies, force, angles
+_LOAD, _XC, _ZC, _FZ, _FX, _BETA, _GAMMA = (row * BLOCK for row in range(8, 15))
+_SIZE = 15 * BLOCK
+
+# atan(t) / t as a polynomial in t^2 for |t| <= tan(pi / 8), by interpolation at Chebyshev nodes;
+# error below 1e-16
+_ATAN = (
+    1.0, -0.33333333333328435, 0.19999999998854776, -0.14285714180940765, 0.11111106178748203,
+    -0.0909077303076135, 0.07689952829854219, -0.0664022783641704, 0.05688316096940551,
+    -0.043479536590052985, 0.021134137915756773,
+)  # fmt: skip
+_TAN_PI_8 = math.sqrt(2) - 1
+
+_F = TypeVar("_F", bound="Callable[..., Any]")
+
+
+def _compiled(function: _F) -> _F:
+    """Compile at the first call, in IEEE arithmetic."""
+    compiler: Any = numba.njit
+    try:
+        result: _F = compiler(cache=True, error_model="numpy")(function)
+    except RuntimeError:  # no folder that the cache could be written to
+        result = compiler(error_model="numpy")(function)
+    return result
+
+
+@_compiled
+def _clip(w: FloatArray, n: int) -> None:
+    """Depth times area of the part below the surface, and the centre of that part."""
+    for i in range(n):
+        z, half = w[_Z + i], w[_HALF + i]
+        tx, tz = w[_TX + i], w[_TZ + i]
+        rise = half * abs(tz)
+        low = rise - z  # depth of the lower end
+        whole = low - 2 * rise >= 0
+        part = 1.0 if whole else low / (2 * rise)
+        depth = -z if whole else 0.5 * low
+        vx, vz = w[_VX + i], w[_VZ + i]
+        idle = (low <= 0) | (vx * vx + vz * vz == 0)
+        w[_LOAD + i] = 0.0 if idle else depth * part * w[_AREA + i]
+        along = 0.0 if whole | (low <= 0) else half * (1 - part)
+        along = -along if tz > 0 else along
+        w[_XC + i] = w[_X + i] + along * tx
+        w[_ZC + i] = z + along * tz
+
+
+@_compiled
+def _fourier(w: FloatArray, n: int, m: FloatArray) -> None:
+    """Nine terms without trigonometry: cos 2b = tx^2 - tz^2, and so on."""
+    a00, a10, b01, c01, d10 = m[0], m[1], m[3], m[6], m[8]
+    b_sum, b_difference, c_sum, c_difference = m[2] + m[4], m[2] - m[4], m[5] + m[7], m[7] - m[5]
+    for i in range(n):
+        load, tx, tz = w[_LOAD + i], w[_TX + i], w[_TZ + i]
+        vx, vz = w[_VX + i], w[_VZ + i]
+        scale = -1.0 / math.sqrt(vx * vx + vz * vz)
+        cos_g, sin_g = scale * vx, scale * vz
+        cos_2b, sin_2b = tx * tx - tz * tz, -2.0 * tx * tz
+        alpha_z = a00 + a10 * cos_2b + sin_g * (b01 + b_sum * cos_2b)
+        alpha_z += cos_g * (b_difference * sin_2b)
+        alpha_x = cos_g * (c01 + c_sum * cos_2b) + sin_2b * (d10 + c_difference * sin_g)
+        w[_FZ + i] = 0.0 if load == 0 else load * alpha_z
+        w[_FX + i] = 0.0 if load == 0 else load * alpha_x
+
+
+@_compiled
+def _depth_only(w: FloatArray, n: int, values: FloatArray) -> None:
+    """Each component opposes its own velocity component."""
+    down, up, side = values[0], values[1], values[2]
+    for i in range(n):
+        load, vx, vz = w[_LOAD + i], w[_VX + i], w[_VZ + i]
+        least = STILL * math.sqrt(vx * vx + vz * vz)
+        alpha_z = abs(w[_TX + i]) * (down if vz < -least else (up if vz > least else 0.0 * vz))
+        alpha_x = abs(w[_TZ + i]) * (side if vx < -least else (-side if vx > least else 0.0 * vx))
+        w[_FZ + i] = 0.0 if load == 0 else load * alpha_z
+        w[_FX + i] = 0.0 if load == 0 else load * alpha_x
+
+
+@_compiled
+def _atan2(y: float, x: float) -> float:
+    """Angle of (x, y) in [-pi, pi], to rounding, in a form that runs on several at a time."""
+    ax, ay = abs(x), abs(y)
+    steep = ay > ax
+    num, den = (ax, ay) if steep else (ay, ax)
+    wide = num > _TAN_PI_8 * den
+    t = (num - den if wide else num) / (num + den if wide else den)
+    square = t * t
+    total = _ATAN[10]
+    total = total * square + _ATAN[9]
+    total = total * square + _ATAN[8]
+    total = total * square + _ATAN[7]
+    total = total * square + _ATAN[6]
+    total = total * square + _ATAN[5]
+    total = total * square + _ATAN[4]
+    total = total * square + _ATAN[3]
+    total = total * square + _ATAN[2]
+    total = total * square + _ATAN[1]
+    total = total * square + _ATAN[0]
+    angle = t * total + (math.pi / 4 if wide else 0.0)
+    angle = math.pi / 2 - angle if steep else angle
+    angle = math.pi - angle if x < 0 else angle
+    return -angle if y < 0 else angle
+
+
+@_compiled
+def _between(cells: FloatArray, row: int, col: int, first: int, u: float, v: float) -> float:
+    """Bilinear value in a cell; a corner without weight may be missing (NaN)."""
+    weights = ((1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v)
+    total = 0.0
+    for corner in range(4):
+        total += weights[corner] * cells[row, col, first + corner]
+    if math.isnan(total):
+        total = 0.0
+        for corner in range(4):
+            if not (weights[corner] < NEGLIGIBLE and math.isnan(cells[row, col, first + corner])):
+                total += weights[corner] * cells[row, col, first + corner]
+    return total
+
+
+@_compiled
+def _table(
+    w: FloatArray,
+    n: int,
+    beta_nodes: FloatArray,
+    gamma_nodes: FloatArray,
+    beta_bins: IntArray,
+    gamma_bins: IntArray,
+    cells: FloatArray,
+) -> None:
+    """Interpolate the table: angles first, then the cell of each element."""
+    for i in range(n):
+        tx, tz = w[_TX + i], w[_TZ + i]
+        # the plate has two ends; take the one toward +x
+        w[_BETA + i] = _atan2(tz if tx < 0 else -tz, abs(tx))
+        w[_GAMMA + i] = _atan2(-w[_VZ + i], -w[_VX + i])
+    beta_scale = beta_bins.size / (beta_nodes[-1] - beta_nodes[0])
+    gamma_scale = gamma_bins.size / (gamma_nodes[-1] - gamma_nodes[0])
+    for i in range(n):
+        load, beta, gamma = w[_LOAD + i], w[_BETA + i], w[_GAMMA + i]
+        if load == 0:
+            w[_FZ + i] = w[_FX + i] = 0.0
+            continue
+        if math.isnan(load + beta + gamma):
+            w[_FZ + i] = w[_FX + i] = math.nan
+            continue
+        bin_b = min(max(int((beta - beta_nodes[0]) * beta_scale), 0), beta_bins.size - 1)
+        bin_g = min(max(int((gamma - gamma_nodes[0]) * gamma_scale), 0), gamma_bins.size - 1)
+        row, col = beta_bins[bin_b], gamma_bins[bin_g]
+        row += row + 2 < beta_nodes.size and beta >= beta_nodes[row + 1]
+        col += col + 2 < gamma_nodes.size and gamma >= gamma_nodes[col + 1]
+        u = (beta - beta_nodes[row]) / (beta_nodes[row + 1] - beta_nodes[row])
+        v = (gamma - gamma_nodes[col]) / (gamma_nodes[col + 1] - gamma_nodes[col])
+        w[_FZ + i] = load * _between(cells, row, col, 0, u, v)
+        w[_FX + i] = load * _between(cells, row, col, 4, u, v)
+
+
+@_compiled
+def _forces(
+    w: FloatArray,
+    n: int,
+    kind: int,
+    values: FloatArray,
+    beta: FloatArray,
+    gamma: FloatArray,
+    beta_bins: IntArray,
+    gamma_bins: IntArray,
+    cells: FloatArray,
+) -> None:
+    if kind == FOURIER:
+        _fourier(w, n, values)
+    elif kind == TABLE:
+        _table(w, n, beta, gamma, beta_bins, gamma_bins, cells)
+    else:
+        _depth_only(w, n, values)
+
+
+@_compiled
+def element_forces(pack: Pack, elements: FloatArray) -> FloatArray:
+    """Force on each of any elements.
+
+    Parameters
+    ----------
+    pack : Pack
+        Of a profile.
+    elements : numpy.ndarray, shape (n, 8)
+        Columns: centre x, z (cm), unit tangent x, z, half-length (cm), area (cm^2), velocity x, z
+        (any one unit). C-contiguous.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 4)
+        Columns: force z, x (N), and x, z (cm) of the submerged part's centre, where the force acts
+        (the element's own centre where it does not cross the surface).
+    """
+    kind, values, beta, gamma, beta_bins, gamma_bins, cells = pack
+    total = elements.shape[0]
+    result = np.empty((total, 4))
+    w = np.empty(_SIZE)
+    for start in range(0, total, BLOCK):
+        n = min(BLOCK, total - start)
+        for i in range(n):
+            for column in range(8):
+                w[column * BLOCK + i] = elements[start + i, column]
+        _clip(w, n)
+        _forces(w, n, kind, values, beta, gamma, beta_bins, gamma_bins, cells)
+        for i in range(n):
+            result[start + i, 0] = w[_FZ + i]
+            result[start + i, 1] = w[_FX + i]
+            result[start + i, 2] = w[_XC + i]
+            result[start + i, 3] = w[_ZC + i]
+    return result
+
+
+@_compiled
+def pose_forces(
+    pack: Pack, body: FloatArray, width_cm: float, solid: bool, poses: FloatArray, each: FloatArray
+) -> FloatArray:
+    """Net force and moment on an outline in each of several poses.
+
+    Parameters
+    ----------
+    pack : Pack
+        Of a profile.
+    body : numpy.ndarray, shape (n, 5)
+        Elements at angle 0 about the reference point: x, z (cm), unit tangent x, z, half-length
+        (cm). C-contiguous.
+    width_cm : float
+        Across the plane.
+    solid : bool
+        Count only elements that move outward; the outline then runs counterclockwise.
+    poses : numpy.ndarray, shape (p, 6)
+        Reference point x, z (cm), angle (rad, from z toward x), their rates (per s).
+        C-contiguous.
+    each : numpy.ndarray, shape (p or 0, n, 4)
+        Written where p: per element what `element_forces` gives.
+
+    Returns
+    -------
+    numpy.ndarray, shape (p, 3)
+        Force z, force x (N), moment about the reference point (N cm, from z toward x).
+    """
+    kind, values, beta, gamma, beta_bins, gamma_bins, cells = pack
+    total = body.shape[0]
+    result = np.empty((poses.shape[0], 3))
+    w = np.empty(_SIZE)
+    for p in range(poses.shape[0]):
+        x0, z0, vx0, vz0, rate = poses[p, 0], poses[p, 1], poses[p, 3], poses[p, 4], poses[p, 5]
+        cos_a, sin_a = math.cos(poses[p, 2]), math.sin(poses[p, 2])
+        net_z, net_x, moment = 0.0, 0.0, 0.0
+        for start in range(0, total, BLOCK):
+            n = min(BLOCK, total - start)
+            for i in range(n):
+                bx, bz = body[start + i, 0], body[start + i, 1]
+                tx, tz = body[start + i, 2], body[start + i, 3]
+                half = body[start + i, 4]
+                x, z = bx * cos_a + bz * sin_a, bz * cos_a - bx * sin_a
+                w[_X + i], w[_Z + i] = x0 + x, z0 + z
+                w[_TX + i], w[_TZ + i] = tx * cos_a + tz * sin_a, tz * cos_a - tx * sin_a
+                w[_HALF + i], w[_AREA + i] = half, 2.0 * half * width_cm
+                w[_VX + i], w[_VZ + i] = vx0 + rate * z, vz0 - rate * x
+            _clip(w, n)
+            if solid:
+                for i in range(n):
+                    # outward is to the right of the tangent
+                    if w[_VX + i] * w[_TZ + i] - w[_VZ + i] * w[_TX + i] <= 0:
+                        w[_LOAD + i] = 0.0
+            _forces(w, n, kind, values, beta, gamma, beta_bins, gamma_bins, cells)
+            for i in range(n):
+                fz, fx = w[_FZ + i], w[_FX + i]
+                net_z += fz
+                net_x += fx
+                moment += (w[_ZC + i] - z0) * fx - (w[_XC + i] - x0) * fz
+            if each.shape[0] > 0:
+                for i in range(n):
+                    each[p, start + i, 0] = w[_FZ + i]
+                    each[p, start + i, 1] = w[_FX + i]
+                    each[p, start + i, 2] = w[_XC + i]
+                    each[p, start + i, 3] = w[_ZC + i]
+        result[p, 0], result[p, 1], result[p, 2] = net_z, net_x, moment
+    return result

@@ -1,0 +1,199 @@
+"""Thin outlines in the plane: arcs of any curvature, the model legs, any line of points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from rftfit.campaign.config import Leg
+    from rftfit.conventions import FloatArray
+
+ELEMENTS = 30
+"""Elements of a leg in the paper."""
+
+CURVATURES = {"c_leg": 1.0, "flat_leg": 0.0, "reversed_c_leg": -1.0}
+"""R/r of the three model legs."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A thin body in the plane, cut into straight elements, at angle 0 about its reference point.
+
+    Turned by an angle from z toward x, a point (x, z) goes to (x cos + z sin, z cos - x sin): the
+    angle of a plate along x is its beta, that of a leg hanging straight down its theta.
+
+    Parameters
+    ----------
+    body : numpy.ndarray, shape (n, 5)
+        Centre x, z (cm), unit tangent x, z, half-length (cm) of each element.
+    width_cm : float
+        Across the plane.
+    name : str, optional
+    solid : bool, optional
+        True for the skin of a solid body, running counterclockwise: then only elements that move
+        outward, into the medium, feel it. False for a thin plate, which feels it on either face.
+
+    Raises
+    ------
+    ValueError
+        If the array has another shape, is not finite, or the width is not positive.
+    """
+
+    body: FloatArray
+    width_cm: float
+    name: str = "outline"
+    solid: bool = False
+
+    def __post_init__(self) -> None:
+        body = np.ascontiguousarray(self.body, dtype=float)
+        if body.ndim != 2 or body.shape[1] != 5 or not np.isfinite(body).all():
+            raise ValueError(f"finite elements of shape (n, 5) wanted, found {body.shape}")
+        if not 0 < self.width_cm < np.inf:
+            raise ValueError(f"the width must be positive, found {self.width_cm:g} cm")
+        object.__setattr__(self, "body", body)
+
+    @property
+    def area_cm2(self) -> float:
+        """Area of one face."""
+        return float(2 * self.body[:, 4].sum() * self.width_cm)
+
+
+def arc(
+    curvature_times_R: float,
+    max_length_cm: float = 7.62,
+    width_cm: float = 2.54,
+    elements: int = ELEMENTS,
+    name: str = "arc",
+) -> Outline:
+    """Arc of any curvature through the axle (0, 0) and the tip (0, -2R): a leg at theta = 0.
+
+    Parameters
+    ----------
+    curvature_times_R : float
+        R/r from -1 to 1: 1 the c-leg, a half circle bulging toward -x, the way a leg sweeps as
+        theta grows (its convex side leads); 0 straight; -1 its mirror image.
+    max_length_cm : float, optional
+        2R, from axle to tip.
+    width_cm : float, optional
+    elements : int, optional
+        Of equal length.
+    name : str, optional
+
+    Returns
+    -------
+    Outline
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+    """
+    if not -1 <= curvature_times_R <= 1:
+        raise ValueError(f"R/r must lie between -1 and 1, found {curvature_times_R:g}")
+    if not (0 < max_length_cm < np.inf and elements >= 1):
+        raise ValueError("the length and the number of elements must be positive")
+    radius = max_length_cm / 2
+    phi = float(np.arcsin(curvature_times_R))  # half the angle that the arc spans
+    # a straight leg is the limit: sin(k phi) / sin(phi) -> k
+    stretch = phi / curvature_times_R if curvature_times_R else 1.0
+    along = (np.arange(elements) + 0.5) / elements
+    psi = phi * (1 - 2 * along)
+    above = np.sin(phi * along) / curvature_times_R if curvature_times_R else along
+    x = -2 * radius * np.sin(phi * (1 - along)) * above
+    z = -2 * radius * np.cos(phi * (1 - along)) * above
+    half = np.full(elements, radius * stretch / elements)
+    return Outline(np.stack([x, z, -np.sin(psi), -np.cos(psi), half], axis=-1), width_cm, name)
+
+
+def model_leg(name: str, elements: int = ELEMENTS) -> Outline:
+    """One of the paper's three model legs (2R = 7.62 cm, width 2.54 cm).
+
+    Parameters
+    ----------
+    name : str
+        ``c_leg``, ``flat_leg`` or ``reversed_c_leg``.
+    elements : int, optional
+
+    Returns
+    -------
+    Outline
+
+    Raises
+    ------
+    KeyError
+        If there is no such leg.
+    """
+    if name not in CURVATURES:
+        raise KeyError(f"no model leg {name!r}; there are {', '.join(CURVATURES)}")
+    return arc(CURVATURES[name], elements=elements, name=name)
+
+
+def leg_outline(leg: Leg, name: str = "leg", elements: int = ELEMENTS) -> Outline:
+    """Outline of a leg of the campaign's configuration.
+
+    Parameters
+    ----------
+    leg : Leg
+    name : str, optional
+    elements : int, optional
+
+    Returns
+    -------
+    Outline
+    """
+    return arc(leg.curvature_times_R, leg.max_length_cm, leg.width_cm, elements, name)
+
+
+def polyline(
+    points: npt.ArrayLike, width_cm: float, elements: int = ELEMENTS, name: str = "outline"
+) -> Outline:
+    """Outline along straight lines from point to point.
+
+    Where the last point is the first again, it is the skin of a solid body (`Outline.solid`).
+
+    Parameters
+    ----------
+    points : array_like, shape (m, 2)
+        x, z, cm. See `rftfit.predict.outline_file` for the check of a user's points.
+    width_cm : float
+    elements : int, optional
+        About how many; every straight piece has at least one.
+    name : str, optional
+
+    Returns
+    -------
+    Outline
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two points or two neighbours are the same.
+    """
+    points = np.asarray(points, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
+        raise ValueError(f"at least two points (x, z) wanted, found an array {points.shape}")
+    solid = len(points) > 3 and bool((points[0] == points[-1]).all())
+    if solid and _turns_clockwise(points):
+        points = points[::-1]
+    step = np.diff(points, axis=0)
+    length = np.hypot(step[:, 0], step[:, 1])
+    if not (length > 0).all():
+        raise ValueError("two neighbouring points are the same or not finite")
+    count = np.maximum(1, np.round(elements * length / length.sum()).astype(int))
+    piece = np.repeat(np.arange(len(count)), count)
+    inside = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
+    share = (inside + 0.5) / count[piece]
+    centre = points[piece] + share[:, None] * step[piece]
+    tangent = step[piece] / length[piece, None]
+    half = length[piece] / count[piece] / 2
+    return Outline(np.column_stack([centre, tangent, half]), width_cm, name, solid)
+
+
+def _turns_clockwise(points: FloatArray) -> bool:
+    x, z = points[:, 0], points[:, 1]
+    return bool((x[:-1] * z[1:] - x[1:] * z[:-1]).sum() < 0)

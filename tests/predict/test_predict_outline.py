@@ -1,0 +1,180 @@
+"""Outlines: arcs, model legs, and points from a user's csv."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rftfit.errors import InputError
+from rftfit.predict.outline import Outline, arc, leg_outline, model_leg, polyline
+from rftfit.predict.outline_file import crossings, read_outline
+from rftfit.predict.plain import place
+from rftfit.predict.rotation import rotation_poses
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rftfit.campaign.config import Config
+
+R = 3.81
+
+
+def written(tmp_path: Path, rows: str, header: str = "x_cm,z_cm") -> Path:
+    path = tmp_path / "scoop.csv"
+    path.write_text(f"{header}\n{rows}", encoding="utf-8")
+    return path
+
+
+def message(path: Path) -> str:
+    with pytest.raises(InputError) as error:
+        read_outline(path, 2.0)
+    text = str(error.value)
+    assert path.name in text
+    return text
+
+
+@pytest.mark.parametrize("c", [-1.0, -0.5, -1e-9, 0.0, 1e-300, 1e-5, 0.86, 1.0])
+def test_arcs_go_from_axle_to_tip(c: float) -> None:
+    leg = arc(c, elements=4000)
+    x, z, tx, tz, half = leg.body.T
+    length = 2 * R if abs(c) < 1e-6 else 2 * R / c * math.asin(c)
+    assert 2 * half.sum() == pytest.approx(length, rel=1e-9)
+    assert leg.area_cm2 == pytest.approx(length * 2.54, rel=1e-9)
+    np.testing.assert_allclose(tx**2 + tz**2, 1, atol=1e-14)
+    ends = [(x[0] - half[0] * tx[0], z[0] - half[0] * tz[0]),
+            (x[-1] + half[-1] * tx[-1], z[-1] + half[-1] * tz[-1])]  # fmt: skip
+    np.testing.assert_allclose(ends, [(0, 0), (0, -2 * R)], atol=1e-5)
+    # one circle, bulging toward -x for positive curvature
+    if abs(c) > 1e-6:
+        r = R / abs(c)
+        middle = math.copysign(math.sqrt(r * r - R * R), c) if abs(c) < 1 else 0.0
+        np.testing.assert_allclose(np.hypot(x - middle, z + R), r, rtol=1e-9)
+    assert (np.sign(x) == -np.sign(c)).all()
+
+
+def test_reversed_leg_is_the_mirror_image() -> None:
+    front, back = model_leg("c_leg").body, model_leg("reversed_c_leg").body
+    np.testing.assert_allclose(front * [-1, 1, -1, 1, 1], back, atol=1e-15)
+    assert len(front) == 30
+    flat = model_leg("flat_leg").body
+    np.testing.assert_allclose(flat[:, :2], np.column_stack([0 * flat[:, 1], flat[:, 1]]))
+
+
+def test_leg_turns_as_the_design_says() -> None:
+    theta = np.radians([-90.0, 0.0, 30.0])
+    elements = place(model_leg("flat_leg", 1000).body, 2.54, rotation_poses(theta))
+    tip = elements[:, -1]
+    wanted = 2 * R * np.column_stack([-np.sin(theta), -np.cos(theta)]) + [0, 2.0]
+    np.testing.assert_allclose(tip[:, :2], wanted, atol=0.005)
+    # in front it moves down, below the axle it moves backward
+    assert tip[0, 7] < 0
+    assert tip[0, 6] == pytest.approx(0, abs=1e-12)
+    assert tip[1, 6] < 0
+    # the convex side of the c-leg leads
+    c_leg = place(model_leg("c_leg").body, 2.54, rotation_poses([0.0]))[0]
+    assert c_leg[15, 0] < -0.9 * R
+
+
+def test_legs_of_the_configuration(paper_config: Config) -> None:
+    for name in ("c_leg", "flat_leg", "reversed_c_leg"):
+        leg = paper_config.intruders[name]
+        assert leg.shape == "leg"
+        np.testing.assert_array_equal(leg_outline(leg).body, model_leg(name).body)
+
+
+def test_bad_numbers_are_refused() -> None:
+    with pytest.raises(ValueError, match="between -1 and 1"):
+        arc(1.1)
+    with pytest.raises(ValueError, match="must be positive"):
+        arc(0.5, elements=0)
+    with pytest.raises(ValueError, match="width"):
+        arc(0.5, width_cm=0)
+    with pytest.raises(KeyError, match="flat_leg"):
+        model_leg("leg")
+    with pytest.raises(ValueError, match="same"):
+        polyline([(0, 0), (0, 0), (1, 1)], 1)
+    with pytest.raises(ValueError, match="two points"):
+        polyline([(0, 0)], 1)
+    with pytest.raises(ValueError, match="finite"):
+        Outline(np.full((2, 5), np.nan), 1.0)
+
+
+def test_read_outline(tmp_path: Path) -> None:
+    path = written(tmp_path, "0,0\n0,-6\n3,-6\n", "# a scoop\nx_cm,z_cm")
+    outline = read_outline(path, 2.0, 30)
+    assert (outline.name, len(outline.body), outline.solid) == ("scoop", 30, False)
+    assert outline.area_cm2 == pytest.approx(18)
+    np.testing.assert_allclose(outline.body[0], [0, -0.15, 0, -1, 0.15])
+    np.testing.assert_allclose(outline.body[-1], [2.85, -6, 1, 0, 0.15])
+    # a dense part of the outline takes no element away from the others
+    assert len(read_outline(path, 2.0, 1).body) == 2
+    other = written(tmp_path, "0;0;a\n0;-6;b\n3;-6;c\n", "x_cm;z_cm;note")
+    np.testing.assert_array_equal(read_outline(other, 2.0).body, outline.body)
+
+
+def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path: Path) -> None:
+    turn = np.linspace(0, 2 * np.pi, 25)
+    points = np.column_stack([3 * np.cos(turn), 3 * np.sin(turn)])
+    points[-1] = points[0]
+    for path_points in (points, points[::-1]):
+        text = "".join(f"{x:.6f},{z:.6f}\n" for x, z in path_points)
+        wheel = read_outline(written(tmp_path, text), 4.0)
+        assert wheel.solid
+        x, z, tx, tz, _ = wheel.body.T
+        assert (x * tz - z * tx > 0).all()  # outward to the right of the tangent
+
+
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [
+        ("1,2\n", ["row 2", "1 point;"]),
+        ("", ["0 points"]),
+        ("0,0\n1,1\n2,0\n1,1\n3,3\n", ["row 5", "1, 1", "row 3"]),
+        ("0,0\n0,0\n1,1\n", ["row 3", "row 2"]),
+        ("0,0\n2,2\n2,0\n0,2\n", ["row 4", "crosses", "from row 2 to 3", "row 4 to 5"]),
+        ("0,0\n2,0\n1,0\n", ["row 3", "crosses"]),  # turns back on itself
+        ("0,0\n2,0\n2,1\n1,0\n", ["row 4", "touches"]),
+        ("0,0\n4,0\n4,1\n5,1\n5,0\n3,0\n", ["row 6", "row 2 to 3"]),  # overlaps in one line
+        ("0,0\n1,a\n2,nan\n", ["row 3", "z_cm", "'a'", "row 4", "'nan'"]),
+        ("0,0\n1\n", ["row 3", "z_cm", "''"]),
+        ("0;0\n", ["row 2"]),
+    ],
+)
+def test_bad_outlines_are_refused_with_their_rows(
+    tmp_path: Path, rows: str, expected: list[str]
+) -> None:
+    text = message(written(tmp_path, rows))
+    for part in expected:
+        assert part in text
+
+
+def test_rows_are_counted_with_comments(tmp_path: Path) -> None:
+    text = message(written(tmp_path, "0,0\n\n# turn\n1,1\n0,0\n2,2\n", "# a\nx_cm,z_cm"))
+    assert "row 7" in text
+    assert "row 3" in text
+
+
+def test_missing_columns_and_files(tmp_path: Path) -> None:
+    text = message(written(tmp_path, "0,0\n", "x,z_cm"))
+    assert "x_cm" in text
+    assert "header row" in text
+    assert "did you mean 'x'" in text or "'x_cm'" in text or "missing" in text
+    assert "does not exist" in message(tmp_path / "none.csv")
+
+
+def test_crossings_against_brute_force() -> None:
+    random = np.random.default_rng(5)
+    for _ in range(200):
+        points = random.normal(size=(6, 2))
+        found = set(crossings(points))
+        wanted = set()
+        for i in range(5):
+            for j in range(i + 2, 5):
+                a, b, c, d = points[i], points[i + 1], points[j], points[j + 1]
+                s, t = np.linalg.solve(np.column_stack([b - a, c - d]), c - a)
+                if 0 <= s <= 1 and 0 <= t <= 1:
+                    wanted.add((i, j))
+        assert found == wanted

@@ -1,0 +1,132 @@
+"""Free paths: velocities by differences, forces over time, bad input."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rftfit import reference
+from rftfit.errors import InputError
+from rftfit.predict.forces import force_draws, forces_on, forces_on_elements
+from rftfit.predict.outline import model_leg, polyline
+from rftfit.predict.path import along_path, path_poses, read_path
+from rftfit.predict.rotation import THETA_DEG, sweep
+from rftfit.profile.table import TableProfile
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+TABLE = TableProfile.published("poppy_LP")
+HEADER = "t_s,x_cm,z_cm,angle_deg\n"
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "path.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_turning_leg_is_a_path(tmp_path: Path) -> None:
+    time = np.radians(THETA_DEG + 135) / 0.2
+    rows = "".join(f"{t:.12f},0,2,{a:.12f}\n" for t, a in zip(time, THETA_DEG, strict=True))
+    time_read, poses = read_path(written(tmp_path, "# a sweep\n" + HEADER + rows))
+    np.testing.assert_allclose(poses[:, 5], 0.2, rtol=1e-8)
+    for leg in ("c_leg", "flat_leg"):
+        table, forces = along_path(TABLE, model_leg(leg), time_read, poses)
+        wanted = sweep(TABLE, model_leg(leg))
+        np.testing.assert_allclose(table["force_z_N"], wanted.force_z_N, atol=1e-7)
+        np.testing.assert_allclose(table["force_x_N"], wanted.force_x_N, atol=1e-7)
+        np.testing.assert_allclose(forces.moment_N_cm, wanted.moment_N_cm, atol=1e-6)
+        assert (wanted.moment_N_cm <= 1e-12).all()  # sand resists the motor
+
+
+def test_a_plate_pushed_down_and_pulled_up(tmp_path: Path) -> None:
+    rows = "".join(f"{t},0,{-t if t <= 4 else t - 8},0\n" for t in range(9))
+    time, poses = read_path(written(tmp_path, HEADER + rows))
+    plate = polyline([(-1.905, 0), (1.905, 0)], 2.54)
+    table, _ = along_path(TABLE, plate, time, poses)
+    alpha_z, _ = reference.alpha_grid("poppy_LP")
+    area = 3.81 * 2.54
+    np.testing.assert_allclose(table["force_z_N"][:4], alpha_z[3, -1] * area * np.arange(4.0))
+    np.testing.assert_allclose(table["force_z_N"][5:8], alpha_z[3, 0] * area * np.array([3, 2, 1]))
+    assert table["force_z_N"][4] == 0  # it turns round: no velocity, no force
+    np.testing.assert_allclose(table["force_x_N"], 0, atol=1e-12)
+    tilted = poses.copy()
+    tilted[:, 2] = np.radians(30)  # the angle of a plate along x is its beta
+    found = forces_on(TABLE, plate, tilted[3:4])
+    assert found.force_z_N[0] == pytest.approx(
+        float(TABLE.alpha(np.radians(30), np.pi / 2)[0]) * 3 * area
+    )
+
+
+def test_angles_may_wrap() -> None:
+    angle = np.radians([170.0, 178.0, -174.0, -166.0])
+    poses = path_poses([0, 1, 2, 3], np.zeros(4), np.zeros(4), angle)
+    np.testing.assert_allclose(poses[:, 5], np.radians(8))
+
+
+def test_uneven_times_keep_a_steady_velocity() -> None:
+    time = np.array([0.0, 0.1, 0.5, 0.6, 2.0])
+    poses = path_poses(time, 3 * time, -2 * time, 0.1 * time)
+    np.testing.assert_allclose(poses[:, 3:], np.tile([3.0, -2.0, 0.1], (5, 1)))
+    with pytest.raises(ValueError, match="increase"):
+        path_poses([0, 1, 1], np.zeros(3), np.zeros(3), np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [
+        ("0,0,0,0\n1,0,-1,0\n1,0,-2,0\n", ["row 4", "'1'", "later than the 1 s of row 3"]),
+        ("0,0,0,0\n2,0,-1,0\n1,0,-2,0\n", ["row 4", "t_s", "later than the 2 s of row 3"]),
+        ("0,0,0,0\n", ["row 2", "1 row;"]),
+        ("", ["0 rows"]),
+        ("0,0,0,0\n1,0,x,0\n", ["row 3", "z_cm", "'x'"]),
+    ],
+)
+def test_bad_paths_are_refused_with_their_rows(
+    tmp_path: Path, rows: str, expected: list[str]
+) -> None:
+    path = written(tmp_path, HEADER + rows)
+    with pytest.raises(InputError) as error:
+        read_path(path)
+    for part in ("path.csv", *expected):
+        assert part in str(error.value)
+
+
+def test_a_missing_cell_says_why() -> None:
+    alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
+    alpha_z[3, 9] = alpha_x[3, 9] = np.nan
+    profile = TableProfile(alpha_z, alpha_x)
+    plate = polyline([(-1, 0), (1, 0)], 1.0)
+    poses = np.zeros((2, 6))
+    poses[:, 1] = -2.0
+    poses[:, 3:5] = [[0, -1], [-1, -1]]  # straight down; at gamma = 45 degrees
+    for forces in (forces_on(profile, plate, poses), force_draws(profile, plate, poses)):
+        np.testing.assert_array_equal(np.isnan(forces.force_z_N), [False, True])
+        assert "(0, 45)" in forces.reason
+    assert forces_on(profile, plate, poses[:1]).reason == ""
+    poses[1, 1] = np.nan
+    assert "missing" in forces_on(TABLE, plate, poses).reason
+
+
+def test_solid_body_feels_the_sand_ahead_only() -> None:
+    box = polyline([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)], 2.0, elements=80)
+    poses = np.array([[0, -3.0, 0, 0, -1.0, 0]])
+    forces, each = forces_on_elements(TABLE, box, poses)
+    loaded = each[0, :, 0] != 0
+    np.testing.assert_array_equal(loaded, box.body[:, 1] == -1)
+    alone = forces_on(TABLE, polyline([(-1, -1), (1, -1)], 2.0), poses)
+    assert forces.force_z_N[0] == pytest.approx(float(alone.force_z_N[0]), rel=1e-12)
+    np.testing.assert_allclose(force_draws(TABLE, box, poses).force_z_N, forces.force_z_N)
+
+
+def test_wrong_poses_are_refused() -> None:
+    with pytest.raises(ValueError, match="shape"):
+        forces_on(TABLE, model_leg("c_leg"), np.zeros((3, 5)))
+    empty = force_draws(TABLE, model_leg("c_leg"), np.zeros((0, 6)))
+    assert (
+        empty.force_z_N.shape
+        == forces_on(TABLE, model_leg("c_leg"), np.zeros((0, 6))).force_z_N.shape
+    )

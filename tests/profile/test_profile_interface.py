@@ -1,0 +1,200 @@
+"""The one interface of table, nine terms and depth-only: torus, wrap, missing cells, draws."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rftfit import reference
+from rftfit.conventions import mirror
+from rftfit.profile import fourier
+from rftfit.profile.base import DEPTH_ONLY, FOURIER, TABLE, Profile, alpha_from_basis
+from rftfit.profile.depth_only import DepthOnlyProfile
+from rftfit.profile.nine_terms import FourierProfile, scaled_generic
+from rftfit.profile.table import TableProfile
+
+BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+RANDOM = np.random.default_rng(3)
+ANY_BETA, ANY_GAMMA = RANDOM.uniform(-9, 9, (2, 2000))
+M0 = fourier.as_array(reference.coefficients("generic"))
+
+
+def table(medium: str = "poppy_LP") -> TableProfile:
+    return TableProfile.published(medium)
+
+
+def all_profiles() -> list[Profile]:
+    return [table(), FourierProfile(M0), DepthOnlyProfile.of(table()), scaled_generic(0.25, M0)]
+
+
+@pytest.mark.parametrize("profile", all_profiles(), ids=lambda p: p.name)
+def test_lives_on_the_torus_and_is_symmetric(profile: Profile) -> None:
+    alpha = np.array(profile.alpha(ANY_BETA, ANY_GAMMA))
+    assert np.isfinite(alpha).all()
+    assert np.abs(alpha).max() > 0.1
+    for turns in ((1, 0), (-3, 0), (0, 1), (2, -2)):
+        again = profile.alpha(ANY_BETA + turns[0] * np.pi, ANY_GAMMA + turns[1] * 2 * np.pi)
+        np.testing.assert_allclose(again, alpha, atol=1e-12)
+    image_z, image_x = profile.alpha(*mirror(ANY_BETA, ANY_GAMMA))
+    np.testing.assert_allclose(image_z, alpha[0], atol=1e-12)
+    np.testing.assert_allclose(image_x, -alpha[1], atol=1e-12)
+    np.testing.assert_allclose(alpha_from_basis(profile, ANY_BETA, ANY_GAMMA), alpha, atol=1e-12)
+
+
+@pytest.mark.parametrize("profile", all_profiles(), ids=lambda p: p.name)
+def test_an_unknown_angle_gives_nan(profile: Profile) -> None:
+    for beta, gamma in ((np.nan, 1.0), (1.0, np.nan)):
+        assert np.isnan(profile.alpha(beta, gamma)).all()
+
+
+def test_shapes_broadcast() -> None:
+    stack = TableProfile(*RANDOM.normal(size=(2, 5, 7, 13)))
+    alpha_z, alpha_x = stack.alpha(BETA[:, None], GAMMA[None, :])
+    assert alpha_z.shape == alpha_x.shape == (5, 7, 13)
+    assert table().alpha(0.3, 0.4)[0].shape == ()
+    many = scaled_generic(np.array([0.1, 0.2]), M0)
+    assert many.alpha(BETA, 0.3)[1].shape == (2, 7)
+    for profile in (stack, many, DepthOnlyProfile.of(stack)):
+        with pytest.raises(ValueError, match="stack of draws"):
+            _ = profile.pack
+
+
+def test_packs_are_tagged() -> None:
+    kinds = [profile.pack.kind for profile in all_profiles()]
+    assert kinds == [TABLE, FOURIER, DEPTH_ONLY, FOURIER]
+
+
+@pytest.mark.parametrize("medium", reference.MEDIA)
+def test_table_meets_its_nodes(medium: str) -> None:
+    alpha_z, alpha_x = reference.alpha_grid(medium)
+    found_z, found_x = table(medium).alpha(BETA[:, None], GAMMA[None, :])
+    inner = slice(1, -1)  # at gamma = +-90 degrees the mean of the mirror images
+    np.testing.assert_allclose(found_z[:, inner], alpha_z[:, inner], atol=1e-15)
+    np.testing.assert_allclose(found_x[:, inner], alpha_x[:, inner], atol=1e-15)
+    mean = (alpha_z[:, -1] + alpha_z[::-1, -1]) / 2
+    np.testing.assert_allclose(found_z[:, -1], mean, atol=1e-15)
+
+
+def test_table_is_bilinear_at_the_true_angles() -> None:
+    alpha_z, _ = reference.alpha_grid("poppy_CP")
+    beta, gamma = math.radians(-30 + 0.3 * 30), math.atan(1 / 3) * 0.25 + math.atan(2 / 3) * 0.75
+    corners = alpha_z[2:4, 7:9]
+    by_hand = 0.7 * (0.25 * corners[0, 0] + 0.75 * corners[0, 1])
+    by_hand += 0.3 * (0.25 * corners[1, 0] + 0.75 * corners[1, 1])
+    assert float(table("poppy_CP").alpha(beta, gamma)[0]) == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_table_has_no_step_anywhere_along_the_wrap() -> None:
+    profile, tiny = table("glass3mm_CP"), 1e-9
+    gamma = np.linspace(-np.pi, np.pi, 721)
+    above = np.array(profile.alpha(np.pi / 2 - tiny, gamma))
+    below = np.array(profile.alpha(-np.pi / 2 + tiny, gamma))
+    np.testing.assert_allclose(above, below, atol=1e-7)
+    beta = np.linspace(-np.pi, np.pi, 721)
+    front, behind = profile.alpha(beta, np.pi - tiny), profile.alpha(beta, -np.pi + tiny)
+    np.testing.assert_allclose(front, behind, atol=1e-7)
+
+
+def test_missing_cell_is_nan_around_itself_with_a_reason() -> None:
+    alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
+    row, col = 4, 9  # (30, 45) degrees
+    alpha_z[row, col] = alpha_x[row, col] = np.nan
+    profile = TableProfile(alpha_z, alpha_x, reasons={(30.0, 45.0): "p7: no tare"})
+    assert profile.reason == (
+        "measured table: no alpha at (beta, gamma) in degrees (30, 45): p7: no tare"
+    )
+    whole = table()
+    beta, gamma = np.radians(RANDOM.uniform(-90, 90, 4000)), RANDOM.uniform(-np.pi, np.pi, 4000)
+    found, wanted = profile.alpha(beta, gamma), whole.alpha(beta, gamma)
+    inside = (beta > 0) & (beta < BETA[5]) & (gamma > GAMMA[8]) & (gamma < GAMMA[10])
+    image_b, image_g = mirror(beta, gamma)
+    inside |= (image_b > 0) & (image_b < BETA[5]) & (image_g > GAMMA[8]) & (image_g < GAMMA[10])
+    assert 0 < inside.sum() < 400
+    for ours, theirs in zip(found, wanted, strict=True):
+        assert (np.isnan(ours) == inside).all()
+        np.testing.assert_allclose(ours[~inside], theirs[~inside], atol=1e-15)
+    # its neighbours in the table are measured and stay known
+    assert np.isfinite(profile.alpha(BETA[[3, 5]], GAMMA[[9, 8]])).all()
+    np.testing.assert_array_equal(
+        np.isnan(alpha_from_basis(profile, beta, gamma)), np.isnan(profile.alpha(beta, gamma))
+    )
+    assert table().reason == ""
+
+
+def test_missing_plate_at_90_degrees_is_the_one_at_minus_90() -> None:
+    alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
+    alpha_z[-1], alpha_x[-1] = np.nan, np.nan
+    profile = TableProfile(alpha_z, alpha_x)
+    assert profile.reason == ""
+    np.testing.assert_allclose(
+        profile.alpha(ANY_BETA, ANY_GAMMA), table().alpha(ANY_BETA, ANY_GAMMA), atol=1e-14
+    )
+
+
+def test_table_from_data_frame() -> None:
+    rows = reference.load("table_s5")
+    rows = rows[rows["medium"] == "poppy_LP"].sample(frac=1, random_state=1).assign(reason="")
+    profile = TableProfile.from_table(rows)
+    np.testing.assert_array_equal(profile.alpha_z, table().alpha_z)
+    np.testing.assert_array_equal(profile.alpha_x, table().alpha_x)
+    cell = (rows["beta_deg"] == 0) & (rows["gamma_deg"] == 0)
+    rows.loc[cell, ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] = np.nan
+    rows.loc[cell, "reason"] = "no run"
+    assert TableProfile.from_table(rows).reason.endswith("(0, 0): no run")
+
+
+def test_bad_tables_are_refused() -> None:
+    with pytest.raises(ValueError, match="7 x 13 cells"):
+        TableProfile(np.zeros((7, 12)), np.zeros((7, 12)))
+    with pytest.raises(ValueError, match="gamma grid"):
+        TableProfile(np.zeros((7, 2)), np.zeros((7, 2)), gamma=np.array([0.0, 1.0]))
+    with pytest.raises(ValueError, match="nine coefficients"):
+        FourierProfile(np.zeros(8))
+    with pytest.raises(ValueError, match="three values"):
+        DepthOnlyProfile(np.zeros(2))
+
+
+@pytest.mark.parametrize(
+    ("beta_deg", "gamma_deg", "alpha_z", "alpha_x"),
+    [
+        (0, 90, 0.4, 0.0),
+        (0, -90, -0.02, 0.0),
+        (90, 0, 0.0, 0.08),
+        (90, 180, 0.0, -0.08),
+        (0, 0, 0.0, 0.0),  # sliding along itself: nothing goes down or up
+        (90, 90, 0.0, 0.0),
+        (60, 45, 0.2, 0.08 * math.sin(math.radians(60))),
+        (-60, 135, 0.2, -0.08 * math.sin(math.radians(60))),
+        (60, -135, -0.01, -0.08 * math.sin(math.radians(60))),
+    ],
+)
+def test_depth_only_opposes_each_component(
+    beta_deg: float, gamma_deg: float, alpha_z: float, alpha_x: float
+) -> None:
+    profile = DepthOnlyProfile(np.array([0.4, -0.02, 0.08]))
+    found = profile.alpha(math.radians(beta_deg), math.radians(gamma_deg))
+    np.testing.assert_allclose(found, (alpha_z, alpha_x), atol=1e-15)
+
+
+def test_depth_only_takes_its_values_from_the_table() -> None:
+    values = DepthOnlyProfile.of(table()).values
+    alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
+    np.testing.assert_allclose(values, (alpha_z[3, -1], alpha_z[3, 0], alpha_x[-1, 6]), atol=1e-15)
+    alpha_z[3, 0] = np.nan
+    without = DepthOnlyProfile.of(TableProfile(alpha_z, alpha_x))
+    assert "(0, -90)" in without.reason
+    assert np.isnan(without.alpha(0.1, -0.5)[0])
+    assert np.isfinite(without.alpha(0.1, 0.5)[0])
+
+
+def test_generic_golden_values() -> None:
+    generic = scaled_generic(1.0, M0)
+    np.testing.assert_allclose(
+        generic.alpha(np.radians([30, 0]), np.radians([45, 90])),
+        [[0.734, 1.000], [0.294, 0.0]],
+        atol=5e-4,
+    )
+    half = scaled_generic(0.5, M0).alpha(ANY_BETA, ANY_GAMMA)
+    np.testing.assert_allclose(half, 0.5 * np.array(generic.alpha(ANY_BETA, ANY_GAMMA)), rtol=1e-14)
