@@ -47,6 +47,8 @@ rule all:
         rules.symmetry.output,
         rules.fourier.output,
         rules.scaling.output,
+        rules.trials.output,
+        rules.sands.output,
         rules.reproduction.output,
         rules.ledger.output,
         rules.workbooks.output,

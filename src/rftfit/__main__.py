@@ -25,6 +25,8 @@ STAGES = {
     "symmetry": "rftfit.stages.symmetry:symmetry",
     "fourier": "rftfit.stages.fourier:fourier",
     "scaling": "rftfit.stages.scaling:scaling",
+    "trials": "rftfit.stages.trials:trials",
+    "sands": "rftfit.stages.sands:sands",
     "ledger": "rftfit.stages.ledger:ledger",
     "reproduction": "rftfit.stages.reproduction:reproduction",
     "workbooks": "rftfit.stages.workbooks:workbooks",

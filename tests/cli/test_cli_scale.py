@@ -15,11 +15,11 @@ from rftfit.cli.scale_intervals import (
     alpha_with_interval,
     coefficients_with_interval,
     scale_from,
-    with_interval,
 )
 from rftfit.cli.scale_sources import Reference, from_results, published
 from rftfit.errors import InputError
 from rftfit.profile.fourier import TERMS, evaluate
+from rftfit.profile.new_medium import with_interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable

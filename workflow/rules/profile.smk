@@ -61,11 +61,57 @@ rule scaling:
         " penetration={output.penetration:q} 2> {log:q}"
 
 
+rule trials:
+    input:
+        alpha=alpha_tables(PLAN.laboratory),
+        sands=alpha_tables(PLAN.sands),
+        legs=expand("results/legs/{medium}.csv", medium=PLAN.media),
+    output:
+        predicted="results/predicted.csv",
+        errors="results/leg_errors.csv",
+    log:
+        "results/logs/trials.log",
+    conda:
+        "../envs/rftfit.yaml"
+    params:
+        campaign=CONFIG,
+        code=PLAN.code("trials"),
+        settings=PLAN.settings("arm", "fit", "fourier", "intruders", "media"),
+        alpha=named("alpha"),
+        sands=named("sands"),
+        legs=named("legs"),
+    shell:
+        "python -m rftfit trials config={params.campaign:q} {params.alpha:q} {params.sands:q}"
+        " {params.legs:q} predicted={output.predicted:q} errors={output.errors:q} 2> {log:q}"
+
+
+rule sands:
+    input:
+        tared=expand("results/tared/{medium}.parquet", medium=PLAN.sands),
+        penetration="results/penetration.csv",
+    output:
+        sands="results/sands.csv",
+    log:
+        "results/logs/sands.log",
+    conda:
+        "../envs/rftfit.yaml"
+    params:
+        campaign=CONFIG,
+        code=PLAN.code("sands"),
+        settings=PLAN.settings("fit", "fourier", "intruders", "media"),
+        tared=named("tared"),
+    shell:
+        "python -m rftfit sands config={params.campaign:q} {params.tared:q}"
+        " penetration={input.penetration:q} sands={output.sands:q} 2> {log:q}"
+
+
 rule reproduction:
     input:
         alpha=alpha_tables(PLAN.laboratory),
         coefficients="results/coefficients.csv",
         penetration="results/penetration.csv",
+        errors="results/leg_errors.csv",
+        legs=expand("results/legs/{medium}.csv", medium=PLAN.media),
     output:
         reproduction="results/reproduction.csv",
     log:
@@ -77,7 +123,8 @@ rule reproduction:
         code=PLAN.code("reproduction"),
         settings=PLAN.settings("media"),
         alpha=named("alpha"),
+        legs=named("legs"),
     shell:
         "python -m rftfit reproduction config={params.campaign:q} {params.alpha:q}"
         " coefficients={input.coefficients:q} penetration={input.penetration:q}"
-        " reproduction={output.reproduction:q} 2> {log:q}"
+        " errors={input.errors:q} {params.legs:q} reproduction={output.reproduction:q} 2> {log:q}"

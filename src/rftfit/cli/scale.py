@@ -13,8 +13,8 @@ from rftfit.cli.output import say, table, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.cli.scale_intervals import Interval
     from rftfit.cli.scale_sources import Reference
+    from rftfit.profile.new_medium import Interval
     from rftfit.profile.scaling import Scaled
 
 _PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)

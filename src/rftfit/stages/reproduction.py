@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.campaign.load import load_campaign
 from rftfit.store import read_csv, write_csv
+from rftfit.validate.leg_claims import leg_claims
 from rftfit.validate.slips import slips
 from rftfit.validate.tables import compare_alpha, compare_coefficients, compare_penetration
 
@@ -16,7 +17,13 @@ if TYPE_CHECKING:
 
 
 def reproduction(
-    config: Path, alpha: list[Path], coefficients: Path, penetration: Path, reproduction: Path
+    config: Path,
+    alpha: list[Path],
+    coefficients: Path,
+    penetration: Path,
+    errors: Path,
+    legs: list[Path],
+    reproduction: Path,
 ) -> None:
     """Write the reproduction table.
 
@@ -24,8 +31,10 @@ def reproduction(
     ----------
     config : Path
     alpha : list of Path
-    coefficients, penetration : Path
+    coefficients, penetration, errors : Path
         Read: tables of the earlier stages.
+    legs : list of Path
+        Read: measured leg curves.
     reproduction : Path
         Written: `item, where, paper, ours, lo, hi, verdict, why`.
 
@@ -48,5 +57,7 @@ def reproduction(
     items += compare_alpha(tables, published)
     items += compare_coefficients(values, published)
     items += compare_penetration(read_csv(penetration), published)
+    measured = pd.concat([read_csv(path) for path in legs], ignore_index=True)
+    items += leg_claims(read_csv(errors), measured)
     items += slips()
     write_csv(pd.DataFrame([item.row() for item in items]), reproduction)

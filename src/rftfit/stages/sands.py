@@ -1,0 +1,89 @@
+"""Natural sands: the stated linear regime beside the detected one, and zeta from each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.load import load_campaign
+from rftfit.profile.scaling import scale_new_medium
+from rftfit.store import read_csv, read_parquet, write_csv
+from rftfit.validate.sands import bend_of, linear_end
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from rftfit.campaign.load import Campaign
+    from rftfit.conventions import FloatArray
+
+COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3", "bend", "zeta",
+           "zeta_lo", "zeta_hi", "reason"]  # fmt: skip
+
+
+def sands(config: Path, tared: list[Path], penetration: Path, sands: Path) -> None:
+    """Fit the penetration tests of the natural sands over the stated and the detected regime.
+
+    Parameters
+    ----------
+    config : Path
+    tared : list of Path
+        Read: tared strokes of each sand.
+    penetration : Path
+        Read: for chi of the reference media.
+    sands : Path
+        Written (`COLUMNS`).
+
+    Raises
+    ------
+    RftfitError
+        If an input is not valid or the result cannot be written.
+    """
+    import pandas as pd
+
+    campaign = load_campaign(config)
+    table = read_csv(penetration)
+    chi = (
+        table.loc[table["method"] == campaign.config.fourier.method, "chi"].dropna().to_numpy(float)
+    )
+    rows = [row for path in tared for row in _rows(campaign, read_parquet(path), chi)]
+    write_csv(pd.DataFrame(rows, columns=COLUMNS), sands)
+
+
+def _rows(campaign: Campaign, tared: pd.DataFrame, chi: FloatArray) -> list[dict[str, object]]:
+    """Two rows for every flat plate that was pushed straight down."""
+    rows: list[dict[str, object]] = []
+    for name, part in tared.groupby("run_id", observed=True, sort=True):
+        run = campaign.by_id[str(name)]
+        plate = campaign.config.intruders[run.intruder]
+        if plate.shape != "plate" or (run.beta_deg, run.gamma_deg) != (0, 90):
+            continue
+        if run.direction != "intrusion":
+            continue
+        depth = part["depth_cm"].to_numpy(float)
+        stress = part["force_z_N"].to_numpy(float) / plate.area_cm2
+        stated = campaign.config.media[run.medium].linear_to_cm
+        for window, end in (("stated", stated), ("detected", linear_end(depth, stress))):
+            row: dict[str, object] = {"medium": run.medium, "run_id": name, "window": window}
+            rows.append(row | _fit(depth, stress, np.nan if end is None else end, chi, campaign))
+    return rows
+
+
+def _fit(
+    depth: FloatArray, stress: FloatArray, end: float, chi: FloatArray, campaign: Campaign
+) -> dict[str, object]:
+    part = np.isfinite(stress) & (depth > 0) & (depth <= end)
+    if np.count_nonzero(part) < campaign.config.fit.min_points:
+        return {"linear_to_cm": end, "reason": "no linear regime with enough samples"}
+    depth, stress = depth[part], stress[part]
+    alpha = float(depth @ stress / (depth @ depth))
+    row: dict[str, object] = {
+        "linear_to_cm": end, "alpha_z_N_per_cm3": alpha, "bend": bend_of(depth, stress), "reason": "",
+    }  # fmt: skip
+    try:
+        scaled = scale_new_medium(alpha, 0.0, chi, np.zeros(9), campaign.config.fit.confidence)
+    except ValueError as error:
+        return row | {"reason": str(error)}
+    return row | {"zeta": scaled.zeta, "zeta_lo": scaled.zeta_lo, "zeta_hi": scaled.zeta_hi}

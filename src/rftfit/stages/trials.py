@@ -1,0 +1,121 @@
+"""Stage 7: the force model on trial, against the measured legs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rftfit.campaign.config import Leg
+from rftfit.campaign.load import load_campaign
+from rftfit.profile.media_fits import MediumFit, fit_media
+from rftfit.store import read_csv, write_csv
+from rftfit.validate.leg_errors import leg_errors
+from rftfit.validate.predictions import laboratory_candidates, leg_prediction, sand_prediction
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from rftfit.campaign.config import Config
+
+COLUMNS = ["medium", "leg", "profile", "theta_deg", "force_z_N", "force_z_lo_N", "force_z_hi_N",
+           "force_x_N", "force_x_lo_N", "force_x_hi_N", "moment_N_cm", "reason"]  # fmt: skip
+
+
+def trials(
+    config: Path, alpha: list[Path], sands: list[Path], legs: list[Path],
+    predicted: Path, errors: Path,
+) -> None:  # fmt: skip
+    """Predict the force on every leg in every medium, and compare with what was measured.
+
+    Parameters
+    ----------
+    config : Path
+    alpha, sands, legs : list of Path
+        Read: alpha tables of laboratory media and of sands, measured leg curves.
+    predicted, errors : Path
+        Written: curves with intervals, and how far they are from the measured ones.
+
+    Raises
+    ------
+    RftfitError
+        If an input is not valid or a result cannot be written.
+    """
+    import pandas as pd
+
+    settings = load_campaign(config).config
+    tables = [read_csv(path) for path in alpha]
+    fits = [f for f in fit_media(tables, settings) if f.method == settings.fourier.method]
+    curves = [laboratory_curves(table, fits, settings) for table in tables]
+    curves += [sand_curves(read_csv(path), fits, settings) for path in sands]
+    everything = pd.concat(curves, ignore_index=True)[COLUMNS]
+    write_csv(everything, predicted)
+    measured = pd.concat([read_csv(path) for path in legs], ignore_index=True)
+    write_csv(leg_errors(measured, everything), errors)
+
+
+def _legs(config: Config) -> dict[str, Leg]:
+    return {name: item for name, item in config.intruders.items() if isinstance(item, Leg)}
+
+
+def laboratory_curves(table: pd.DataFrame, fits: list[MediumFit], config: Config) -> pd.DataFrame:
+    """Predict the force on all legs in one medium that was measured over the grid.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        Its alpha table.
+    fits : list of MediumFit
+        Of all laboratory media, by the config's method.
+    config : Config
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `COLUMNS`.
+    """
+    import pandas as pd
+
+    medium = str(table["medium"].iloc[0])
+    own = next(fit for fit in fits if fit.medium == medium)
+    reference = [fit for fit in fits if not fit.reason]
+    parts = [
+        leg_prediction(candidate, leg, config).assign(
+            medium=medium, leg=name, profile=candidate.name
+        )
+        for candidate in laboratory_candidates(table, own, reference, config)
+        for name, leg in _legs(config).items()
+    ]
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=COLUMNS)
+
+
+def sand_curves(table: pd.DataFrame, fits: list[MediumFit], config: Config) -> pd.DataFrame:
+    """Predict the force on all legs in one natural sand from its penetration test.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        Its alpha table.
+    fits : list of MediumFit
+        Of the reference media.
+    config : Config
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `COLUMNS`; empty where the test gives no number, which the penetration table says.
+    """
+    import pandas as pd
+
+    medium = str(table["medium"].iloc[0])
+    reference = [fit for fit in fits if not fit.reason]
+    try:
+        parts = [
+            sand_prediction(table, reference, leg, config).assign(
+                medium=medium, leg=name, profile="generic"
+            )
+            for name, leg in _legs(config).items()
+        ]
+    except ValueError:
+        parts = []
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=COLUMNS)

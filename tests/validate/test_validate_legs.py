@@ -1,0 +1,195 @@
+"""Measured against predicted legs: errors by hand, intervals by simulation, the paper's statements."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from campaigns import PROJECT
+
+from rftfit.campaign.config import Config, Leg
+from rftfit.measure.alpha import column
+from rftfit.predict.outline import model_leg
+from rftfit.predict.rotation import sweep
+from rftfit.profile.media_fits import MediumFit, fit_media
+from rftfit.profile.table import TableProfile
+from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, alpha_grid, load
+from rftfit.stages.trials import COLUMNS, laboratory_curves, sand_curves
+from rftfit.validate.leg_claims import leg_claims
+from rftfit.validate.leg_errors import leg_errors
+from rftfit.validate.predictions import leg_prediction
+
+SE = 0.001
+
+
+@pytest.fixture(scope="module")
+def config() -> Config:
+    text = (PROJECT / "config" / "config.yaml").read_text(encoding="utf-8")
+    return Config.model_validate(yaml.safe_load(text))
+
+
+def alpha_of(medium: str, noise: np.random.Generator | None = None) -> pd.DataFrame:
+    """Alpha table as the slope stage makes it, of the published values, with errors if asked."""
+    beta, gamma = np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij")
+    table = pd.DataFrame({"medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel()})
+    for component, true in zip("zx", alpha_grid(medium), strict=True):
+        error = np.zeros(true.shape) if noise is None else noise.normal(0, SE, true.shape)
+        error[0] = error[-1]
+        values = true + error
+        table[column(component)] = values.ravel()
+        table[column(component, "_se")] = SE
+        table[column(component, "_lo")] = values.ravel() - 1.959964 * SE
+        table[column(component, "_hi")] = values.ravel() + 1.959964 * SE
+    return table.assign(reason="")
+
+
+def fits_of(tables: list[pd.DataFrame], config: Config) -> list[MediumFit]:
+    return [fit for fit in fit_media(tables, config) if fit.method == config.fourier.method]
+
+
+@pytest.fixture(scope="module")
+def predicted(config: Config) -> pd.DataFrame:
+    tables = [alpha_of(medium) for medium in MEDIA]
+    fits = fits_of(tables, config)
+    return pd.concat([laboratory_curves(table, fits, config) for table in tables])
+
+
+def test_every_leg_and_profile_is_predicted(predicted: pd.DataFrame) -> None:
+    assert sorted(predicted.columns) == sorted(COLUMNS)
+    counts = predicted.groupby(["medium", "leg", "profile"]).size()
+    assert len(counts) == len(MEDIA) * len(LEGS) * 4
+    assert (counts == 271).all()
+    table = predicted[predicted["profile"] == "table"]
+    for medium in MEDIA:
+        for leg in LEGS:
+            ours = table[(table["medium"] == medium) & (table["leg"] == leg)]
+            truth = sweep(TableProfile.published(medium), model_leg(leg))
+            np.testing.assert_allclose(ours["force_z_N"], truth.force_z_N, atol=1e-9)
+            np.testing.assert_allclose(ours["force_x_N"], truth.force_x_N, atol=1e-9)
+
+
+def test_intervals_cover_the_truth_at_their_rate(config: Config) -> None:
+    """Simulated campaigns: the force by true alpha lies in 93 to 97 % of the intervals."""
+    random = np.random.default_rng(5)
+    truth = {leg: sweep(TableProfile.published("poppy_LP"), model_leg(leg)) for leg in LEGS}
+    legs = {name: leg for name, leg in config.intruders.items() if isinstance(leg, Leg)}
+    quick = config.model_copy(update={"fourier": config.fourier.model_copy(update={"draws": 400})})
+    inside = []
+    for _ in range(150):
+        table = alpha_of("poppy_LP", random)
+        fits = fits_of([table], quick)
+        curves = laboratory_curves(table, fits, quick)
+        curves = curves[curves["profile"] == "table"]
+        for name in legs:
+            own = curves[curves["leg"] == name]
+            for c, force in (("z", truth[name].force_z_N), ("x", truth[name].force_x_N)):
+                low, high = (own[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
+                wide = high - low > 1e-6
+                inside.append(((low <= force) & (force <= high))[wide].mean())
+    assert 0.93 <= np.mean(inside) <= 0.97
+
+
+def curve(theta: np.ndarray, z: np.ndarray, x: np.ndarray, **names: str) -> pd.DataFrame:
+    frame = pd.DataFrame({"theta_deg": theta, "force_z_N": z, "force_x_N": x}).assign(**names)
+    for c in "zx":
+        frame[f"force_{c}_lo_N"] = frame[f"force_{c}_N"] - 0.1
+        frame[f"force_{c}_hi_N"] = frame[f"force_{c}_N"] + 0.1
+    return frame.assign(reason="")
+
+
+def test_errors_by_hand() -> None:
+    theta = np.arange(-130.0, 131.0)
+    bell = np.exp(-((theta / 40) ** 2))
+    measured = curve(theta, 10 * bell, -4 * bell, medium="m", leg="c_leg")
+    ours = curve(theta, 12 * bell, -3 * bell, medium="m", leg="c_leg", profile="table")
+    table = leg_errors(measured, ours).set_index("component")
+    assert table.loc["z", "peak_error_percent"] == pytest.approx(20)
+    assert table.loc["x", "peak_error_percent"] == pytest.approx(-25)
+    assert table.loc["x", "peak_measured_N"] == pytest.approx(-4)
+    assert table.loc["z", "peak_predicted_lo_N"] == pytest.approx(11.9)
+    rms = 2 * math.sqrt(np.mean(bell**2))
+    assert table.loc["z", "rms_error_N"] == pytest.approx(rms)
+    r2 = 1 - np.sum((2 * bell) ** 2) / np.sum((10 * (bell - bell.mean())) ** 2)
+    assert table.loc["z", "r2"] == pytest.approx(r2)
+    assert (table["reason"] == "").all()
+
+
+def test_a_leg_log_that_stops_early_is_said() -> None:
+    theta = np.arange(-130.0, 131.0)
+    short = theta[:120]
+    measured = curve(short, np.cos(short), np.cos(short), medium="m", leg="c_leg")
+    ours = curve(theta, np.cos(theta), np.cos(theta), medium="m", leg="c_leg", profile="table")
+    table = leg_errors(measured, ours)
+    assert (table["theta_to_deg"] == -11).all()
+    assert table["reason"].str.contains("only theta -130 to -11").all()
+
+
+def test_no_measured_curve_and_no_number_are_said() -> None:
+    theta = np.arange(-130.0, 131.0)
+    measured = curve(theta, np.cos(theta), np.cos(theta), medium="m", leg="c_leg")
+    other = curve(theta, np.cos(theta), np.cos(theta), medium="m", leg="flat_leg", profile="table")
+    hole = curve(theta, np.cos(theta), np.cos(theta), medium="m", leg="c_leg", profile="table")
+    hole.loc[7, ["force_z_N", "force_x_N"]] = np.nan
+    hole.loc[7, "reason"] = "no run at (0, 90)"
+    table = leg_errors(measured, pd.concat([other, hole])).set_index(["leg", "component"])
+    assert table.loc[("flat_leg", "z"), "reason"] == "no measured curve"
+    assert table.loc[("c_leg", "z"), "reason"] == "no run at (0, 90)"
+    assert table["peak_error_percent"].isna().all()
+
+
+def test_the_papers_statements_are_met_or_named(config: Config, predicted: pd.DataFrame) -> None:
+    tables = [alpha_of(medium) for medium in MEDIA]
+    fits = fits_of(tables, config)
+    slopes = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}
+    sands = []
+    for sand, slope in slopes.items():
+        table = alpha_of("poppy_LP").assign(medium=sand)
+        table[column("z")] = slope
+        sands.append(sand_curves(table, fits, config))
+    everything = pd.concat([predicted, *sands])
+    measured = pd.concat([load("fig_s5"), load("fig_s12")])
+    items = {item.item: item for item in leg_claims(leg_errors(measured, everything), measured)}
+    by_table = "media with the reversed c-leg's peak lift below the flat leg's (table)"
+    assert items[by_table].verdict == "same"
+    assert (
+        items["media with the reversed c-leg's peak lift below the flat leg's (nine terms)"].ours
+        == 0
+    )
+    depth_only = items["depth-only: largest overprediction of peak lift, %"]
+    assert isinstance(depth_only.ours, float)
+    assert 1300 < depth_only.ours < 1600
+    assert items["reversed c-leg: media with downward force while it leaves"].ours == 8
+    assert items["palms29: drop of measured c-leg peak lift by sieving, %"].verdict == "same"
+    for sand in slopes:
+        name = f"{sand}: c-leg peak lift overpredicted by the scaled generic profile, %"
+        assert items[name].verdict == "same"
+
+
+def test_a_missing_cell_gives_no_guess(config: Config) -> None:
+    table = alpha_of("poppy_LP")
+    # the lowest part of a c-leg goes through this cell
+    cell = (table["beta_deg"] == 0) & (table["gamma_deg"] == 0)
+    table.loc[cell, [column("z"), column("x")]] = np.nan
+    table.loc[cell, "reason"] = "transducer saturated"
+    curves = laboratory_curves(table, fits_of([table], config), config)
+    by_table = curves[(curves["profile"] == "table") & (curves["leg"] == "c_leg")]
+    assert by_table["force_z_N"].isna().any()
+    assert by_table["reason"].str.contains("transducer saturated").all()
+    assert curves.loc[curves["profile"] == "fourier", "force_z_N"].notna().all()
+
+
+def test_prediction_needs_a_leg_of_the_config(config: Config) -> None:
+    from rftfit.validate.predictions import laboratory_candidates
+
+    table = alpha_of("glass3mm_CP")
+    fits = fits_of([table], config)
+    candidate = laboratory_candidates(table, fits[0], fits, config)[0]
+    leg = config.intruders["flat_leg"]
+    assert isinstance(leg, Leg)
+    low = leg_prediction(candidate, leg.model_copy(update={"hip_height_cm": 9.0}), config)
+    # the axle higher than the leg is long: it never touches the sand
+    assert (low["force_z_N"] == 0).all()
+    assert (low["force_z_hi_N"] == 0).all()

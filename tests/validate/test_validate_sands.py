@@ -1,0 +1,54 @@
+"""End of the linear regime of a penetration test."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rftfit.reference import load
+from rftfit.validate.sands import bend_of, linear_end
+
+
+def test_a_straight_line_is_linear_to_its_end() -> None:
+    depth = np.arange(0.01, 6.0, 0.01)
+    assert linear_end(depth, 0.7 * depth) == pytest.approx(5.95, abs=0.051)
+    assert bend_of(depth, 0.7 * depth) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("knee", [1.5, 2.5, 4.0])
+def test_a_steeper_second_part_ends_the_regime_behind_its_knee(knee: float) -> None:
+    depth = np.arange(0.01, 8.0, 0.01)
+    stress = 0.5 * depth + 1.5 * np.clip(depth - knee, 0, None)
+    end = linear_end(depth, stress)
+    assert knee <= end <= 1.4 * knee
+
+
+def test_noise_does_not_end_it() -> None:
+    depth = np.arange(0.01, 6.0, 0.01)
+    stress = 0.7 * depth + np.random.default_rng(0).normal(0, 0.02, depth.size)
+    assert linear_end(depth, stress) > 5.5
+
+
+def test_a_curve_bent_from_the_start_has_none() -> None:
+    depth = np.arange(0.01, 6.0, 0.01)
+    assert np.isnan(linear_end(depth, depth**2))
+
+
+def test_missing_samples_are_left_out() -> None:
+    depth = np.arange(0.01, 6.0, 0.01)
+    stress = 0.7 * depth
+    stress[100:140] = np.nan
+    assert linear_end(depth, stress) > 5.5
+    assert np.isnan(linear_end(depth[:3], stress[:3]))
+
+
+def test_published_sands() -> None:
+    """Yuma sand bends within the stated 2 cm, the 29 Palms sands stay nearly straight."""
+    table = load("fig_s11")
+    ends = {
+        sand: linear_end(part["depth_cm"].to_numpy(), part["stress_z_N_per_cm2"].to_numpy())
+        for sand, part in table.groupby("medium")
+    }
+    assert 1.2 <= ends["yuma"] <= 2.2
+    assert ends["palms29"] >= 3
+    assert ends["palms29_sieved"] >= 3
