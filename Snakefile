@@ -49,6 +49,7 @@ rule all:
         rules.scaling.output,
         rules.trials.output,
         rules.sands.output,
+        rules.correction.output,
         rules.reproduction.output,
         rules.ledger.output,
         rules.workbooks.output,

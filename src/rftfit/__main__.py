@@ -26,6 +26,7 @@ STAGES = {
     "fourier": "rftfit.stages.fourier:fourier",
     "scaling": "rftfit.stages.scaling:scaling",
     "trials": "rftfit.stages.trials:trials",
+    "correction": "rftfit.stages.correction:correction",
     "sands": "rftfit.stages.sands:sands",
     "ledger": "rftfit.stages.ledger:ledger",
     "reproduction": "rftfit.stages.reproduction:reproduction",

@@ -105,6 +105,24 @@ rule sands:
         " penetration={input.penetration:q} sands={output.sands:q} 2> {log:q}"
 
 
+rule correction:
+    input:
+        legs=expand("results/legs/{medium}.csv", medium=PLAN.sands),
+        predicted="results/predicted.csv",
+    output:
+        correction="results/sand_correction.csv",
+    log:
+        "results/logs/correction.log",
+    conda:
+        "../envs/rftfit.yaml"
+    params:
+        code=PLAN.code("correction"),
+        legs=named("legs"),
+    shell:
+        "python -m rftfit correction {params.legs:q} predicted={input.predicted:q}"
+        " correction={output.correction:q} 2> {log:q}"
+
+
 rule reproduction:
     input:
         alpha=alpha_tables(PLAN.laboratory),

@@ -1,0 +1,66 @@
+"""Factors on predicted leg forces: found back, and judged honestly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.validate.correction import corrections
+
+LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
+THETA = np.arange(-130.0, 131.0)
+
+
+def curves(
+    factor_z: dict[str, float], factor_x: dict[str, float], noise: float = 0.0
+) -> pd.DataFrame:
+    random = np.random.default_rng(1)
+    parts = []
+    for number, leg in enumerate(LEGS):
+        bell = (2 + number) * np.exp(-(((THETA + 20 * number) / 40) ** 2))
+        z = factor_z[leg] * bell + random.normal(0, noise, THETA.size)
+        x = factor_x[leg] * 0.5 * bell + random.normal(0, noise, THETA.size)
+        parts.append(
+            pd.DataFrame({"medium": "sand", "leg": leg, "theta_deg": THETA,
+                          "force_z_N": z, "force_x_N": x})
+        )  # fmt: skip
+    return pd.concat(parts)
+
+
+ONE = dict.fromkeys(LEGS, 1.0)
+
+
+def result(measured: pd.DataFrame) -> pd.DataFrame:
+    return corrections(measured, curves(ONE, ONE)).set_index("model")
+
+
+def test_factors_come_back() -> None:
+    table = result(curves(dict.fromkeys(LEGS, 0.7), dict.fromkeys(LEGS, 1.2)))
+    assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
+    assert table.loc["factors for z and x", "factor_x"] == pytest.approx(1.2)
+    assert table.loc["factors for z and x", "rms_cv_N"] == pytest.approx(0, abs=1e-12)
+    assert table.loc["factors for z and x", "earns_its_place"]
+    assert 0.7 < table.loc["one factor", "factor_z"] < 1.2
+
+
+def test_noise_earns_nothing() -> None:
+    table = result(curves(ONE, ONE, noise=0.3))
+    assert not table["earns_its_place"].any()
+    assert table.loc["none", "gain_cv_percent"] == pytest.approx(0)
+
+
+def test_legs_that_disagree_earn_nothing() -> None:
+    """A factor that helps one leg and harms the others is seen through by leaving legs out."""
+    measured = curves(dict(zip(LEGS, (1.5, 1.0, 0.6), strict=True)), ONE)
+    table = result(measured)
+    fitted = table.loc["factors for z and x"]
+    assert fitted["rms_fit_N"] < table.loc["none", "rms_fit_N"]
+    assert not fitted["earns_its_place"]
+
+
+def test_two_legs_cannot_be_cross_validated() -> None:
+    measured = curves(ONE, ONE)
+    table = result(measured[measured["leg"] != "c_leg"])
+    assert table["rms_cv_N"].isna().all()
+    assert not table["earns_its_place"].any()
