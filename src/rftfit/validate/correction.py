@@ -1,4 +1,4 @@
-"""A step past the paper: does a factor on the scaled generic profile help in angular sands?
+"""A step past the paper: factors on the scaled generic profile in angular sands, on trial.
 
 The paper's conclusion asks for additional parameters for angular grains. The simplest are factors on
 the predicted force, common to all legs. Whether they earn their place is told by cross-validation:
