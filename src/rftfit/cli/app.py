@@ -12,6 +12,7 @@ from rftfit.cli.check import check
 from rftfit.cli.inspect_log import inspect_log
 from rftfit.cli.new import init
 from rftfit.cli.output import say
+from rftfit.cli.predict import predict
 from rftfit.cli.reenact import reenact
 from rftfit.cli.run import run
 from rftfit.cli.scale import scale
@@ -47,6 +48,12 @@ app.command(
     "Example with words for Snakemake itself, after two dashes: rftfit run -- --forceall",
 )(run)
 app.command("scale", epilog="Example: rftfit scale --alpha 0.9 --se 0.02 --output sand.csv")(scale)
+app.command(
+    "predict",
+    epilog="Example: rftfit predict --leg c_leg --medium poppy_LP\n\n"
+    "Example in the field, any outline: rftfit predict --outline scoop.csv --width 5 --path dig.csv "
+    "--alpha 0.9",
+)(predict)
 
 
 def _show_version(wanted: bool) -> None:

@@ -20,8 +20,22 @@ if TYPE_CHECKING:
 _PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)
 
 
-def _number(text: str) -> float:
-    """Read a number of the command line; a decimal comma is named as what it is."""
+def number_of(text: str) -> float:
+    """Read a number of the command line; a decimal comma is named as what it is.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is no number.
+    """
     try:
         return float(text)
     except ValueError:
@@ -34,7 +48,7 @@ def scale(
     alpha: Annotated[
         float,
         typer.Option(
-            parser=_number,
+            parser=number_of,
             metavar="N/cm^3",
             help="Slope of stress over depth of a horizontal plate pushed straight down: "
             "alpha_z(0, 90 deg), in N/cm^3.",
@@ -42,10 +56,10 @@ def scale(
     ],
     se: Annotated[
         float,
-        typer.Option(parser=_number, metavar="N/cm^3", help="Standard error of alpha, N/cm^3."),
+        typer.Option(parser=number_of, metavar="N/cm^3", help="Standard error of alpha, N/cm^3."),
     ] = 0.0,
     confidence: Annotated[
-        float, typer.Option(parser=_number, metavar="LEVEL", help="Level of the intervals.")
+        float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
     ] = 0.95,
     results: Annotated[
         Path | None,
@@ -75,14 +89,15 @@ def scale(
     """
     from rftfit.cli.scale_intervals import coefficients_with_interval, scale_from
     from rftfit.cli.scale_sources import from_results, published
-    from rftfit.cli.scale_table import check_target, table_text
+    from rftfit.cli.scale_table import MARK, table_text
+    from rftfit.cli.target import check_target
     from rftfit.store import write_text
 
-    _check(alpha, se, confidence)
+    check_test(alpha, se, confidence)
     if method is not None and results is None:
         raise InputError("--method chooses among the fits of a campaign, so it needs --results DIR")
     reference = published() if results is None else from_results(results, method or "lsq")
-    check_target(output, force)
+    check_target(output, MARK, "alpha table", force)
     scaled = scale_from(reference, alpha, se, confidence)
     coefficients = coefficients_with_interval(scaled, reference, confidence)
     how = f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3 (se {se:g}), scaled from {reference.name}"
@@ -97,7 +112,21 @@ def scale(
         say(f"Alpha on the published grid of 7 x 13 angles: {output}")
 
 
-def _check(alpha: float, se: float, confidence: float) -> None:
+def check_test(alpha: float, se: float, confidence: float) -> None:
+    """Refuse a penetration test that cannot be; warn of one in another unit, as it seems.
+
+    Parameters
+    ----------
+    alpha, se : float
+        alpha_z(0, 90 deg) and its standard error, N/cm^3.
+    confidence : float
+        Level of the intervals.
+
+    Raises
+    ------
+    InputError
+        If any of them is outside what is allowed.
+    """
     if not (math.isfinite(alpha) and alpha > 0):
         raise InputError(f"--alpha: found {alpha:g}; allowed: a positive number, in N/cm^3")
     if not (math.isfinite(se) and se >= 0):

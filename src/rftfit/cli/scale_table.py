@@ -8,12 +8,9 @@ import numpy as np
 
 import rftfit
 from rftfit.cli.scale_intervals import alpha_with_interval
-from rftfit.errors import InputError, OutputError
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from rftfit.cli.scale_sources import Reference
     from rftfit.profile.scaling import Scaled
 
@@ -61,35 +58,3 @@ def table_text(scaled: Scaled, reference: Reference, confidence: float, how: str
         angles, alphas = row[:2], np.round(row[2:], 6) + 0.0
         lines.append(",".join([*(f"{v:.2f}" for v in angles), *(f"{v:.6g}" for v in alphas)]))
     return "\n".join(lines) + "\n"
-
-
-def check_target(path: Path, force: bool) -> None:
-    """Refuse a path whose file is not one of ours.
-
-    Parameters
-    ----------
-    path : Path
-    force : bool
-        Whether the user said that it may be overwritten.
-
-    Raises
-    ------
-    InputError
-        If there is such a file.
-    OutputError
-        If it cannot be looked at, or is a folder.
-    """
-    if path.is_dir():
-        raise OutputError(f"{path}: this is a folder; name a file for the alpha table")
-    try:
-        with path.open("rb") as handle:
-            ours = handle.read(len(MARK)) == MARK.encode()
-    except FileNotFoundError:
-        return
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be looked at: {error.strerror or error}") from error
-    if not ours and not force:
-        raise InputError(
-            f"{path}: this file is there and was not written by rftfit scale, so it is left as it "
-            "is; name another with --output, or add --force to overwrite it"
-        )

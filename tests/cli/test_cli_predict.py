@@ -1,0 +1,471 @@
+"""`rftfit predict`: numbers against the library, sources, intervals, files, messages."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import shutil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from rftfit import reference
+from rftfit.predict.outline import arc, model_leg, polyline
+from rftfit.predict.path import path_poses
+from rftfit.predict.rotation import THETA_DEG, sweep, sweep_draws
+from rftfit.profile.bootstrap import alpha_draws, interval
+from rftfit.profile.depth_only import DepthOnlyProfile
+from rftfit.profile.fourier import TERMS, as_array, fit_lsq, kept_terms
+from rftfit.profile.nine_terms import FourierProfile, scaled_generic
+from rftfit.profile.scaling import vertical_penetration
+from rftfit.profile.table import TableProfile
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    import pandas as pd
+
+    from rftfit.predict.forces import Forces
+    from rftfit.profile.base import Profile
+
+    from .conftest import Said
+
+BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
+MEASURED = ("poppy_LP", "poppy_CP", "glass3mm_CP")
+SE = 0.003
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def read_forces(path: Path) -> dict[str, np.ndarray]:
+    lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    rows = list(csv.DictReader(lines))
+    return {name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0]}
+
+
+def check(found: dict[str, np.ndarray], wanted: Forces) -> None:
+    for name in QUANTITIES:
+        value = getattr(wanted, name)
+        assert np.abs(value).max() > 0
+        np.testing.assert_allclose(found[name], value, rtol=1e-9, atol=1e-9)
+
+
+def alpha_frame(medium: str, values: tuple[np.ndarray, np.ndarray]) -> pd.DataFrame:
+    """Alpha table of a medium with a known error, as the workflow writes it."""
+    import pandas as pd
+
+    columns: dict[str, Any] = {
+        "medium": medium,
+        "beta_deg": np.repeat(reference.BETA_DEG, 13),
+        "gamma_deg": np.tile(np.round(reference.GAMMA_DEG, 4), 7),
+    }
+    for component, alpha in zip("zx", values, strict=True):
+        flat = alpha.ravel()
+        for quantity, add in (("", 0.0), ("_lo", -1.96 * SE), ("_hi", 1.96 * SE)):
+            columns[f"alpha_{component}{quantity}_N_per_cm3"] = flat + add
+        columns[f"alpha_{component}_se_N_per_cm3"] = np.where(np.isnan(flat), np.nan, SE)
+    empty = np.isnan(values[0].ravel())
+    return pd.DataFrame(columns | {"reason": np.where(empty, "no run", "")})
+
+
+@pytest.fixture
+def results(here: Path) -> Path:
+    """Tables of a campaign: three published media and a sand with one cell."""
+    from rftfit.store import write_csv
+
+    folder = here / "results é"
+    (folder / "alpha").mkdir(parents=True)
+    coefficients = ["method,medium,coefficient,value_N_per_cm3,kept,reason"]
+    penetration = ["method,medium,chi"]
+    scaled = []
+    for medium in MEASURED:
+        alpha = reference.alpha_grid(medium)
+        write_csv(alpha_frame(medium, alpha), folder / "alpha" / f"{medium}.csv")
+        used, keep = own_fit(medium)
+        scaled.append(used / vertical_penetration(used))
+        penetration.append(f"lsq,{medium},{alpha[0][3, -1] / vertical_penetration(used):.17g}")
+        coefficients += [
+            f"lsq,{medium},{term},{value:.17g},{kept},"
+            for term, value, kept in zip(TERMS, used, keep, strict=True)
+        ]
+    coefficients += [
+        f"lsq,generic,{term},{value:.17g},True,"
+        for term, value in zip(TERMS, np.mean(scaled, axis=0), strict=True)
+    ]
+    sand = np.full((7, 13), np.nan)
+    sand[3, -1] = 0.7
+    write_csv(alpha_frame("sand", (sand, np.where(np.isnan(sand), np.nan, 0.0))),
+              folder / "alpha" / "sand.csv")  # fmt: skip
+    (folder / "coefficients.csv").write_text("\n".join(coefficients) + "\n")
+    (folder / "penetration.csv").write_text("\n".join(penetration) + "\n")
+    return folder
+
+
+def own_fit(medium: str) -> tuple[np.ndarray, np.ndarray]:
+    alpha = reference.alpha_grid(medium)
+    keep = kept_terms(fit_lsq(BETA, GAMMA, *alpha), 0.05)
+    return fit_lsq(BETA, GAMMA, *alpha, keep), keep
+
+
+def published(medium: str) -> dict[str, Profile]:
+    table = TableProfile.published(medium)
+    generic = as_array(reference.coefficients("generic"))
+    return {
+        "table": table,
+        "fourier": FourierProfile(as_array(reference.coefficients(medium))),
+        "generic": scaled_generic(reference.coefficients(medium)["zeta"], generic),
+        "depth-only": DepthOnlyProfile.of(table),
+    }
+
+
+@pytest.mark.parametrize("kind", ["table", "fourier", "generic", "depth-only"])
+@pytest.mark.parametrize("leg", reference.LEGS)
+def test_equals_the_sweep(rftfit: Callable[..., Said], here: Path, kind: str, leg: str) -> None:
+    more = () if kind == "table" else ("--profile", kind)
+    said = rftfit("predict", "--leg", leg, "--medium", "glass0.3mm_CP", *more)
+    assert (said.code, said.err) == (0, "")
+    found = read_forces(here / "forces.csv")
+    assert list(found) == ["theta_deg", *QUANTITIES]  # printed tables have no errors
+    assert found["theta_deg"].tolist() == THETA_DEG.tolist()
+    check(found, sweep(published("glass0.3mm_CP")[kind], model_leg(leg)))
+
+
+def test_peaks(rftfit: Callable[..., Said]) -> None:
+    words = ("predict", "--leg", "c_leg", "--medium", "poppy_LP", "--hip", "1.5")
+    forces = sweep(TableProfile.published("poppy_LP"), model_leg("c_leg"), None, 1.5)
+    result = json.loads(rftfit(*words, "--json").out)
+    peaks = result["peaks"]
+    at = int(forces.force_z_N.argmax())
+    assert peaks["lift"] == {
+        "force_z_N": pytest.approx(forces.force_z_N[at], abs=1e-9),
+        "lo": None,
+        "hi": None,
+        "theta_deg": THETA_DEG[at],
+    }
+    assert peaks["suction"]["force_z_N"] == pytest.approx(forces.force_z_N.min(), abs=1e-9)
+    assert peaks["thrust"]["theta_deg"] == THETA_DEG[forces.force_x_N.argmax()]
+    assert peaks["moment_negative"]["moment_N_cm"] == pytest.approx(forces.moment_N_cm.min())
+    # the medium pushes this leg forward and against its turning all the way
+    assert peaks["drag"] is None
+    assert peaks["moment"] is None
+    assert (result["rows"], result["rows_unknown"], result["reason"]) == (271, 0, "")
+    assert result["peaks_complete"] is True
+    text = rftfit(*words).out
+    line = next(line for line in text.splitlines() if "peak lift (up)" in line)
+    assert line.split()[3:] == [f"{forces.force_z_N[at]:.4g}", "N", f"{THETA_DEG[at]:g}"]
+    assert "peak drag" not in text
+    assert text.endswith("Force and moment in 271 poses: forces.csv\n")
+
+
+def test_curvature_width_and_elements(rftfit: Callable[..., Said], here: Path) -> None:
+    words = ("--curvature", "-0.5", "--width", "1", "--elements", "12", "--hip", "-1")
+    assert rftfit("predict", "--medium", "poppy_CP", *words).code == 0
+    outline = arc(-0.5, width_cm=1.0, elements=12)
+    wanted = sweep(TableProfile.published("poppy_CP"), outline, None, -1.0)
+    check(read_forces(here / "forces.csv"), wanted)
+
+
+def test_outline_along_a_path(rftfit: Callable[..., Said], here: Path) -> None:
+    (here / "scoop.csv").write_text("x_cm,z_cm\n-2,0\n0,-1\n2,0\n")
+    (here / "dig.csv").write_text(
+        "t_s,x_cm,z_cm,angle_deg\n0,0,2,0\n1,0,-1,10\n2,-1,-4,30\n4,-6,-4,40\n"
+    )
+    words = ("--outline", "scoop.csv", "--width", "5", "--path", "dig.csv", "--medium", "poppy_LP")
+    said = rftfit("predict", *words, "--output", "dug.csv", "--json")
+    assert (said.code, said.err) == (0, "")
+    found = read_forces(here / "dug.csv")
+    assert found["t_s"].tolist() == [0, 1, 2, 4]
+    assert found["angle_deg"] == pytest.approx([0, 10, 30, 40])
+    poses = path_poses([0, 1, 2, 4], [0, 0, -1, -6], [2, -1, -4, -4],
+                       np.radians([0, 10, 30, 40]))  # fmt: skip
+    from rftfit.predict.forces import forces_on
+
+    scoop = polyline([(-2, 0), (0, -1), (2, 0)], 5.0)
+    check(found, forces_on(TableProfile.published("poppy_LP"), scoop, poses))
+    assert json.loads(said.out)["peaks"]["lift"]["t_s"] in (1, 2, 4)
+
+
+def test_one_penetration_test(rftfit: Callable[..., Said], here: Path) -> None:
+    words = ("--alpha", "0.9", "--se", "0.05", "--json")
+    scaled = json.loads(rftfit("scale", *words).out)["coefficients_N_per_cm3"]
+    result = json.loads(rftfit("predict", "--leg", "flat_leg", *words).out)
+    found = read_forces(here / "forces.csv")
+    own = np.array([scaled[term]["value"] for term in TERMS])
+    check(found, sweep(FourierProfile(own), model_leg("flat_leg")))
+    for name in ("force_z", "force_x"):
+        assert (found[f"{name}_lo_N"] <= found[f"{name}_N"]).all()
+        assert (found[f"{name}_N"] <= found[f"{name}_hi_N"]).all()
+    lift = result["peaks"]["lift"]
+    assert lift["lo"] < lift["force_z_N"] < lift["hi"]
+    assert "(se 0.05) with published Tables S2 and S3" in result["profile"]
+    # a flat plate pushed straight down feels just what the scaling routine says of (0, 90 deg)
+    (here / "plate.csv").write_text("x_cm,z_cm\n-1,0\n1,0\n")
+    (here / "down.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,-1,0\n1,0,-2,0\n")
+    plate = ("--outline", "plate.csv", "--width", "3", "--path", "down.csv", *words[:-1])
+    assert rftfit("predict", *plate).code == 0
+    pushed = read_forces(here / "forces.csv")
+    lines = [line for line in (here / "alpha.csv").read_text().splitlines() if line[0] != "#"]
+    cell = next(row for row in csv.DictReader(lines)
+                if (row["beta_deg"], row["gamma_deg"]) == ("0.00", "90.00"))  # fmt: skip
+    for end in ("", "_lo", "_hi"):
+        alpha = float(cell[f"alpha_z{end}_N_per_cm3"])
+        # published rounding: the nine generic terms add up to 1 within 1e-6
+        assert pushed[f"force_z{end}_N"] == pytest.approx([6 * alpha, 12 * alpha], rel=2e-5)
+
+
+def test_intervals_are_those_of_the_draws(
+    rftfit: Callable[..., Said], here: Path, results: Path
+) -> None:
+    from rftfit.store import read_csv
+
+    said = rftfit("predict", "--leg", "c_leg", "--results", results, "--medium", "poppy_LP")
+    assert (said.code, said.err) == (0, "")
+    table = read_csv(results / "alpha" / "poppy_LP.csv")
+    found = read_forces(here / "forces.csv")
+    check(found, sweep(TableProfile.from_table(table), model_leg("c_leg")))
+    many = sweep_draws(TableProfile(*alpha_draws(table, 2000, 2013, 0.95)), model_leg("c_leg"))
+    for name in ("force_z", "force_x"):
+        lo, hi = interval(getattr(many, f"{name}_N"), 0.95)
+        np.testing.assert_allclose(found[f"{name}_lo_N"], lo, atol=1e-7)
+        np.testing.assert_allclose(found[f"{name}_hi_N"], hi, atol=1e-7)
+        assert (hi - lo).max() > 0.01
+    lo, hi = interval(many.moment_N_cm, 0.95)
+    np.testing.assert_allclose(found["moment_lo_N_cm"], lo, rtol=1e-7, atol=1e-7)
+    assert "lo, hi: 95 % interval" in said.out
+
+
+@pytest.mark.parametrize("kind", ["fourier", "generic", "depth-only"])
+def test_other_profiles_of_a_campaign(
+    rftfit: Callable[..., Said], here: Path, results: Path, kind: str
+) -> None:
+    words = ("--leg", "c_leg", "--results", results, "--medium", "poppy_CP", "--profile", kind)
+    said = rftfit("predict", *words)
+    assert (said.code, said.err) == (0, "")
+    fits = {medium: own_fit(medium)[0] for medium in MEASURED}
+    zetas = {medium: float(vertical_penetration(fit)) for medium, fit in fits.items()}
+    m0 = np.mean([fit / zetas[medium] for medium, fit in fits.items()], axis=0)
+    profiles: dict[str, Profile] = {
+        "fourier": FourierProfile(fits["poppy_CP"]),
+        "generic": scaled_generic(zetas["poppy_CP"], m0),
+        "depth-only": DepthOnlyProfile.of(TableProfile.published("poppy_CP")),
+    }
+    found = read_forces(here / "forces.csv")
+    check(found, sweep(profiles[kind], model_leg("c_leg")))
+    inside = (found["force_z_lo_N"] <= found["force_z_N"]) & (
+        found["force_z_N"] <= found["force_z_hi_N"]
+    )
+    assert inside.all()
+    assert (found["force_z_hi_N"] - found["force_z_lo_N"]).max() > 0.01
+
+
+def test_missing_cells_are_said(rftfit: Callable[..., Said], here: Path, results: Path) -> None:
+    words = ("predict", "--leg", "c_leg", "--results", results, "--medium", "sand")
+    said = rftfit(*words)
+    assert said.code == 0
+    assert "no alpha at (beta, gamma) in degrees (-90, -90): no run" in said.err
+    assert "--profile generic needs the cell (0, 90) only" in said.err
+    assert "with a number only" in said.out
+    found = read_forces(here / "forces.csv")
+    unknown = np.isnan(found["force_z_N"])
+    assert 0 < unknown.sum() < unknown.size
+    assert f"no number in {unknown.sum()} of 271 poses" in said.err
+    # in the air there is no force, whatever is known of the sand
+    assert (found["force_z_N"][~unknown] == 0).all()
+    assert np.isnan(found["force_z_lo_N"][unknown]).all()
+    assert "# empty cells: alpha table of" in (here / "forces.csv").read_text()
+    result = json.loads(rftfit(*words, "--json").out)
+    assert (result["rows_unknown"], result["peaks_complete"]) == (unknown.sum(), False)
+    assert result["reason"].count("no run") == 90
+    assert result["peaks"]["lift"] is None
+
+
+def test_a_sand_by_its_penetration_test(
+    rftfit: Callable[..., Said], here: Path, results: Path
+) -> None:
+    words = ("--leg", "c_leg", "--results", results)
+    said = rftfit("predict", *words, "--medium", "sand", "--profile", "generic")
+    assert (said.code, said.err) == (0, "")
+    found = read_forces(here / "forces.csv")
+    assert rftfit("predict", *words, "--alpha", "0.7", "--se", SE).code == 0
+    same = read_forces(here / "forces.csv")
+    assert found.keys() == same.keys()
+    assert all((found[name] == same[name]).all() for name in found)
+    assert found["force_z_hi_N"].max() > found["force_z_N"].max() > 1
+    table = results / "alpha" / "sand.csv"
+    whole = table.read_text()
+    assert ",0.7," in whole
+    table.write_text(whole.replace(",0.7,", ",,").replace("0.003,\n", "0.003,broken\n"))
+    said = rftfit("predict", *words, "--medium", "sand", "--profile", "generic")
+    assert said.code == 0
+    assert "no alpha at (0, 90) deg" in said.err
+
+
+LEG, SAND = ("--leg", "c_leg"), ("--medium", "poppy_LP")
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (SAND, "found no outline; allowed: one of --leg"),
+        ((*LEG, "--curvature", "0", *SAND), "found --leg and --curvature"),
+        (("--leg", "cleg", *SAND), "flat_leg, reversed_c_leg; did you mean 'c_leg'?"),
+        (("--curvature", "1.5", *SAND), "--curvature: found 1.5; allowed: R/r from -1"),
+        (("--curvature", "nan", *SAND), "--curvature: found nan;"),
+        (("--curvature", "0,5", *SAND), "write a decimal point: 0.5"),
+        ((*LEG, "--width", "2", *SAND), "--width: the model legs are 2.54 cm wide"),
+        (("--curvature", "1", "--width", "0", *SAND), "--width: found 0; allowed: above 0"),
+        (("--curvature", "1", "--width", "inf", *SAND), "--width: found inf;"),
+        ((*LEG, "--elements", "0", *SAND), "--elements: found 0; allowed: 1 to 10000"),
+        ((*LEG, "--hip", "nan", *SAND), "--hip: found nan;"),
+        ((*LEG, "--hip", "2", "--path", "p.csv", *SAND), "--hip is for a rotation"),
+        (LEG, "found no medium; allowed: one of --medium"),
+        ((*LEG, *SAND, "--alpha", "0.9"), "found --medium and --alpha"),
+        ((*LEG, "--medium", "popy_LP"), "did you mean 'poppy_LP'? (published media;"),
+        ((*LEG, "--medium", "yuma"), "--alpha for one penetration test"),
+        ((*LEG, *SAND, "--profile", "forier"), "did you mean 'fourier'?"),
+        ((*LEG, "--alpha", "0.9", "--profile", "table"), "allowed: generic (one penetration"),
+        ((*LEG, "--alpha", "-1"), "--alpha: found -1; allowed: a positive number"),
+        ((*LEG, "--alpha", "0.9", "--se", "-1"), "--se: found -1;"),
+        ((*LEG, "--alpha", "0.9", "--confidence", "95"), "--confidence: found 95;"),
+        ((*LEG, *SAND, "--se", "0.1"), "so it needs --alpha"),
+        ((*LEG, *SAND, "--method", "lsq"), "so it needs --results"),
+        ((*LEG, *SAND, "--results", "none"), "has no alpha tables; allowed: the folder that"),
+        (("--outline", "none.csv", *SAND), "--outline needs --width"),
+        (("--outline", "none.csv", "--width", "1", *SAND), "none.csv"),
+        ((*LEG, "--path", "none.csv", *SAND), "none.csv"),
+    ],
+)  # fmt: skip
+def test_messages(
+    rftfit: Callable[..., Said], here: Path, words: tuple[str, ...], text: str
+) -> None:
+    said = rftfit("predict", *words)
+    assert said.code == 2
+    # a usage error is drawn in a frame that breaks its lines
+    assert text in said.err or text in " ".join(said.err.replace("│", " ").split())
+    assert list(here.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("option", "content", "text"),
+    [
+        ("--outline", "x_cm,z_cm\n0,0\n", "row 2: 1 point; an outline has at least two"),
+        ("--outline", "x_cm,z_cm\n0,0\n2,2\n2,0\n0,2\n", "crosses or touches itself"),
+        ("--outline", "x_cm,z_cm\n0,0\n0,0\n1,1\n", "the point of row 2 again"),
+        ("--outline", "x_cm,z_cm\n0,0\n1,one\n", "found 'one'; allowed: a finite number"),
+        ("--outline", "x_cm,y_cm\n0,0\n", "column z_cm: missing"),
+        ("--outline", "", "column x_cm: missing"),
+        ("--path", "t_s,x_cm,z_cm,angle_deg\n0,0,0,0\n0,0,-1,0\n", "later than the 0 s of row 2"),
+        ("--path", "t_s,x_cm,z_cm,angle_deg\n1,0,0,0\n0,0,-1,0\n", "later than the 1 s of row 2"),
+        ("--path", "t_s,x_cm,z_cm,angle_deg\n1,0,0,0\n", "a velocity needs at least two"),
+        ("--path", "t_s,x_cm,z_cm,angle_deg\n1,0,,0\n2,0,1,0\n", "row 2, column z_cm"),
+    ],
+)
+def test_bad_files(
+    rftfit: Callable[..., Said], here: Path, option: str, content: str, text: str
+) -> None:
+    (here / "points.csv").write_text(content)
+    body = LEG if option == "--path" else ("--width", "2")
+    said = rftfit("predict", *SAND, *body, option, "points.csv")
+    assert said.code == 2
+    assert text in said.err
+    assert not (here / "forces.csv").exists()
+
+
+def test_nothing_in_the_sand(rftfit: Callable[..., Said], here: Path) -> None:
+    said = rftfit("predict", *LEG, *SAND, "--hip", "9")
+    assert said.code == 0
+    assert "no force in any pose: the outline stays above the surface" in said.err
+    assert (read_forces(here / "forces.csv")["force_z_N"] == 0).all()
+
+
+def test_files_of_others_are_left(rftfit: Callable[..., Said], here: Path) -> None:
+    target = here / "forces.csv"
+    target.write_text("mine")
+    said = rftfit("predict", *LEG, *SAND)
+    assert said.code == 2
+    assert "was not written by rftfit predict" in said.err
+    assert target.read_text() == "mine"
+    assert rftfit("predict", *LEG, *SAND, "--force").code == 0
+    first = target.read_bytes()
+    # its own table it overwrites unasked, and the same numbers are the same bytes
+    assert rftfit("predict", *LEG, "--medium", "poppy_CP").code == 0
+    assert target.read_bytes() != first
+    assert rftfit("predict", *LEG, *SAND).code == 0
+    assert target.read_bytes() == first
+    # what is read is never overwritten, not even when told to
+    path = here / "path.csv"
+    path.write_text("t_s,x_cm,z_cm,angle_deg\n0,0,0,0\n1,0,-1,0\n")
+    words = (*LEG, *SAND, "--path", "path.csv", "--output", "./path.csv", "--force")
+    assert "this file is read" in rftfit("predict", *words).err
+    assert path.read_text().startswith("t_s")
+    assert rftfit("predict", *LEG, *SAND, "--output", here).code == 3
+    said = rftfit("predict", *LEG, *SAND, "--output", "path.csv/below.csv")
+    assert said.code == 3
+
+
+def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
+    def why(*more: str) -> str:
+        said = rftfit("predict", *LEG, "--results", results, *more)
+        assert said.code == 2, said.out
+        return said.err
+
+    nine = ("--medium", "poppy_LP", "--profile", "fourier")
+    assert "did you mean 'poppy_LP'?" in why("--medium", "poppy_lp")
+    assert "allowed: poppy_LP, poppy_CP, glass3mm_CP" in why("--medium", "sand", *nine[2:])
+    assert "--method: found 'lsqq'; allowed: lsq; did you mean 'lsq'?" in why(
+        *nine, "--method", "lsqq"
+    )
+    assert "needs --profile fourier" in why("--medium", "poppy_LP", "--method", "lsq")
+    path = results / "coefficients.csv"
+    whole = path.read_text()
+    path.write_text("\n".join(row for row in whole.splitlines() if "poppy_LP,B01" not in row))
+    assert "no value by 'lsq' for poppy_LP: B01" in why(*nine)
+    path.write_text(whole.replace("lsq,poppy_LP,B01,", "lsq,poppy_LP,B01,x"))
+    assert "column value_N_per_cm3 does not hold numbers only" in why(*nine)
+    path.unlink()
+    assert "there is no such table; `rftfit run` makes it" in why(*nine)
+    table = results / "alpha" / "poppy_LP.csv"
+    rows = table.read_text().splitlines(keepends=True)
+    table.write_text("".join(rows[:50]))
+    assert "not the 7 x 13 angles of an alpha table" in why(*SAND)
+    table.write_text("".join([*rows[:-1], rows[-2]]))
+    assert "not the 7 x 13 angles of an alpha table" in why(*SAND)
+    table.write_text("a,b\n1,2\n")
+    assert "no column beta_deg" in why(*SAND)
+    table.write_bytes(b"\xff\xfe\x00")
+    assert "cannot be read as a table" in why(*SAND)
+    shutil.rmtree(results / "alpha")
+    assert "has no alpha tables" in why(*SAND)
+
+
+def test_coefficients_that_are_missing(
+    rftfit: Callable[..., Said], here: Path, results: Path
+) -> None:
+    path = results / "coefficients.csv"
+    rows = path.read_text().splitlines()
+    gone = [
+        ",".join([*row.split(",")[:3], "", "True", "too few cells"]) if "poppy_LP" in row else row
+        for row in rows
+    ]
+    path.write_text("\n".join(gone) + "\n")
+    for kind in ("fourier", "generic"):
+        words = (*LEG, "--results", results, *SAND, "--profile", kind, "--json")
+        said = rftfit("predict", *words)
+        assert said.code == 0
+        assert "too few cells" in said.err
+        assert "too few cells" in json.loads(said.out)["reason"]
+        assert math.isnan(read_forces(here / "forces.csv")["force_z_N"][135])
+
+
+def test_help_holds_an_example(rftfit: Callable[..., Said]) -> None:
+    said = rftfit("predict", "--help")
+    assert said.code == 0
+    assert "Example: rftfit predict --leg c_leg --medium poppy_LP" in said.out
