@@ -33,6 +33,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/measure.smk"
 include: "workflow/rules/profile.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/legs.smk"
 
 
 rule all:
@@ -56,6 +57,13 @@ rule all:
         expand("results/quality/{medium}.png", medium=PLAN.media),
         expand("results/figures/tare_{medium}.png", medium=PLAN.laboratory[:1]),
         expand("results/figures/fig_2cd_maps_{medium}.png", medium=PLAN.laboratory[:1]),
+        # legs need legs, sands need sands: a campaign of plates alone has neither figure
+        expand("results/figures/fig_3_legs_{medium}.png", medium=PLAN.legged[:1]),
+        [rules.figure_leg_media.output.png] * bool(PLAN.legged),
+        [rules.figure_generic_forces.output.png] * bool(PLAN.legged),
+        [rules.figure_peak_errors.output.png] * bool(PLAN.legged),
+        [rules.figure_sand_legs.output.png] * bool(PLAN.legged_sands),
+        [rules.figure_penetration.output.png] * bool(PLAN.sands),
         rules.figure_stress.output.png,
         rules.figure_maps.output.png,
         rules.figure_fit.output.png,

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _FIGURES = "rftfit.stages.figures"
+_LEG_FIGURES = "rftfit.stages.leg_figures"
 STAGES = {
     "ingest": "rftfit.stages.ingest:ingest",
     "tare": "rftfit.stages.tare:tare",
@@ -37,6 +38,12 @@ STAGES = {
     "figure_fit": f"{_FIGURES}:figure_fit",
     "figure_generic": f"{_FIGURES}:figure_generic",
     "figure_tare": f"{_FIGURES}:figure_tare",
+    "figure_legs": f"{_LEG_FIGURES}:figure_legs",
+    "figure_leg_media": f"{_LEG_FIGURES}:figure_leg_media",
+    "figure_sand_legs": f"{_LEG_FIGURES}:figure_sand_legs",
+    "figure_penetration": f"{_LEG_FIGURES}:figure_penetration",
+    "figure_generic_forces": f"{_LEG_FIGURES}:figure_generic_forces",
+    "figure_peak_errors": f"{_LEG_FIGURES}:figure_peak_errors",
 }
 """Stage to the module and the function that do the work."""
 

@@ -45,6 +45,19 @@ class Plan:
         """Those with one penetration test."""
         return self._of_role("natural_sand")
 
+    @cached_property
+    def legged(self) -> list[str]:
+        """Laboratory media in which legs were turned."""
+        return [name for name in self.laboratory if self._has_legs(name)]
+
+    @cached_property
+    def legged_sands(self) -> list[str]:
+        """Natural sands in which legs were turned."""
+        return [name for name in self.sands if self._has_legs(name)]
+
+    def _has_legs(self, medium: str) -> bool:
+        return any(run.kind == "leg" for run in self.campaign.runs_of(medium))
+
     def _of_role(self, role: str) -> list[str]:
         media = self.campaign.config.media
         return [name for name in self.media if media[name].role == role]

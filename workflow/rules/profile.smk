@@ -87,6 +87,7 @@ rule trials:
 
 rule sands:
     input:
+        runs=expand("results/runs/{medium}.csv", medium=PLAN.sands),
         tared=expand("results/tared/{medium}.parquet", medium=PLAN.sands),
         penetration="results/penetration.csv",
     output:
@@ -99,9 +100,10 @@ rule sands:
         campaign=CONFIG,
         code=PLAN.code("sands"),
         settings=PLAN.settings("fit", "fourier", "intruders", "media"),
+        runs=named("runs"),
         tared=named("tared"),
     shell:
-        "python -m rftfit sands config={params.campaign:q} {params.tared:q}"
+        "python -m rftfit sands config={params.campaign:q} {params.runs:q} {params.tared:q}"
         " penetration={input.penetration:q} sands={output.sands:q} 2> {log:q}"
 
 
