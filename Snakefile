@@ -34,6 +34,7 @@ include: "workflow/rules/measure.smk"
 include: "workflow/rules/profile.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/legs.smk"
+include: "workflow/rules/page.smk"
 
 
 rule all:
@@ -54,6 +55,7 @@ rule all:
         rules.reproduction.output,
         rules.ledger.output,
         rules.workbooks.output,
+        rules.page.output,
         expand("results/quality/{medium}.png", medium=PLAN.media),
         expand("results/figures/tare_{medium}.png", medium=PLAN.laboratory[:1]),
         expand("results/figures/fig_2cd_maps_{medium}.png", medium=PLAN.laboratory[:1]),

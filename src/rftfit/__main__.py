@@ -31,6 +31,7 @@ STAGES = {
     "sands": "rftfit.stages.sands:sands",
     "ledger": "rftfit.stages.ledger:ledger",
     "reproduction": "rftfit.stages.reproduction:reproduction",
+    "page": "rftfit.stages.page:page",
     "workbooks": "rftfit.stages.workbooks:workbooks",
     "quality": f"{_FIGURES}:quality",
     "figure_stress": f"{_FIGURES}:figure_stress",

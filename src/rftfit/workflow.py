@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rftfit.__main__ import STAGES
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.stages.chosen import stress_runs
 from rftfit.store.digest import code_digest, digest_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rftfit.campaign.runs import Run
 
 
 class Plan:
@@ -92,12 +98,13 @@ class Plan:
         root = self.campaign.root.resolve()
         return [path.resolve().relative_to(root).as_posix() for path in there]
 
-    def rows(self, medium: str) -> str:
-        """Digest of a medium's rows of the run sheet; their order and numbers do not count.
+    def rows(self, *media: str) -> str:
+        """Digest of some media's rows of the run sheet; their order and numbers do not count.
 
         Parameters
         ----------
-        medium : str
+        *media : str
+            All rows when none is named.
 
         Returns
         -------
@@ -109,9 +116,14 @@ class Plan:
                 for name in run.__dataclass_fields__
                 if name not in ("row", "note")
             ]
-            for run in self.campaign.runs_of(medium)
+            for run in self._runs(media)
         ]
         return digest_of(sorted(kept))
+
+    def _runs(self, media: tuple[str, ...]) -> Iterable[Run]:
+        if not media:
+            return self.campaign.runs
+        return [run for medium in media for run in self.campaign.runs_of(medium)]
 
     def settings(self, *sections: str) -> str:
         """Digest of sections of the configuration.
@@ -119,25 +131,25 @@ class Plan:
         Parameters
         ----------
         *sections : str
-            Names of top-level keys.
+            Names of top-level keys; all when none is named.
 
         Returns
         -------
         str
         """
         whole = self.campaign.config.model_dump(mode="json")
-        return digest_of({name: whole[name] for name in sections})
+        return digest_of({name: whole[name] for name in sections or whole})
 
-    def code(self, stage: str) -> str:
-        """Digest of the code of a stage.
+    def code(self, *stages: str) -> str:
+        """Digest of the code of stages.
 
         Parameters
         ----------
-        stage : str
-            As in ``python -m rftfit STAGE``.
+        *stages : str
+            As in ``python -m rftfit STAGE``; all there are when none is named.
 
         Returns
         -------
         str
         """
-        return code_digest(STAGES[stage].partition(":")[0])
+        return code_digest(*(STAGES[name].partition(":")[0] for name in stages or STAGES))

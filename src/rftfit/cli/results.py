@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 FILES = (
-    "results/report",
+    "results/report.html",
     "results/figures",
     "results/quality",
     "results/alpha_tables.xlsx",

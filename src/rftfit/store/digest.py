@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _LENGTH = 16
+_DATA = (".csv", ".mplstyle", ".html", ".css", ".js")
 
 
 def digest_of(*values: object) -> str:
@@ -32,15 +33,15 @@ def digest_of(*values: object) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
 
 
-def code_digest(module: str) -> str:
-    """Digest of the source of a module of this package and of all it imports from it.
+def code_digest(*modules: str) -> str:
+    """Digest of the source of modules of this package and of all they import from it.
 
     Imports inside functions count. Data files beside an imported package (the published tables,
-    the figures' style) count as its source.
+    the figures' style, the page's template and script) count as its source.
 
     Parameters
     ----------
-    module : str
+    *modules : str
         For example ``rftfit.stages.ingest``.
 
     Returns
@@ -49,7 +50,7 @@ def code_digest(module: str) -> str:
         16 hexadecimal digits.
     """
     seen: set[str] = set()
-    waiting = [module]
+    waiting = list(modules)
     while waiting:
         name = waiting.pop()
         if name in seen:
@@ -85,7 +86,7 @@ def _source_digest(module: str) -> bytes:
     if path.name == "__init__.py":
         beside: Iterable[Path] = sorted(path.parent.iterdir())
         for other in beside:
-            if other.is_file() and other.suffix in (".csv", ".mplstyle"):
+            if other.is_file() and other.suffix in _DATA:
                 total.update(other.read_bytes())
     return total.digest()
 

@@ -1,0 +1,93 @@
+// A chart of force against theta: lines, a band, a cursor that a click moves.
+
+const CHART = { height: 230, left: 48, right: 20, top: 22, bottom: 40 };
+
+function pathOf(points) {
+  let text = "";
+  let pen = "M";
+  for (const [x, y] of points) {
+    if (Number.isFinite(x) && Number.isFinite(y)) {
+      text += `${pen}${x.toFixed(2)} ${y.toFixed(2)}`;
+      pen = "L";
+    } else pen = "M";
+  }
+  return text;
+}
+
+function numbersIn(values) {
+  return (values || []).filter((v) => v !== null && Number.isFinite(v));
+}
+
+/**
+ * Draw curves. `curves` has predicted {theta, y}, band {theta, lo, hi} and measured {theta, y}, each optional.
+ * Gives {cursor(theta)}; `picked(theta)` is told where the chart was clicked.
+ */
+function drawChart(image, title, curves, picked) {
+  const all = [
+    0, ...numbersIn(curves.predicted?.y), ...numbersIn(curves.measured?.y),
+    ...numbersIn(curves.band?.lo), ...numbersIn(curves.band?.hi),
+  ];
+  let low = Math.min(...all);
+  let high = Math.max(...all);
+  const pad = 0.06 * (high - low || 1);
+  low -= pad;
+  high += pad;
+  // as wide as it will be shown, so that text is as large on a phone as anywhere
+  const width = Math.round(Math.max(300, Math.min(640, image.clientWidth || 520)));
+  const right = width - CHART.right;
+  const px = (t) => CHART.left + ((t + 135) / 270) * (right - CHART.left);
+  const py = (v) => (v === null ? NaN : CHART.top + ((high - v) / (high - low)) * (CHART.height - CHART.top - CHART.bottom));
+  image.replaceChildren();
+  image.setAttribute("viewBox", `0 0 ${width} ${CHART.height}`);
+  const floor = CHART.height - CHART.bottom;
+  for (const t of [-135, -90, -45, 0, 45, 90, 135]) {
+    image.append(svg("line", { class: "grid", x1: px(t), x2: px(t), y1: CHART.top, y2: floor }));
+    image.append(svg("text", { x: px(t), y: floor + 15, "text-anchor": "middle" }, sayAngle(t)));
+  }
+  const { ticks, digits } = ticksOf(low, high);
+  for (const v of ticks) {
+    image.append(svg("line", { class: "grid", x1: CHART.left, x2: right, y1: py(v), y2: py(v) }));
+    image.append(svg("text", { x: CHART.left - 6, y: py(v) + 4, "text-anchor": "end" }, say(v, digits)));
+  }
+  image.append(svg("line", { class: "zero", x1: CHART.left, x2: right, y1: py(0), y2: py(0) }));
+  if (curves.band) {
+    const { theta, lo, hi } = curves.band;
+    const up = theta.map((t, i) => [px(t), py(hi[i])]);
+    const down = theta.map((t, i) => [px(t), py(lo[i])]).reverse();
+    image.append(svg("path", { class: "band", d: `${pathOf([...up, ...down])}Z` }));
+  }
+  for (const kind of ["measured", "predicted"]) {
+    if (!curves[kind]) continue;
+    const { theta, y } = curves[kind];
+    image.append(svg("path", { class: kind, d: pathOf(theta.map((t, i) => [px(t), py(y[i])])) }));
+  }
+  image.append(svg("text", { x: CHART.left, y: 14 }, `${title}, N`));
+  drawLegend(image, curves, right);
+  image.append(svg("text", { x: px(0), y: CHART.height - 6, "text-anchor": "middle" }, "theta (0: leg straight down)"));
+  const cursor = svg("line", { class: "cursor", y1: CHART.top, y2: floor });
+  if (picked) {
+    image.append(cursor);
+    image.onclick = (event) => {
+      const box = image.getBoundingClientRect();
+      const x = ((event.clientX - box.left) / box.width) * width;
+      picked(Math.round(((x - CHART.left) / (right - CHART.left)) * 270 - 135));
+    };
+  }
+  return {
+    cursor(theta) {
+      cursor.setAttribute("x1", px(theta));
+      cursor.setAttribute("x2", px(theta));
+    },
+  };
+}
+
+function drawLegend(image, curves, right) {
+  let x = right;
+  for (const kind of ["predicted", "measured"]) {
+    if (!curves[kind]) continue;
+    image.append(svg("text", { x, y: 14, "text-anchor": "end" }, kind));
+    x -= 62;
+    image.append(svg("line", { class: kind, x1: x - 26, x2: x - 2, y1: 10, y2: 10 }));
+    x -= 40;
+  }
+}

@@ -1,0 +1,85 @@
+// Small helpers: elements, numbers, colours. Text goes in as text only, never as markup.
+
+const SVG = "http://www.w3.org/2000/svg";
+const MINUS = "\u2212";
+const DEGREE = "\u00b0";
+
+function svg(name, attributes = {}, text = "") {
+  const element = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  if (text) element.textContent = text;
+  return element;
+}
+
+function html(name, attributes = {}, ...children) {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  element.append(...children);
+  return element;
+}
+
+function byId(id) {
+  return document.getElementById(id);
+}
+
+/** Number with a true minus sign; "no value" where it is missing. */
+function say(value, digits = 3) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "no value";
+  const text = value.toFixed(digits);
+  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", MINUS);
+}
+
+function sayAngle(degrees) {
+  return say(degrees, Math.abs(degrees - Math.round(degrees)) < 0.005 ? 0 : 1) + DEGREE;
+}
+
+function sayInterval(lo, hi, digits = 3) {
+  return Number.isFinite(lo) && Number.isFinite(hi) && lo !== null && hi !== null
+    ? `${say(lo, digits)} to ${say(hi, digits)}`
+    : "";
+}
+
+/** A number with its interval below it, as a cell of `tableOf`. */
+function valueCell({ value, lo, hi }, digits) {
+  const interval = sayInterval(lo, hi, digits);
+  return interval ? [say(value, digits), html("small", {}, interval)] : [say(value, digits)];
+}
+
+/** A table from rows of text; the first cell of each row is its header. */
+function tableOf(head, rows) {
+  const body = rows.map((row) =>
+    html("tr", {}, ...row.map((cell, i) => html(i ? "td" : "th", i ? { class: "num" } : { scope: "row" }, ...[cell].flat()))),
+  );
+  const top = html("tr", {}, ...head.map((cell, i) => html("th", { scope: "col", class: i ? "num" : "" }, cell)));
+  const table = html("table", {}, html("thead", {}, top), html("tbody", {}, ...body));
+  return html("div", { class: "scroll" }, table);
+}
+
+function fillSelect(select, options, chosen) {
+  select.replaceChildren(...options.map(([value, text]) => html("option", { value }, text)));
+  if (options.some(([value]) => value === chosen)) select.value = chosen;
+}
+
+// from blue (negative) over near white (0) to orange-brown (positive): told apart by every colour vision
+const COLOURS = [
+  [5, 48, 97], [33, 102, 172], [67, 147, 195], [146, 197, 222], [247, 247, 247],
+  [253, 204, 138], [252, 141, 60], [217, 72, 1], [127, 39, 4],
+];
+
+function colourOf(value, largest) {
+  const place = (Math.max(-1, Math.min(1, value / (largest || 1))) + 1) * 0.5 * (COLOURS.length - 1);
+  const i = Math.min(COLOURS.length - 2, Math.floor(place));
+  const part = place - i;
+  const mix = COLOURS[i].map((c, k) => Math.round(c + part * (COLOURS[i + 1][k] - c)));
+  return `rgb(${mix.join(",")})`;
+}
+
+/** About `count` round numbers from `low` to `high`. */
+function ticksOf(low, high, count = 5) {
+  const raw = (high - low) / count;
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = power * [1, 2, 5, 10].find((m) => m * power >= raw * 0.7);
+  const ticks = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) ticks.push(k * step);
+  return { ticks, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+}

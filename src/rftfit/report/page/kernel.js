@@ -1,0 +1,129 @@
+// The element kernel: the same physics as rftfit.predict.plain. Angles in rad, cm, N.
+
+const TWO_PI = 2 * Math.PI;
+
+function mod(a, b) {
+  return a - b * Math.floor(a / b);
+}
+
+/** Elements of an outline turned by `angle` on an axle at (0, hip); velocity of a turn at `rate`. */
+function placeElements(leg, angle, rate) {
+  const c = Math.cos(angle);
+  const s = Math.sin(angle);
+  return leg.body.map(([bx, bz, btx, btz, half]) => {
+    const x = bx * c + bz * s;
+    const z = bz * c - bx * s;
+    return {
+      x, z: leg.hip_height_cm + z, tx: btx * c + btz * s, tz: btz * c - btx * s, half,
+      area: 2 * half * leg.width_cm, vx: rate * z, vz: -rate * x,
+    };
+  });
+}
+
+/** Depth times area below the surface, and the centre of that part: elements are clipped. */
+function submerge(e) {
+  const rise = e.half * Math.abs(e.tz);
+  const low = rise - e.z;
+  const high = -rise - e.z;
+  const crossing = low > 0 && high < 0;
+  const part = crossing ? low / (2 * rise) : 1;
+  const idle = low <= 0 || (e.vx === 0 && e.vz === 0);
+  const along = -(e.tz > 0 ? 1 : -1) * e.half * (1 - part);
+  return {
+    load: idle ? 0 : (crossing ? low / 2 : -e.z) * part * e.area,
+    x: e.x + along * e.tx,
+    z: e.z + along * e.tz,
+  };
+}
+
+function intervalOf(nodes, at) {
+  let i = 0;
+  while (i < nodes.length - 2 && at >= nodes[i + 1]) i += 1;
+  return [i, (at - nodes[i]) / (nodes[i + 1] - nodes[i])];
+}
+
+/** Bilinear on the torus; a missing node spoils only the points that depend on it. */
+function tableAlpha(profile, beta, gamma) {
+  const b = mod(beta + Math.PI / 2, Math.PI) - Math.PI / 2;
+  const g = Math.PI - mod(Math.PI - gamma, TWO_PI);
+  const [row, u] = intervalOf(profile.beta, b);
+  const [col, v] = intervalOf(profile.gamma, g);
+  const corners = [
+    [row, col, (1 - u) * (1 - v)], [row, col + 1, (1 - u) * v],
+    [row + 1, col, u * (1 - v)], [row + 1, col + 1, u * v],
+  ];
+  return [profile.z, profile.x].map((values) => {
+    let total = 0;
+    for (const [i, k, weight] of corners) {
+      const value = values[i][k];
+      if (value === null) {
+        if (weight >= 1e-9) return NaN;
+      } else total += weight * value;
+    }
+    return total;
+  });
+}
+
+function fourierAlpha(m, beta, gamma) {
+  const b = 2 * beta;
+  return [
+    m[0] + m[1] * Math.cos(b) + m[2] * Math.sin(b + gamma) + m[3] * Math.sin(gamma) + m[4] * Math.sin(gamma - b),
+    m[5] * Math.cos(b + gamma) + m[6] * Math.cos(gamma) + m[7] * Math.cos(gamma - b) + m[8] * Math.sin(b),
+  ];
+}
+
+/** Each component opposes its own velocity component; rounding does not choose its side. */
+function depthOnlyAlpha(values, beta, gamma) {
+  const still = 1e-12;
+  const down = Math.sin(gamma);
+  const left = Math.cos(gamma);
+  const z = down > still ? values[0] : down < -still ? values[1] : 0;
+  const x = left > still ? values[2] : left < -still ? -values[2] : 0;
+  return [Math.abs(Math.cos(beta)) * z, Math.abs(Math.sin(beta)) * x];
+}
+
+/** alpha_z, alpha_x of any profile, N/cm^3. */
+function alphaOf(profile, beta, gamma) {
+  if (profile.kind === "table") return tableAlpha(profile, beta, gamma);
+  if (profile.kind === "depth_only") return depthOnlyAlpha(profile.values, beta, gamma);
+  return fourierAlpha(profile.values, beta, gamma);
+}
+
+/** Force on each element of a leg at theta (rad): [force z, force x, x, z of where it acts]. */
+function elementForces(profile, leg, theta, rate) {
+  return placeElements(leg, theta, rate).map((e) => {
+    const part = submerge(e);
+    if (part.load === 0) return [0, 0, part.x, part.z];
+    const beta = Math.atan2(-e.tz, e.tx);
+    const gamma = Math.atan2(0 - e.vz, 0 - e.vx);
+    const [az, ax] = alphaOf(profile, beta, gamma);
+    return [part.load * az, part.load * ax, part.x, part.z];
+  });
+}
+
+/** Net force z, force x (N) and moment about the axle (N cm, from z toward x). */
+function netForce(elements, leg) {
+  let fz = 0;
+  let fx = 0;
+  let moment = 0;
+  for (const [z, x, atX, atZ] of elements) {
+    fz += z;
+    fx += x;
+    moment += (atZ - leg.hip_height_cm) * x - atX * z;
+  }
+  return [fz, fx, moment];
+}
+
+/** Net force at each theta in degrees. */
+function sweepLeg(profile, leg, thetaDeg, rate) {
+  const z = [];
+  const x = [];
+  const moment = [];
+  for (const degrees of thetaDeg) {
+    const net = netForce(elementForces(profile, leg, (degrees * Math.PI) / 180, rate), leg);
+    z.push(net[0]);
+    x.push(net[1]);
+    moment.push(net[2]);
+  }
+  return { z, x, moment };
+}

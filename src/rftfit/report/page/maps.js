@@ -1,0 +1,171 @@
+// Maps of alpha over (beta, gamma): coloured cells at their true angles, one of them chosen.
+
+const MAP = { width: 420, height: 300, left: 46, right: 20, top: 8, bottom: 78 };
+
+function edgesOf(nodes) {
+  const middle = nodes.slice(1).map((v, i) => (v + nodes[i]) / 2);
+  return [nodes[0], ...middle, nodes[nodes.length - 1]];
+}
+
+/**
+ * Two maps (alpha_z, alpha_x) that share their chosen cell.
+ * `read(row, col)` gives {z: {value, lo, hi}, x: ..., note}; `show(row, col)` is told of the choice.
+ */
+function makeMaps(parent, beta, gamma, show) {
+  const state = { row: beta.indexOf(0), col: gamma.indexOf(90), read: null };
+  const edges = { beta: edgesOf(beta), gamma: edgesOf(gamma) };
+  const maps = ["z", "x"].map((component) => {
+    const image = svg("svg", {
+      viewBox: `0 0 ${MAP.width} ${MAP.height}`, tabindex: "0", role: "application", class: "map",
+      "aria-roledescription": "map; arrow keys move the chosen cell", "data-component": component,
+    });
+    const caption = html("figcaption", {}, "alpha", html("sub", {}, component), ", N/cm\u00b3");
+    parent.append(html("figure", {}, caption, image));
+    return { component, image };
+  });
+
+  const px = (g) => MAP.left + ((g + 90) / 180) * (MAP.width - MAP.left - MAP.right);
+  const py = (b) => MAP.top + ((90 - b) / 180) * (MAP.height - MAP.top - MAP.bottom);
+
+  const hatchOf = (image) => `${parent.id}-${image.dataset.component}-hatch`;
+
+  function drawFrame(image) {
+    const hatch = svg("pattern", { id: hatchOf(image), width: 6, height: 6, patternUnits: "userSpaceOnUse", patternTransform: "rotate(45)" });
+    hatch.append(svg("line", { x1: 0, y1: 0, x2: 0, y2: 6, stroke: "var(--hatch)", "stroke-width": 3 }));
+    image.append(svg("defs"));
+    image.firstChild.append(hatch);
+    const floor = MAP.height - MAP.bottom;
+    for (const g of [-90, -45, 0, 45, 90]) {
+      image.append(svg("line", { class: "axis", x1: px(g), x2: px(g), y1: floor, y2: floor + 4 }));
+      image.append(svg("text", { x: px(g), y: floor + 17, "text-anchor": "middle" }, sayAngle(g)));
+    }
+    for (const b of [-90, -60, -30, 0, 30, 60, 90]) {
+      const shift = b === 90 ? 9 : b === -90 ? 0 : 4;
+      image.append(svg("text", { x: MAP.left - 6, y: py(b) + shift, "text-anchor": "end" }, sayAngle(b)));
+    }
+    image.append(svg("text", { x: px(0), y: floor + 32, "text-anchor": "middle" }, "gamma"));
+    image.append(svg("text", { x: 12, y: py(15), "text-anchor": "middle", transform: `rotate(-90 12 ${py(15)})` }, "beta"));
+  }
+
+  function drawKey(image, largest) {
+    const width = 200;
+    const left = px(0) - width / 2;
+    const top = MAP.height - 36;
+    for (let i = 0; i < 40; i += 1) {
+      const fill = colourOf((i / 39) * 2 - 1, 1);
+      image.append(svg("rect", { x: left + (i * width) / 40, y: top, width: width / 40 + 0.5, height: 10, fill }));
+    }
+    [-largest, 0, largest].forEach((v, i) =>
+      image.append(svg("text", { x: left + (i * width) / 2, y: top + 24, "text-anchor": "middle" }, say(v, 2))),
+    );
+  }
+
+  function draw() {
+    for (const { component, image } of maps) {
+      image.replaceChildren();
+      drawFrame(image);
+      let largest = 0;
+      const cells = beta.map((_, row) => gamma.map((__, col) => state.read(row, col)[component].value));
+      for (const v of cells.flat()) if (Number.isFinite(v) && v !== null) largest = Math.max(largest, Math.abs(v));
+      drawKey(image, largest);
+      cells.forEach((line, row) =>
+        line.forEach((value, col) => {
+          const known = value !== null && Number.isFinite(value);
+          const box = boxOf(row, col);
+          const attributes = { ...box, class: "cell", "data-row": row, "data-col": col };
+          attributes.fill = known ? colourOf(value, largest) : `url(#${hatchOf(image)})`;
+          image.append(svg("rect", attributes));
+        }),
+      );
+      image.append(svg("rect", { class: "chosen" }), svg("rect", { class: "chosen-in" }));
+    }
+    choose(state.row, state.col);
+  }
+
+  function boxOf(row, col) {
+    const x = px(edges.gamma[col]);
+    const y = py(edges.beta[row + 1]);
+    return { x, y, width: px(edges.gamma[col + 1]) - x, height: py(edges.beta[row]) - y };
+  }
+
+  function choose(row, col) {
+    state.row = Math.max(0, Math.min(beta.length - 1, row));
+    state.col = Math.max(0, Math.min(gamma.length - 1, col));
+    const found = state.read(state.row, state.col);
+    for (const { component, image } of maps) {
+      for (const mark of image.querySelectorAll(".chosen, .chosen-in")) {
+        for (const [key, value] of Object.entries(boxOf(state.row, state.col))) mark.setAttribute(key, value);
+      }
+      const place = `beta ${sayAngle(beta[state.row])}, gamma ${sayAngle(gamma[state.col])}`;
+      image.setAttribute("aria-label", `alpha_${component} at ${place}: ${say(found[component].value)} N/cm\u00b3`);
+    }
+    show(state.row, state.col);
+  }
+
+  const moves = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
+  for (const { image } of maps) {
+    image.addEventListener("keydown", (event) => {
+      const move = moves[event.key];
+      if (!move) return;
+      event.preventDefault();
+      choose(state.row + move[0], state.col + move[1]);
+    });
+    for (const kind of ["pointermove", "pointerdown"]) {
+      image.addEventListener(kind, (event) => {
+        const { row, col } = event.target.dataset;
+        if (row !== undefined && (Number(row) !== state.row || Number(col) !== state.col)) choose(Number(row), Number(col));
+      });
+    }
+  }
+  return {
+    show(read) {
+      state.read = read;
+      draw();
+    },
+  };
+}
+
+/** The maps section: every medium and profile, with what the other profiles say of the cell. */
+function startMaps(data) {
+  const [medium, profile] = [byId("map-medium"), byId("map-profile")];
+  const radians = (degrees) => (degrees * Math.PI) / 180;
+  const readers = () => {
+    const own = data.profiles[medium.value];
+    const cells = data.alpha[medium.value];
+    const measured = (row, col) => {
+      const of = (c) => ({ value: cells[c][row][col], lo: cells[`${c}_lo`][row][col], hi: cells[`${c}_hi`][row][col] });
+      return { z: of("z"), x: of("x"), note: cells.notes[`${row},${col}`] || "" };
+    };
+    const result = [["measured", measured]];
+    for (const name of ["fourier", "generic", "depth_only"]) {
+      if (!own[name]) continue;
+      result.push([name, (row, col) => {
+        const [z, x] = alphaOf(own[name], radians(data.beta_deg[row]), radians(data.gamma_deg[col]));
+        return { z: { value: z }, x: { value: x }, note: "" };
+      }]);
+    }
+    return result;
+  };
+  const names = { ...data.profile_names, measured: "measured" };
+  const maps = makeMaps(byId("map-pair"), data.beta_deg, data.gamma_deg, (row, col) => {
+    const head = ["", "alpha_z", "alpha_x"];
+    const all = readers().map(([name, read]) => [name, read(row, col)]);
+    const rows = all.map(([name, { z, x }]) => [names[name], valueCell(z, 4), valueCell(x, 4)]);
+    const title = `beta = ${sayAngle(data.beta_deg[row])}, gamma = ${sayAngle(data.gamma_deg[col])}, N/cm\u00b3`;
+    const note = all[0][1].note;
+    byId("map-readout").replaceChildren(html("p", {}, html("strong", {}, title)), tableOf(head, rows), html("p", {}, note));
+  });
+  const update = () => {
+    const all = readers();
+    const chosen = profile.value || (data.profiles[medium.value].table ? "measured" : "generic");
+    fillSelect(profile, all.map(([name]) => [name, names[name]]), chosen);
+    maps.show(new Map(all).get(profile.value));
+  };
+  fillSelect(medium, data.media.map(({ key, title }) => [key, title]));
+  medium.addEventListener("change", () => {
+    if (data.profiles[medium.value].generic && !data.profiles[medium.value].table) profile.value = "generic";
+    update();
+  });
+  profile.addEventListener("change", update);
+  update();
+}

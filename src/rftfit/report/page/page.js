@@ -1,0 +1,42 @@
+// Start the live parts. Each stands on its own: one that fails says so and leaves the others alive.
+
+const data = JSON.parse(byId("data").textContent);
+
+function startPart(id, part) {
+  try {
+    part(data);
+  } catch (error) {
+    console.error(error);
+    byId(id).append(html("p", { class: "bad" }, `This part could not start: ${error.message}`));
+  }
+}
+
+startPart("maps", startMaps);
+if (Object.keys(data.legs).length && data.media.length) startPart("viewer", startViewer);
+else byId("viewer").hidden = true;
+startPart("calculator", startCalculator);
+
+byId("methods-copy").addEventListener("click", async () => {
+  const text = byId("methods-text");
+  try {
+    await navigator.clipboard.writeText(text.innerText);
+    byId("methods-copied").textContent = "Copied.";
+  } catch {
+    // without the right to the clipboard the text is selected for the reader's own copy
+    getSelection().selectAllChildren(text);
+    byId("methods-copied").textContent = "Selected: copy it with the keyboard.";
+  }
+});
+
+// paper has no buttons to open things with
+let closed = [];
+addEventListener("beforeprint", () => {
+  closed = [...document.querySelectorAll("details:not([open])")];
+  for (const part of closed) part.open = true;
+});
+addEventListener("afterprint", () => {
+  for (const part of closed) part.open = false;
+});
+
+// for those who want the numbers behind the page: the functions that draw it
+window.rftfit = { data, alphaOf, elementForces, netForce, sweepLeg, studentQuantile, scaleNewMedium, scaledCoefficients, scaledAlpha, scaledSweep };
