@@ -101,6 +101,49 @@ def test_compiled_and_plain_agree_on_poses(profile: Profile, solid: bool) -> Non
     np.testing.assert_array_equal(without, ours)
 
 
+@each_profile
+@pytest.mark.parametrize("solid", [False, True])
+@pytest.mark.parametrize("count", [0, 1, 31, 32, 33, 64, 65, 97])
+def test_any_number_of_elements(profile: Profile, count: int, solid: bool) -> None:
+    """Blocks that are full, nearly full, or have lanes to spare."""
+    random = np.random.default_rng(count)
+    turn = random.uniform(-4, 4, count)
+    body = np.column_stack(
+        [random.normal(size=(count, 2)), np.cos(turn), np.sin(turn), random.uniform(0, 0.3, count)]
+    )
+    poses = random.normal(size=(60, 6))
+    each = np.full((60, count, 4), 7.0)
+    ours = kernel.pose_forces(profile.pack, body, 2.5, solid, poses, each)
+    theirs = plain.pose_forces(profile, body, 2.5, solid, poses)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
+    placed = plain.place(body, 2.5, poses)
+    single = plain.element_forces(profile, placed, solid)
+    np.testing.assert_allclose(each, single, rtol=1e-12, atol=1e-12)
+    elements = np.ascontiguousarray(placed[0])
+    found = kernel.element_forces(profile.pack, elements)
+    np.testing.assert_allclose(found, plain.element_forces(profile, elements), atol=1e-12)
+
+
+@each_profile
+@pytest.mark.parametrize("column", range(6))
+def test_missing_poses_are_missing_as_in_plain_numpy(profile: Profile, column: int) -> None:
+    body = np.column_stack(
+        [np.zeros(40), -np.linspace(0, 4, 40), np.zeros(40), np.ones(40), np.full(40, 0.05)]
+    )
+    poses = np.tile([0.0, 1.0, 0.4, -0.5, -1.0, 0.2], (4, 1))
+    poses[2:, 1] = 9.0  # in the air
+    poses[1::2, column] = np.nan
+    each = np.empty((4, 40, 4))
+    ours = kernel.pose_forces(profile.pack, body, 1.0, False, poses, each)
+    np.testing.assert_allclose(
+        ours, plain.pose_forces(profile, body, 1.0, False, poses), rtol=1e-12, atol=1e-12
+    )
+    single = plain.element_forces(profile, plain.place(body, 1.0, poses))
+    np.testing.assert_allclose(each[..., :2], single[..., :2], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(each[::2], single[::2], rtol=1e-12, atol=1e-12)
+    assert np.isnan(ours[1]).any()
+
+
 @pytest.mark.parametrize(
     ("beta", "gamma", "alpha_z", "alpha_x"), [(30, 45, 0.734, 0.294), (0, 90, 1.0, 0.0)]
 )

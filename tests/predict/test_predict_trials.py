@@ -87,7 +87,11 @@ def test_agrees_with_a_slow_integral(kind: str, leg: str) -> None:
     whole = sweep(profile, model_leg(leg))
     peaks = [np.abs(c).max() for c in (whole.force_z_N, whole.force_x_N, whole.moment_N_cm)]
     # the depth-only model steps where the motion turns from down to up: elements see it coarsely
-    cases = ((3000, 1e-3),) if kind == "depth-only" else ((300, 1e-3), (30, 1.5e-2))
+    cases = (
+        ((3000, 1e-3),)
+        if kind == "depth-only"
+        else ((120, 1e-3), (30, 2e-2 if kind == "table" else 2e-3))
+    )
     for elements, tolerance in cases:
         fast = sweep(profile, model_leg(leg, elements), theta)
         found = np.column_stack([fast.force_z_N, fast.force_x_N, fast.moment_N_cm])
@@ -112,6 +116,27 @@ def test_converges_in_the_number_of_elements(kind: str, leg: str) -> None:
     assert errors[1] < 0.015
     assert errors[3] < 3e-4
     assert errors[4] < errors[0] / 300  # faster than first order
+
+
+@pytest.mark.parametrize("medium", reference.MEDIA)
+def test_what_thirty_elements_leave(medium: str) -> None:
+    """The table bends at its nodes: as many newtons on either curved leg, whatever its peak."""
+    error, peak, worst = {}, {}, {}
+    for leg in ("c_leg", "reversed_c_leg"):
+        best = sweep(table(medium), model_leg(leg, 20000)).force_z_N
+        off = {
+            count: np.abs(sweep(table(medium), model_leg(leg, count)).force_z_N - best)
+            for count in (30, 120)
+        }
+        error[leg], peak[leg] = off[30].max(), best.max()
+        assert off[120].max() < 1e-3 * peak[leg]
+        worst[leg] = THETA_DEG[off[30].argmax()] % 6
+        print(f"{medium}, {leg}: {error[leg]:.3f} N, {error[leg] / peak[leg]:.1e} of the peak")
+    assert error["c_leg"] < 4e-3 * peak["c_leg"]
+    assert error["reversed_c_leg"] < 2e-2 * peak["reversed_c_leg"]
+    assert 0.8 < error["reversed_c_leg"] / error["c_leg"] < 1
+    # six degrees an element: all bends in beta lie in the middle of one
+    assert worst == {"c_leg": 3, "reversed_c_leg": 3}
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)

@@ -5,9 +5,14 @@ compiled on import. All compiled functions are in this one file on purpose: the 
 watches a function's own file only, so one that called into another file could be out of date.
 `rftfit.predict.plain` says the same in plain numpy.
 
-The work is done in blocks of elements, whose quantities lie one behind the other in one short
-array (row r of element i at ``w[r * BLOCK + i]``): so the compiler sees that they do not overlap
-and handles several elements at a time. There is no `fastmath`: NaN stays NaN.
+The work is done in blocks of `LANES` elements, whose quantities lie one behind the other in one
+short array (row r of lane i at ``w[r * LANES + i]``): so the compiler sees that they do not
+overlap and handles several elements at a time. Every loop runs over all lanes, used or not: a
+length known beforehand leaves no rest to be done one by one. A block all above the surface is left
+early. There is no `fastmath`: NaN stays NaN.
+
+Steps become part of their caller (`forceinline`), and which kind of profile it is, is asked in the
+caller: a call with arrays would count references, which costs as much as a block's forces.
 """
 
 from __future__ import annotations
@@ -31,12 +36,12 @@ if TYPE_CHECKING:
 
     IntArray = npt.NDArray[np.int64]
 
-BLOCK = 128
+LANES = 32
 # rows of a block: an element's centre, tangent, half-length, area and velocity ...
-_X, _Z, _TX, _TZ, _HALF, _AREA, _VX, _VZ = (row * BLOCK for row in range(8))
-# ... depth times area of its submerged part, where that part's centre lies, force, angles
-_LOAD, _XC, _ZC, _FZ, _FX, _BETA, _GAMMA = (row * BLOCK for row in range(8, 15))
-_SIZE = 15 * BLOCK
+_X, _Z, _TX, _TZ, _HALF, _AREA, _VX, _VZ = (row * LANES for row in range(8))
+# ... depth times area of its submerged part, where that part's centre lies, force, moment, angles
+_LOAD, _XC, _ZC, _FZ, _FX, _MOMENT, _BETA, _GAMMA = (row * LANES for row in range(8, 16))
+_SIZE = 16 * LANES
 
 # atan(t) / t as a polynomial in t^2 for |t| <= tan(pi / 8), by interpolation at Chebyshev nodes;
 # error below 1e-16
@@ -51,19 +56,20 @@ _F = TypeVar("_F", bound="Callable[..., Any]")
 
 
 def _compiled(function: _F) -> _F:
-    """Compile at the first call, in IEEE arithmetic."""
+    """Compile at the first call, in IEEE arithmetic; steps of the work become part of their caller."""
     compiler: Any = numba.njit
+    step = function.__name__.startswith("_")
     try:
-        result: _F = compiler(cache=True, error_model="numpy")(function)
+        result: _F = compiler(cache=True, error_model="numpy", forceinline=step)(function)
     except RuntimeError:  # no folder that the cache could be written to
-        result = compiler(error_model="numpy")(function)
+        result = compiler(error_model="numpy", forceinline=step)(function)
     return result
 
 
 @_compiled
-def _clip(w: FloatArray, n: int) -> None:
+def _clip(w: FloatArray) -> None:
     """Depth times area of the part below the surface, and the centre of that part."""
-    for i in range(n):
+    for i in range(LANES):
         z, half = w[_Z + i], w[_HALF + i]
         tx, tz = w[_TX + i], w[_TZ + i]
         rise = half * abs(tz)
@@ -81,11 +87,11 @@ def _clip(w: FloatArray, n: int) -> None:
 
 
 @_compiled
-def _fourier(w: FloatArray, n: int, m: FloatArray) -> None:
+def _fourier(w: FloatArray, m: FloatArray) -> None:
     """Nine terms without trigonometry: cos 2b = tx^2 - tz^2, and so on."""
     a00, a10, b01, c01, d10 = m[0], m[1], m[3], m[6], m[8]
     b_sum, b_difference, c_sum, c_difference = m[2] + m[4], m[2] - m[4], m[5] + m[7], m[7] - m[5]
-    for i in range(n):
+    for i in range(LANES):
         load, tx, tz = w[_LOAD + i], w[_TX + i], w[_TZ + i]
         vx, vz = w[_VX + i], w[_VZ + i]
         scale = -1.0 / math.sqrt(vx * vx + vz * vz)
@@ -99,14 +105,15 @@ def _fourier(w: FloatArray, n: int, m: FloatArray) -> None:
 
 
 @_compiled
-def _depth_only(w: FloatArray, n: int, values: FloatArray) -> None:
+def _depth_only(w: FloatArray, values: FloatArray) -> None:
     """Each component opposes its own velocity component."""
     down, up, side = values[0], values[1], values[2]
-    for i in range(n):
+    for i in range(LANES):
         load, vx, vz = w[_LOAD + i], w[_VX + i], w[_VZ + i]
         least = STILL * math.sqrt(vx * vx + vz * vz)
-        alpha_z = abs(w[_TX + i]) * (down if vz < -least else (up if vz > least else 0.0 * vz))
-        alpha_x = abs(w[_TZ + i]) * (side if vx < -least else (-side if vx > least else 0.0 * vx))
+        none = 0.0 * least  # NaN where a component is
+        alpha_z = abs(w[_TX + i]) * (down if vz < -least else (up if vz > least else none))
+        alpha_x = abs(w[_TZ + i]) * (side if vx < -least else (-side if vx > least else none))
         w[_FZ + i] = 0.0 if load == 0 else load * alpha_z
         w[_FX + i] = 0.0 if load == 0 else load * alpha_x
 
@@ -120,16 +127,9 @@ def _atan2(y: float, x: float) -> float:
     wide = num > _TAN_PI_8 * den
     t = (num - den if wide else num) / (num + den if wide else den)
     square = t * t
-    total = _ATAN[10]
-    total = total * square + _ATAN[9]
-    total = total * square + _ATAN[8]
-    total = total * square + _ATAN[7]
-    total = total * square + _ATAN[6]
-    total = total * square + _ATAN[5]
-    total = total * square + _ATAN[4]
-    total = total * square + _ATAN[3]
-    total = total * square + _ATAN[2]
-    total = total * square + _ATAN[1]
+    total = ((_ATAN[10] * square + _ATAN[9]) * square + _ATAN[8]) * square + _ATAN[7]
+    total = ((total * square + _ATAN[6]) * square + _ATAN[5]) * square + _ATAN[4]
+    total = ((total * square + _ATAN[3]) * square + _ATAN[2]) * square + _ATAN[1]
     total = total * square + _ATAN[0]
     angle = t * total + (math.pi / 4 if wide else 0.0)
     angle = math.pi / 2 - angle if steep else angle
@@ -138,75 +138,106 @@ def _atan2(y: float, x: float) -> float:
 
 
 @_compiled
-def _between(cells: FloatArray, row: int, col: int, first: int, u: float, v: float) -> float:
+def _below(angle: float, nodes: FloatArray, bins: IntArray, scale: float) -> int:
+    """Find the node below an angle; any node where the angle is NaN."""
+    guess = (angle - nodes[0]) * scale
+    guess = guess if guess > 0 else 0.0
+    node: int = bins[np.uint64(int(min(guess, bins.size - 1.0)))]
+    node += (node + 2 < nodes.size) & (angle >= nodes[np.uint64(node + 1)])
+    return node
+
+
+@_compiled
+def _between(cells: FloatArray, cell: int, first: int, u: float, v: float) -> float:
     """Bilinear value in a cell; a corner without weight may be missing (NaN)."""
-    weights = ((1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v)
-    total = 0.0
-    for corner in range(4):
-        total += weights[corner] * cells[row, col, first + corner]
+    at = np.uint64(cell)
+    low = (1 - u) * cells[at, first] + u * cells[at, first + 2]
+    high = (1 - u) * cells[at, first + 1] + u * cells[at, first + 3]
+    total: float = (1 - v) * low + v * high
     if math.isnan(total):
+        weights = ((1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v)
         total = 0.0
         for corner in range(4):
-            if not (weights[corner] < NEGLIGIBLE and math.isnan(cells[row, col, first + corner])):
-                total += weights[corner] * cells[row, col, first + corner]
+            value = cells[at, first + corner]
+            if not (weights[corner] < NEGLIGIBLE and math.isnan(value)):
+                total += weights[corner] * value
     return total
 
 
 @_compiled
 def _table(
-    w: FloatArray,
-    n: int,
-    beta_nodes: FloatArray,
-    gamma_nodes: FloatArray,
-    beta_bins: IntArray,
-    gamma_bins: IntArray,
-    cells: FloatArray,
-) -> None:
-    """Interpolate the table: angles first, then the cell of each element."""
-    for i in range(n):
+    w: FloatArray, beta: FloatArray, gamma: FloatArray, beta_bins: IntArray,
+    gamma_bins: IntArray, cells: FloatArray,
+) -> None:  # fmt: skip
+    """Interpolate the table: angles first, then the cell of each element that bears a load."""
+    for i in range(LANES):
         tx, tz = w[_TX + i], w[_TZ + i]
         # the plate has two ends; take the one toward +x
         w[_BETA + i] = _atan2(tz if tx < 0 else -tz, abs(tx))
         w[_GAMMA + i] = _atan2(-w[_VZ + i], -w[_VX + i])
-    beta_scale = beta_bins.size / (beta_nodes[-1] - beta_nodes[0])
-    gamma_scale = gamma_bins.size / (gamma_nodes[-1] - gamma_nodes[0])
-    for i in range(n):
-        load, beta, gamma = w[_LOAD + i], w[_BETA + i], w[_GAMMA + i]
-        if load == 0:
-            w[_FZ + i] = w[_FX + i] = 0.0
-            continue
-        if math.isnan(load + beta + gamma):
-            w[_FZ + i] = w[_FX + i] = math.nan
-            continue
-        bin_b = min(max(int((beta - beta_nodes[0]) * beta_scale), 0), beta_bins.size - 1)
-        bin_g = min(max(int((gamma - gamma_nodes[0]) * gamma_scale), 0), gamma_bins.size - 1)
-        row, col = beta_bins[bin_b], gamma_bins[bin_g]
-        row += row + 2 < beta_nodes.size and beta >= beta_nodes[row + 1]
-        col += col + 2 < gamma_nodes.size and gamma >= gamma_nodes[col + 1]
-        u = (beta - beta_nodes[row]) / (beta_nodes[row + 1] - beta_nodes[row])
-        v = (gamma - gamma_nodes[col]) / (gamma_nodes[col + 1] - gamma_nodes[col])
-        w[_FZ + i] = load * _between(cells, row, col, 0, u, v)
-        w[_FX + i] = load * _between(cells, row, col, 4, u, v)
+    beta_scale = beta_bins.size / (beta[-1] - beta[0])
+    gamma_scale = gamma_bins.size / (gamma[-1] - gamma[0])
+    columns = gamma.size - 1
+    for i in range(LANES):
+        load, b, g = w[_LOAD + i], w[_BETA + i], w[_GAMMA + i]
+        w[_FZ + i] = w[_FX + i] = 0.0
+        if load != 0:
+            row = _below(b, beta, beta_bins, beta_scale)
+            col = _below(g, gamma, gamma_bins, gamma_scale)
+            b0, g0 = beta[np.uint64(row)], gamma[np.uint64(col)]
+            u = (b - b0) / (beta[np.uint64(row + 1)] - b0)
+            v = (g - g0) / (gamma[np.uint64(col + 1)] - g0)
+            cell = row * columns + col
+            w[_FZ + i] = load * _between(cells, cell, 0, u, v)
+            w[_FX + i] = load * _between(cells, cell, 4, u, v)
 
 
 @_compiled
-def _forces(
-    w: FloatArray,
-    n: int,
-    kind: int,
-    values: FloatArray,
-    beta: FloatArray,
-    gamma: FloatArray,
-    beta_bins: IntArray,
-    gamma_bins: IntArray,
-    cells: FloatArray,
+def _sum(w: FloatArray, row: int) -> float:
+    """Sum of a row, in four parts that need not wait for one another."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    for i in range(row, row + LANES, 4):
+        a += w[i]
+        b += w[i + 1]
+        c += w[i + 2]
+        d += w[i + 3]
+    return (a + b) + (c + d)
+
+
+@_compiled
+def _by_lane(body: FloatArray) -> FloatArray:
+    """Elements of a body in blocks; lanes without one have no area."""
+    blocks = np.zeros(((body.shape[0] + LANES - 1) // LANES, 5 * LANES))
+    for element in range(body.shape[0]):
+        for column in range(5):
+            blocks[element // LANES, column * LANES + element % LANES] = body[element, column]
+    return blocks
+
+
+@_compiled
+def _place(
+    w: FloatArray, blocks: FloatArray, block: int, width_cm: float, poses: FloatArray, p: int
 ) -> None:
-    if kind == FOURIER:
-        _fourier(w, n, values)
-    elif kind == TABLE:
-        _table(w, n, beta, gamma, beta_bins, gamma_bins, cells)
-    else:
-        _depth_only(w, n, values)
+    """Turn and move a block of a body into a pose."""
+    x0, z0, vx0, vz0, rate = poses[p, 0], poses[p, 1], poses[p, 3], poses[p, 4], poses[p, 5]
+    cos_a, sin_a = math.cos(poses[p, 2]), math.sin(poses[p, 2])
+    for i in range(LANES):
+        bx, bz = blocks[block, _X + i], blocks[block, _Z + i]
+        tx, tz = blocks[block, _TX + i], blocks[block, _TZ + i]
+        half = blocks[block, _HALF + i]
+        x, z = bx * cos_a + bz * sin_a, bz * cos_a - bx * sin_a
+        w[_X + i], w[_Z + i] = x0 + x, z0 + z
+        w[_TX + i], w[_TZ + i] = tx * cos_a + tz * sin_a, tz * cos_a - tx * sin_a
+        w[_HALF + i], w[_AREA + i] = half, 2.0 * half * width_cm
+        w[_VX + i], w[_VZ + i] = vx0 + rate * z, vz0 - rate * x
+
+
+@_compiled
+def _outward(w: FloatArray) -> None:
+    """Leave out what does not move outward, to the right of its tangent."""
+    for i in range(LANES):
+        inward = w[_VX + i] * w[_TZ + i] - w[_VZ + i] * w[_TX + i] <= 0
+        w[_LOAD + i] = 0.0 if inward else w[_LOAD + i]
 
 
 @_compiled
@@ -228,16 +259,22 @@ def element_forces(pack: Pack, elements: FloatArray) -> FloatArray:
         (the element's own centre where it does not cross the surface).
     """
     kind, values, beta, gamma, beta_bins, gamma_bins, cells = pack
+    corners = cells.reshape(cells.shape[0] * cells.shape[1], 8)
     total = elements.shape[0]
     result = np.empty((total, 4))
-    w = np.empty(_SIZE)
-    for start in range(0, total, BLOCK):
-        n = min(BLOCK, total - start)
+    w = np.zeros(_SIZE)
+    for start in range(0, total, LANES):
+        n = min(LANES, total - start)
         for i in range(n):
             for column in range(8):
-                w[column * BLOCK + i] = elements[start + i, column]
-        _clip(w, n)
-        _forces(w, n, kind, values, beta, gamma, beta_bins, gamma_bins, cells)
+                w[column * LANES + i] = elements[start + i, column]
+        _clip(w)
+        if kind == FOURIER:
+            _fourier(w, values)
+        elif kind == TABLE:
+            _table(w, beta, gamma, beta_bins, gamma_bins, corners)
+        else:
+            _depth_only(w, values)
         for i in range(n):
             result[start + i, 0] = w[_FZ + i]
             result[start + i, 1] = w[_FX + i]
@@ -275,40 +312,38 @@ def pose_forces(
         Force z, force x (N), moment about the reference point (N cm, from z toward x).
     """
     kind, values, beta, gamma, beta_bins, gamma_bins, cells = pack
-    total = body.shape[0]
+    corners = cells.reshape(cells.shape[0] * cells.shape[1], 8)
+    blocks = _by_lane(body)
     result = np.empty((poses.shape[0], 3))
-    w = np.empty(_SIZE)
+    w = np.zeros(_SIZE)
     for p in range(poses.shape[0]):
-        x0, z0, vx0, vz0, rate = poses[p, 0], poses[p, 1], poses[p, 3], poses[p, 4], poses[p, 5]
-        cos_a, sin_a = math.cos(poses[p, 2]), math.sin(poses[p, 2])
-        net_z, net_x, moment = 0.0, 0.0, 0.0
-        for start in range(0, total, BLOCK):
-            n = min(BLOCK, total - start)
-            for i in range(n):
-                bx, bz = body[start + i, 0], body[start + i, 1]
-                tx, tz = body[start + i, 2], body[start + i, 3]
-                half = body[start + i, 4]
-                x, z = bx * cos_a + bz * sin_a, bz * cos_a - bx * sin_a
-                w[_X + i], w[_Z + i] = x0 + x, z0 + z
-                w[_TX + i], w[_TZ + i] = tx * cos_a + tz * sin_a, tz * cos_a - tx * sin_a
-                w[_HALF + i], w[_AREA + i] = half, 2.0 * half * width_cm
-                w[_VX + i], w[_VZ + i] = vx0 + rate * z, vz0 - rate * x
-            _clip(w, n)
+        x0, z0 = poses[p, 0], poses[p, 1]
+        # without a place there is no moment, not even in the air
+        net_z, net_x, moment = 0.0, 0.0, 0.0 * x0
+        for block in range(blocks.shape[0]):
+            _place(w, blocks, block, width_cm, poses, p)
+            _clip(w)
             if solid:
-                for i in range(n):
-                    # outward is to the right of the tangent
-                    if w[_VX + i] * w[_TZ + i] - w[_VZ + i] * w[_TX + i] <= 0:
-                        w[_LOAD + i] = 0.0
-            _forces(w, n, kind, values, beta, gamma, beta_bins, gamma_bins, cells)
-            for i in range(n):
-                fz, fx = w[_FZ + i], w[_FX + i]
-                net_z += fz
-                net_x += fx
-                moment += (w[_ZC + i] - z0) * fx - (w[_XC + i] - x0) * fz
+                _outward(w)
+            idle = _sum(w, _LOAD) == 0
+            if not idle:
+                if kind == FOURIER:
+                    _fourier(w, values)
+                elif kind == TABLE:
+                    _table(w, beta, gamma, beta_bins, gamma_bins, corners)
+                else:
+                    _depth_only(w, values)
+                for i in range(LANES):
+                    fz, fx = w[_FZ + i], w[_FX + i]
+                    w[_MOMENT + i] = (w[_ZC + i] - z0) * fx - (w[_XC + i] - x0) * fz
+                net_z += _sum(w, _FZ)
+                net_x += _sum(w, _FX)
+                moment += _sum(w, _MOMENT)
             if each.shape[0] > 0:
-                for i in range(n):
-                    each[p, start + i, 0] = w[_FZ + i]
-                    each[p, start + i, 1] = w[_FX + i]
+                start = block * LANES
+                for i in range(min(LANES, body.shape[0] - start)):
+                    each[p, start + i, 0] = 0.0 if idle else w[_FZ + i]
+                    each[p, start + i, 1] = 0.0 if idle else w[_FX + i]
                     each[p, start + i, 2] = w[_XC + i]
                     each[p, start + i, 3] = w[_ZC + i]
         result[p, 0], result[p, 1], result[p, 2] = net_z, net_x, moment

@@ -14,7 +14,16 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 ELEMENTS = 30
-"""Elements of a leg in the paper."""
+"""Elements of a leg in the paper.
+
+Each has its middle, tangent and length on the arc itself, and is clipped at the surface. What is left
+at 30 elements comes from the measured table, which has no jump but bends at its nodes: a half circle
+is six degrees an element, so that at every sixth degree of theta all bends in beta (30 degrees
+apart) lie in the middle of an element. The lift is then off by 0.02 to 0.07 N on either curved leg:
+up to 0.4 % of the c-leg's peak and, its peak being five times smaller, 2 % of the reversed c-leg's.
+Gauss points, as many, leave more than half of it; 120 elements leave less than 0.1 % in all five
+media. The nine terms, without bends, are within 0.1 % at 30.
+"""
 
 CURVATURES = {"c_leg": 1.0, "flat_leg": 0.0, "reversed_c_leg": -1.0}
 """R/r of the three model legs."""

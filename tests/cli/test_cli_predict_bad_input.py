@@ -1,0 +1,89 @@
+"""`rftfit predict` with files that are wrong in several places, and with one cell missing."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rftfit import reference
+
+from .test_cli_predict import alpha_frame, here, read_forces
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from .conftest import Said
+
+__all__ = ["here"]  # a fixture
+
+PLATE = "x_cm,z_cm\n-1,0\n1,0\n"
+PATH = "t_s,x_cm,z_cm,angle_deg\n"
+
+
+@pytest.mark.parametrize(
+    ("points", "texts"),
+    [
+        # an eight that closes: a solid body whose skin crosses itself
+        ("0,0\n2,2\n2,0\n0,2\n0,0\n", ["points.csv, row 4", "the line from row 2 to 3 meets"]),
+        # every crossing is told, not just the first
+        ("0,0\n4,0\n4,1\n1,-1\n1,2\n2,2\n2,-2\n", ["row 4", "row 5", "row 7"]),
+        ("1,2\n", ["points.csv, row 2: 1 point; an outline has at least two"]),
+    ],
+)
+def test_outline(rftfit: Callable[..., Said], here: Path, points: str, texts: list[str]) -> None:
+    (here / "points.csv").write_text(f"x_cm,z_cm\n{points}")
+    words = ("--medium", "poppy_LP", "--width", "2", "--outline", "points.csv")
+    said = rftfit("predict", *words)
+    assert said.code == 2
+    for text in texts:
+        assert text in said.err
+    assert not (here / "forces.csv").exists()
+
+
+def test_every_repeated_time_is_told(rftfit: Callable[..., Said], here: Path) -> None:
+    rows = "0,0,0,0\n1,0,-1,0\n1,0,-1,0\n2,0,-2,0\n2,0,-2,0\n1.5,0,-2,0\n"
+    (here / "path.csv").write_text(PATH + rows)
+    said = rftfit("predict", "--leg", "c_leg", "--medium", "poppy_LP", "--path", "path.csv")
+    assert said.code == 2
+    for row, before in ((4, "1 s of row 3"), (6, "2 s of row 5"), (7, "2 s of row 6")):
+        assert f"path.csv, row {row}, column t_s" in said.err
+        assert f"later than the {before}" in said.err
+
+
+def test_one_missing_cell(rftfit: Callable[..., Said], here: Path) -> None:
+    """Only what needs the cell is unknown; the file, the screen and the summary say why."""
+    from rftfit.store import write_csv
+
+    alpha_z, alpha_x = (np.array(part) for part in reference.alpha_grid("poppy_LP"))
+    row, col = 3, list(np.round(reference.GAMMA_DEG, 1)).index(45.0)
+    alpha_z[row, col] = alpha_x[row, col] = np.nan
+    folder = here / "results"
+    (folder / "alpha").mkdir(parents=True)
+    write_csv(alpha_frame("poppy_LP", (alpha_z, alpha_x)), folder / "alpha" / "poppy_LP.csv")
+    (here / "plate.csv").write_text(PLATE)
+    # straight down; then along gamma = 45 degrees; then level
+    steps = "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n3,-1,-4,0\n4,-2,-5,0\n5,-3,-5,0\n6,-4,-5,0\n"
+    (here / "path.csv").write_text(PATH + steps)
+    words = ("--outline", "plate.csv", "--width", "3", "--path", "path.csv",
+             "--results", folder, "--medium", "poppy_LP")  # fmt: skip
+    said = rftfit("predict", *words)
+    assert said.code == 0
+    assert "no alpha at (beta, gamma) in degrees (0, 45): no run" in said.err
+    found = read_forces(here / "forces.csv")
+    # velocities are differences: at 2 s and 4 s the plate turns from one direction to the other,
+    # and between 33.7 and 56.3 degrees every direction needs the cell
+    unknown = np.isnan(found["force_z_N"])
+    assert unknown.tolist() == [False, False, False, True, False, False, False]
+    for name in ("force_x_N", "moment_N_cm", "force_z_lo_N", "force_z_hi_N"):
+        np.testing.assert_array_equal(np.isnan(found[name]), unknown)
+    assert found["force_z_N"][1] == pytest.approx(
+        2 * 6 * reference.alpha_grid("poppy_LP")[0][3, -1]
+    )
+    assert "# empty cells: alpha table of" in (here / "forces.csv").read_text()
+    result = json.loads(rftfit("predict", *words, "--json").out)
+    assert (result["rows_unknown"], result["peaks_complete"]) == (1, False)
+    assert "(0, 45): no run" in result["reason"]

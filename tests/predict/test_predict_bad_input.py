@@ -1,0 +1,170 @@
+"""What is missing stays missing, with its reason, from the logs to the tables of the force model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from rigroom import Room
+
+from rftfit import reference
+from rftfit.measure.alpha import column
+from rftfit.stages.trials import trials
+from rftfit.store import read_csv, write_csv
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+LEG, AIR = "poppy_LP_c_leg", "air_c_leg"
+HOLE = (30.0, 45.0)
+WHY_HOLE = "fewer than 30 samples in the window"
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Room:
+    """One leg run and the same leg in air."""
+    room = Room(tmp_path)
+    config = yaml.safe_load(room.config)
+    config.pop("robot", None)  # no part of this
+    room.config = yaml.safe_dump(config)
+    return room.add(LEG)
+
+
+def alpha_of(medium: str) -> pd.DataFrame:
+    """Alpha table as the slope stage writes it, of the published values."""
+    beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
+    table = pd.DataFrame({"medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel()})
+    for component, alpha in zip("zx", reference.alpha_grid(medium), strict=True):
+        for quantity, add in (("", 0.0), ("_lo", -0.01), ("_hi", 0.01)):
+            table[column(component, quantity)] = alpha.ravel() + add
+        table[column(component, "_se")] = 0.005
+    return table.assign(reason="")
+
+
+def on_trial(room: Room, alpha: pd.DataFrame, legs: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
+    """Predicted curves and errors, through the files of the workflow."""
+    folder, config = room.folder, room.write()
+    names = ("alpha", "legs", "predicted", "errors")
+    paths = {name: folder / f"{name}.csv" for name in names}
+    write_csv(alpha, paths["alpha"])
+    write_csv(legs, paths["legs"])
+    trials(config, [paths["alpha"]], [], [paths["legs"]], paths["predicted"], paths["errors"])
+    return read_csv(paths["predicted"]), read_csv(paths["errors"])
+
+
+def of_c_leg(table: pd.DataFrame, profile: str = "table") -> pd.DataFrame:
+    return table[(table["leg"] == "c_leg") & (table["profile"] == profile)]
+
+
+def stop_at(theta_deg: float) -> tuple[Callable[[str], str], Callable[[str], str]]:
+    """Let the arm stand still from an angle on: what that makes of a force and a motion log."""
+    seconds = np.radians(theta_deg + 135) / 0.2
+
+    def rewritten(
+        text: str, moving: Callable[[list[str]], bool], still: Callable[..., None]
+    ) -> str:
+        lines = text.splitlines()
+        data = next(k for k, line in enumerate(lines) if line[:1].isdigit() or line[:1] == "-")
+        rows = [line.split(",") for line in lines[data:]]
+        start = next(float(row[0]) for row in rows if moving(row))
+        last = next(row for row in rows if float(row[0]) > start + seconds)
+        for row in rows:
+            if float(row[0]) > start + seconds:
+                still(row, last)
+        return "\n".join([*lines[:data], *map(",".join, rows)]) + "\n"
+
+    def force(text: str) -> str:
+        return rewritten(text, lambda row: row[1] == "1", lambda row, _: row.__setitem__(1, "0"))
+
+    def motion(text: str) -> str:
+        return rewritten(
+            text,
+            lambda row: float(row[3]) > -135 + 0.2,
+            lambda row, last: row.__setitem__(slice(1, 4), last[1:4]),
+        )
+
+    return force, motion
+
+
+@pytest.mark.parametrize("run", [LEG, AIR])
+def test_leg_that_stops_turning_early(room: Room, run: str) -> None:
+    """Of the leg in the sand or of the leg in air, whose curve is then no tare farther on."""
+    logs = [name for name in room.logs if run in name]
+    for log in logs:
+        room.change(log, stop_at(-20.0)["motion" in log])
+    results = room.chain()
+    results.check_ledger(room.counted)
+    theta = results.curves["theta_deg"]
+    assert theta.min() <= -133
+    assert -24 <= theta.max() <= -18
+    predicted, errors = on_trial(room, alpha_of("poppy_LP"), results.curves)
+    # the prediction is whole; what it is compared over is said beside every number
+    assert of_c_leg(predicted)["force_z_N"].notna().all()
+    rows = of_c_leg(errors)
+    assert len(rows) == 2
+    assert (rows["theta_to_deg"] == theta.max()).all()
+    assert rows["reason"].str.startswith("the measured curve has only theta -13").all()
+    if run == AIR:
+        assert results.fates(next(log for log in room.logs if f"{LEG}_force" in log))[
+            "dropped", "outside the tare's range"
+        ] > 500  # fmt: skip
+
+
+@pytest.mark.parametrize("run", [LEG, AIR])
+@pytest.mark.parametrize("kinds", [("force",), ("motion",), ("force", "motion")])
+def test_leg_log_that_breaks_off(room: Room, run: str, kinds: tuple[str, ...]) -> None:
+    """No end of the stroke, so the clocks cannot be matched: no curve, and the ledger says why."""
+    for kind in kinds:
+        log = next(name for name in room.logs if f"{run}_{kind}" in name)
+        room.change(
+            log, lambda text: "".join(text.splitlines(keepends=True)[: text.count("\n") // 2])
+        )
+    results = room.chain()
+    results.check_ledger(room.counted)
+    assert results.curves.empty
+    assert "Is a log cut short?" in results.run(run)["reason"]
+    reasons = results.book[results.book["run_id"] == LEG]["reason"]
+    assert reasons.str.contains("Is a log cut short?").any()
+    # another leg has a curve, so that the trial is held at all
+    other = pd.DataFrame({
+        "medium": "poppy_LP", "leg": "flat_leg", "run_id": "other", "theta_deg": [0.0],
+        "force_z_N": 1.0, "force_x_N": 1.0,
+    })  # fmt: skip
+    _, errors = on_trial(room, alpha_of("poppy_LP"), other)
+    rows = of_c_leg(errors)
+    assert (rows["reason"] == "no measured curve").all()
+    assert rows["peak_error_percent"].isna().all()
+
+
+def test_missing_cell_reaches_the_tables(room: Room) -> None:
+    alpha = alpha_of("poppy_LP")
+    empty = (alpha["beta_deg"] == HOLE[0]) & (alpha["gamma_deg"].round(1) == HOLE[1])
+    assert empty.sum() == 1
+    whole = alpha.copy()
+    for name in alpha.filter(like="alpha_"):
+        alpha.loc[empty, str(name)] = np.nan
+    alpha.loc[empty, "reason"] = WHY_HOLE
+    legs = room.chain().curves
+    before, _ = on_trial(room, whole, legs)
+    predicted, errors = on_trial(room, alpha, legs)
+    curve, full = of_c_leg(predicted), of_c_leg(before)
+    unknown = curve["force_z_N"].isna().to_numpy()
+    assert 20 < unknown.sum() < 200
+    for name in ("force_x_N", "moment_N_cm", "force_z_lo_N", "force_z_hi_N", "force_x_lo_N"):
+        np.testing.assert_array_equal(curve[name].isna(), unknown)
+    # what does not need the cell is what it was: nothing is put in its place
+    known = curve["force_z_N"].to_numpy()[~unknown]
+    np.testing.assert_array_equal(known, full["force_z_N"].to_numpy()[~unknown])
+    assert curve[unknown]["reason"].str.contains(f"(30, 45): {WHY_HOLE}", regex=False).all()
+    rows = of_c_leg(errors)
+    assert rows["reason"].str.contains(WHY_HOLE).all()
+    assert (
+        rows[["peak_predicted_N", "peak_error_percent", "rms_error_N", "r2"]].isna().all(axis=None)
+    )
+    # the depth-only model needs three other cells only
+    assert of_c_leg(predicted, "depth_only")["force_z_N"].notna().all()
+    assert of_c_leg(errors, "depth_only")["rms_error_N"].notna().all()
