@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from rftfit.cli.inspection import clock_of, columns_of, lacking
+from rftfit.cli.inspection import clock_of, columns_of, survey
+from rftfit.cli.suggestion import lacking
 from rftfit.logs.base import Log
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def test_inspect(rftfit: Callable[..., Said], campaign: Path) -> None:
     for text in (
         "force log",
         "dialect: rig",
-        "recognised by its header row",
+        "recognised by its header row of the rig's own names",
         f"rows: {rows}, of which {rows} can be read",
         "rate: 100 rows/s (median step 0.01 s",
         "gaps: none",
@@ -88,16 +89,16 @@ def test_damage_is_counted(rftfit: Callable[..., Said], tmp_path: Path) -> None:
 def test_a_sync_line_that_never_changes(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     columns = {"time": np.arange(3.0), "arm_moving": np.ones(3), "F1": np.zeros(3)}
-    needs = lacking(Log(path, columns, {}, 3))
+    needs = lacking(survey([Log(path, columns, {}, 3)]))
     assert any("a change of arm_moving" in need for need in needs)
     columns["arm_moving"][0] = 0
-    assert not any("a change of arm_moving" in need for need in lacking(Log(path, columns, {}, 3)))
+    needs = lacking(survey([Log(path, columns, {}, 3)]))
+    assert not any("a change of arm_moving" in need for need in needs)
 
 
 @pytest.mark.parametrize(
     ("content", "text"),
     [
-        (b"", "the file is empty"),
         (b"a,b\n1,2\n", "found the header 'a,b'"),
         (b"time_s;arm_moving;F1_N\n0;1;2\n", "separated by semicolons"),
         (b"\x89PNG\r\n\x1a\n\x00\x01", "found the header"),
@@ -112,6 +113,13 @@ def test_unknown_files(
     assert said.code == 2
     assert "The dialects there are:\n  rig (" in said.err
     assert text in said.err
+
+
+def test_an_empty_file(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_bytes(b"")
+    said = rftfit("inspect", tmp_path / "log.csv")
+    assert said.code == 2
+    assert said.err.endswith("the file is empty\n")
 
 
 def test_header_only_missing_and_folder(rftfit: Callable[..., Said], tmp_path: Path) -> None:
@@ -148,3 +156,13 @@ def test_panels() -> None:
     assert [panel.get_ylabel() for panel in figure.axes] == ["F1 (N)", "F2 (N)"]
     x, y = np.asarray(figure.axes[1].lines[0].get_data())
     assert (x.tolist(), y.tolist()) == ([0, 1], [3, 4])
+
+
+def test_no_line_over_a_gap() -> None:
+    from rftfit.cli.log_plot import draw_log
+
+    time = np.array([0.0, 1, 2, 3, 30, 31])
+    log = Log(Path("a.csv"), {"time": time, "F1": time + 1}, {"time": "s", "F1": "N"}, 6)
+    x, y = np.asarray(draw_log(log).axes[0].lines[0].get_data())
+    np.testing.assert_array_equal(x, [0, 1, 2, 3, np.nan, 30, 31])
+    np.testing.assert_array_equal(y, [1, 2, 3, 4, np.nan, 31, 32])

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from pathlib import Path  # noqa: TC003  # typer asks for it at run time
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rftfit.cli.output import count, megabytes, say, table
 
 if TYPE_CHECKING:
-    from rftfit.cli.inspection import Clock
-    from rftfit.logs.base import Dialect, Log
+    from collections.abc import Sequence
+
+    from rftfit.cli.inspection import Clock, Survey
+    from rftfit.logs.base import Reader
 
 _MOST_GAPS = 10
 
@@ -23,43 +25,117 @@ def inspect_log(
         Path | None,
         typer.Option(metavar="FILE.png", help="Draw all columns against time into this file."),
     ] = None,
+    dialect: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Read it as this dialect, whatever it looks like."),
+    ] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="An option of the dialect, as in the config."),
+    ] = None,
 ) -> None:
     """Show what a log is: dialect, columns and units, clock, resolution, damage, what it lacks.
 
-    The log is only read. Dialects: rig (the rig's own pair of csv files).
+    The log is only read. The last lines are what config.yaml needs for such logs. Dialects: the
+    rig's csv pair, ATI Net F/T, ATI through NI DAQ, rostopic csv, LabVIEW, Instron-style exports,
+    xlsx, Parquet and others; any other delimited text is described in the config.
     """
-    from rftfit.cli.inspection import read_log
+    from rftfit.cli.inspection import survey
 
-    reader, content = read_log(log)
-    say(describe(reader, content))
+    reader, text, others = _reader(log, dialect, option or [])
+    found = survey(reader.stream(log))
+    say(describe(reader, found, text, others))
     if plot is not None:
         from rftfit.cli.log_plot import plot_log
 
-        plot_log(content, plot)
+        plot_log(reader, log, found, plot)
         say(f"\nDrawing: {plot}")
 
 
-def describe(reader: Dialect, log: Log) -> str:
+def _reader(
+    path: Path, name: str | None, options: Sequence[str]
+) -> tuple[Reader, dict[str, Any] | None, list[str]]:
+    """Find the reader of a file; its format where it is just delimited text; who else claims it."""
+    from rftfit.cli.unknown_log import as_text, refusal, tried
+    from rftfit.errors import InputError
+    from rftfit.logs.registry import claimants, dialect, head_of
+
+    if path.is_dir():
+        raise InputError(f"{path}: this is a folder; name one log in it")
+    if path.exists() and not path.is_file():
+        # a pipe or device would be read for ever
+        raise InputError(f"{path}: this is a pipe or device; name a log, a regular file")
+    head = head_of(path)
+    text: dict[str, Any] | None = None
+    others: list[str] = []
+    if name is not None:
+        reader = dialect(name)
+    elif found := claimants(head):
+        reader, others = found[0], [f"also claimed by: {other.name}" for other in found[1:]]
+    elif (described := as_text(head)) is not None:
+        (reader, text), others = described, tried()
+    else:
+        raise refusal(path, head)
+    if options:
+        try:
+            reader = reader.with_options(dict(_option(pair) for pair in options))
+        except ValueError as error:
+            raise InputError(f"--option: {error}") from None
+    return reader, text, others
+
+
+def _option(pair: str) -> tuple[str, str | float]:
+    key, equals, value = pair.partition("=")
+    if not equals:
+        raise ValueError(f"found {pair!r}; allowed: KEY=VALUE")
+    try:
+        return key, float(value)
+    except ValueError:
+        return key, value
+
+
+def describe(
+    reader: Reader,
+    found: Survey,
+    text: dict[str, Any] | None = None,
+    others: Sequence[str] = (),
+) -> str:
     """Everything that `rftfit inspect` prints of a log.
 
     Parameters
     ----------
-    reader : Dialect
+    reader : Reader
         That read it.
-    log : Log
+    found : Survey
+    text : dict, optional
+        Its format, where no dialect knows it and it was read as delimited text.
+    others : sequence of str
+        Which other dialects claim it, or were tried.
 
     Returns
     -------
     str
     """
-    from rftfit.cli.inspection import clock_of, columns_of, lacking
+    from rftfit.cli.suggestion import config_block, kinds, lacking
+    from rftfit.logs.registry import head_of
+    from rftfit.logs.sniff import encoding_of
 
-    kind = "force log" if "F1" in log.columns else "motion log"
-    used = log.columns["time"].size
-    lines = [
-        f"{log.path}: {kind}, {megabytes(log.path.stat().st_size)}",
+    path = found.first.path
+    kind = " and ".join(kinds(found)) or "unknown kind of"
+    known = [
         f"dialect: {reader.name}, {reader.describe()}",
-        f"  recognised by its header row, whose columns are {', '.join(log.columns)}",
+        f"  recognised by {reader.evidence}; columns are {', '.join(found.first.columns)}",
+    ]
+    if text is not None:
+        shape = ", ".join(f"{key} {value!r}" for key, value in text.items())
+        known = [
+            "dialect: none recognises it; read as delimited text",
+            f"  it looks like {encoding_of(head_of(path))}: {shape}",
+        ]
+    lines = [
+        f"{path}: {kind} log, {megabytes(path.stat().st_size)}",
+        *known,
+        *(f"  {line}" for line in others),
         "",
         table(
             ["column", "quantity", "unit", "lowest", "highest", "resolution"],
@@ -70,21 +146,36 @@ def describe(reader: Dialect, log: Log) -> str:
                     c.unit or "-",
                     *(_short(number) for number in (c.lowest, c.highest, c.resolution)),
                 ]
-                for c in columns_of(log)
+                for c in found.columns
             ],
         ),
         "",
-        f"rows: {log.rows}, of which {used} can be read",
-        *(f"  {number} dropped: {reason}" for reason, number in log.dropped.items()),
-        *_clock_lines(clock_of(log), log.units.get("time", "s")),
+        f"rows: {found.rows}, of which {found.used} can be read",
+        *(f"  {number} dropped: {reason}" for reason, number in found.dropped.items()),
+        *(f"  {number} missing: {reason}" for reason, number in _shares(found)),
+        *_clock_lines(found.clock, found.time_unit or "s"),
+        *(f"note: {note}" for note in found.notes),
         "",
         "needed beside this file:",
-        *(f"  {need}" for need in lacking(log)),
+        *(f"  {need}" for need in lacking(found)),
+        "",
+        "for config.yaml (quantities are guessed from names and units: check them):",
+        *(f"  {line}" for line in config_block(found, reader.name, text)),
     ]
     return "\n".join(lines)
 
 
-def _clock_lines(clock: Clock, unit: str) -> list[str]:
+def _shares(found: Survey) -> list[tuple[str, str]]:
+    whole = found.rows + sum(found.missing.values())
+    return [
+        (reason, f"{number} ({number / whole:.1%} of all)")
+        for reason, number in found.missing.items()
+    ]
+
+
+def _clock_lines(clock: Clock | None, unit: str) -> list[str]:
+    if clock is None:
+        return ["duration, rate and gaps: unknown, no column looks like a time"]
     lines = [f"duration: {_short(clock.duration)} {unit}"]
     if math.isfinite(clock.step):
         lines.append(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -115,6 +116,8 @@ def _parse_whole(body: bytes, width: int) -> FloatArray | None:
 
     if not body.strip():
         return np.empty((width, 0))
+    if body.startswith(BOM_UTF8):
+        return None  # which the fast parser would pass over, in any row that begins a body
     try:
         table = pacsv.read_csv(pa.BufferReader(body), **_options(width))
     except pa.ArrowInvalid:

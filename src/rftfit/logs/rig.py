@@ -5,24 +5,28 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, NamedTuple
 
-from rftfit.logs.base import Log, LogError
+from rftfit.logs.base import Log, LogError, Reader, join
+from rftfit.logs.lines import TextFile
 from rftfit.logs.numbers import Parsed, is_data, parse_bodies
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
 FORCE_COLUMNS = ("time", "arm_moving", "F1", "F2", "F3")
 MOTION_COLUMNS = ("time", "x", "z", "angle")
-MAX_BYTES = 512 * 1024 * 1024
+MAX_BYTES = 1 << 36
+WHOLE_BYTES = 1 << 24
+"""Longer files are read in blocks, so that memory stays bounded."""
 
 _CELL = re.compile(r"^(time|F[123]|x|z|angle)_([A-Za-z]+)$")
 
 
-class RigDialect:
+class RigDialect(Reader):
     """Comma-separated text with ``#`` comments, one header row and the unit in each name."""
 
     name = "rig"
+    evidence = "its header row of the rig's own names"
 
     def describe(self) -> str:
         """Return one line on which program writes such files."""
@@ -80,6 +84,10 @@ class RigDialect:
         list of Log or LogError
             In the order of `paths`.
         """
+        if any(_is_long(path) for path in paths):
+            return [
+                self._long(path) if _is_long(path) else self.load_many([path])[0] for path in paths
+            ]
         texts = [_text(path) for path in paths]
         logs: list[Log | LogError | None] = [t if isinstance(t, LogError) else None for t in texts]
         for columns in (FORCE_COLUMNS, MOTION_COLUMNS):
@@ -93,6 +101,49 @@ class RigDialect:
                 logs[place] = _log(paths[place], text, part)
         return [log for log in logs if log is not None]
 
+    def stream(self, path: Path) -> Iterator[Log]:
+        """Read a log in blocks of some megabytes, where it is long.
+
+        Parameters
+        ----------
+        path : Path
+
+        Yields
+        ------
+        Log
+
+        Raises
+        ------
+        LogError
+            If the file cannot be used at all.
+        """
+        if not _is_long(path):
+            yield self.load(path)
+            return
+        if path.stat().st_size > MAX_BYTES:
+            raise LogError("too_large", f"{path}: larger than {MAX_BYTES >> 20} MB")
+        file = TextFile(path)
+        header, body = _split(file.head)
+        try:
+            names, units = _columns(header)
+        except ValueError as error:
+            raise LogError("header", f"{path}: {error}") from None
+        rows = 0
+        for block, rest in file.blocks(len(file.head) - len(body)):
+            parsed = parse_bodies([block + rest], len(names))[0]
+            rows += parsed.rows
+            if parsed.rows:
+                columns = dict(zip(names, parsed.values, strict=True))
+                yield Log(path, columns, units, parsed.rows, parsed.dropped)
+        if rows == 0:
+            raise LogError("header_only", f"{path}: a header row and no data", 0)
+
+    def _long(self, path: Path) -> Log | LogError:
+        try:
+            return join(self.stream(path))
+        except LogError as error:
+            return error
+
 
 class _Text(NamedTuple):
     """A file before its numbers are parsed."""
@@ -100,6 +151,13 @@ class _Text(NamedTuple):
     names: tuple[str, ...]
     units: dict[str, str]
     body: bytes
+
+
+def _is_long(path: Path) -> bool:
+    try:
+        return path.stat().st_size > WHOLE_BYTES
+    except OSError:
+        return False
 
 
 def _text(path: Path) -> _Text | LogError:

@@ -1,0 +1,94 @@
+"""Exports of testing machines: a row of names, a row of units in brackets, then numbers."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from rftfit.campaign.sources import TextFormat
+from rftfit.logs.delimited import DelimitedReader
+from rftfit.logs.layout import cells_of
+from rftfit.logs.lines import lines_of, readable
+from rftfit.logs.sniff import is_units_row
+from rftfit.logs.textlog import Plan, TextReader
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rftfit.logs.lines import Line
+
+_WORDS = {"\t": "tab"}
+_COMMA = re.compile(r"\d,\d")
+_POINT = re.compile(r"\d\.\d")
+
+
+class InstronReader(TextReader):
+    """Semicolons, commas or tabs; decimal points or commas; whatever stands above the names."""
+
+    name = "instron"
+    evidence = "a row of units in brackets below the row of names"
+
+    def describe(self) -> str:
+        """Return one line on which program writes such files."""
+        return "Instron-style export: names, a row of units in brackets, decimal comma or point"
+
+    def detect(self, head: bytes) -> bool:
+        """Tell from the first 64 kB of a file whether it is of this dialect.
+
+        Parameters
+        ----------
+        head : bytes
+
+        Returns
+        -------
+        bool
+        """
+        return _found(lines_of(readable(head), 60)) is not None
+
+    def plan(self, head: bytes) -> Plan:
+        """Find the two header rows, delimiter and decimal mark.
+
+        Parameters
+        ----------
+        head : bytes
+
+        Returns
+        -------
+        Plan
+
+        Raises
+        ------
+        ValueError
+            If there is no row of units in brackets.
+        """
+        lines = lines_of(head, 160)
+        found = _found(lines)
+        if found is None:
+            raise ValueError("no row of units in brackets, like (s);(mm);(kN), below one of names")
+        place, delimiter = found
+        data = [line.text for line in lines[place + 2 :]]
+        commas = delimiter != "," and any(_COMMA.search(line) for line in data)
+        points = any(_POINT.search(line) for line in data)
+        text = TextFormat.model_validate(
+            {
+                "delimiter": _WORDS.get(delimiter, delimiter),
+                "decimal": "," if commas and not points else ".",
+                "skip_lines": place,
+                "units": True,
+            }
+        )
+        return DelimitedReader().described(text).plan(head)
+
+
+def _found(lines: Sequence[Line]) -> tuple[int, str] | None:
+    """Which line holds the names, and what stands between cells."""
+    for place, (upper, lower) in enumerate(pairwise(lines)):
+        if lower.text.lstrip(' "\t;,')[:1] not in ("(", "["):
+            continue
+        for delimiter in (";", "\t", ","):
+            names = cells_of(upper.text, delimiter, quote=True) or []
+            units = cells_of(lower.text, delimiter, quote=True) or []
+            if len(names) >= 2 and is_units_row(units, len(names)) and lower.whole:
+                return place, delimiter
+    return None

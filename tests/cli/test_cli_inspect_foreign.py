@@ -1,0 +1,154 @@
+"""`rftfit inspect` on logs of other programs, and what it proposes for the config."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+import yaml
+from foreign_logs import TEXTS, netft
+
+from rftfit.campaign.sources import ForceLog, MotionLog
+from rftfit.cli.inspection import survey
+from rftfit.logs.registry import source_reader
+from rftfit.measure.columns import mapped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from .conftest import Said
+
+UNITS = {
+    **dict.fromkeys(("F1", "F2", "F3"), "N"), "time": "s", "x": "mm", "z": "mm", "angle": "deg",
+    "arm_moving": "",
+}  # fmt: skip
+
+
+def block(said: Said) -> dict[str, dict[str, object]]:
+    """The lines for config.yaml, as YAML."""
+    _, _, text = said.out.partition("for config.yaml")
+    lines = [line[2:] for line in text.splitlines()[1:] if line.startswith("  ")]
+    found = yaml.safe_load("\n".join(lines))
+    assert isinstance(found, dict)
+    return found
+
+
+@pytest.mark.parametrize("name", [name for name in TEXTS if name != "rig"])
+def test_the_proposed_config_reads_the_log(
+    name: str, rftfit: Callable[..., Said], tmp_path: Path
+) -> None:
+    """What inspect prints, pasted as it is, gives the quantities that it names."""
+    path = tmp_path / "log.txt"
+    path.write_bytes(TEXTS[name](30).content)
+    said = rftfit("inspect", path)
+    assert (said.code, said.err) == (0, "")
+    recognised = "none recognises it" if name == "delimited" else name
+    assert f"dialect: {recognised}" in said.out
+    found = block(said)
+    assert found
+    for key, values in found.items():
+        source = (ForceLog if key == "force_log" else MotionLog).model_validate(values)
+        log = mapped(source_reader(source, "rig", key).load(path), source, UNITS, key)
+        assert log.size == 30
+        assert set(log.columns) <= set(UNITS) or not source.columns
+        assert (np.diff(log.columns["time"]) > 0).all()
+        assert all(log.units[name] == UNITS[name] for name in set(log.columns) & set(UNITS))
+
+
+def test_lost_packets_and_notes(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    path.write_bytes(netft(40, lost=10).content)
+    said = rftfit("inspect", path, "--plot", tmp_path / "log.png")
+    for text in (
+        "recognised by its preamble",
+        "30 (42.9% of all) missing: lost packets",
+        "gaps: 3\n  0.088 s from 0.072 s on",
+        "note: time is RDT Sequence / 125 Hz (the preamble)",
+        "no sync line: set clock.method",
+    ):
+        assert text in said.out
+    assert (tmp_path / "log.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_dialect_and_options_by_hand(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    path.write_bytes(netft(40).content.replace(b"Rate: 125", b"Rate: 0"))
+    said = rftfit("inspect", path)
+    assert said.code == 2
+    assert "found RDT Sample Rate: 0" in said.err
+    said = rftfit("inspect", path, "--dialect", "ati-netft", "--option", "rate_Hz=100")
+    assert said.code == 0
+    assert "rate: 100 rows/s" in said.out
+    assert "did you mean 'ati-netft'" in rftfit("inspect", path, "--dialect", "ati-netf").err
+    assert "allowed: KEY=VALUE" in rftfit("inspect", path, "--option", "rate").err
+
+
+def test_text_that_no_dialect_knows(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    rows = "".join(f"{1.7e9 + n / 100:.2f};{n % 7},5;{n % 3},25\n" for n in range(30))
+    path.write_text(f"Prüfstand 3\n{rows}", encoding="cp1252")
+    said = rftfit("inspect", path)
+    assert said.code == 0
+    path.write_text(f"Prüfstand 3\n{rows.replace('.', ',')}", encoding="cp1252")
+    said = rftfit("inspect", path, "--plot", tmp_path / "log.png")
+    assert said.code == 0
+    for text in (
+        "dialect: none recognises it; read as delimited text",
+        "8 bits a character, not UTF-8",
+        "tried: rig, ati-netft, ati-daq",
+        'text: {delimiter: ";", decimal: ",", skip_lines: 1, names: false}',
+        "time: {column: 1, unit: s} # the file states no unit: check",
+        "name them in the config",
+    ):
+        assert text in said.out
+
+
+def test_what_cannot_be_a_table(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    path.write_text("Dear reader,\nthis is a letter.\n", encoding="utf-8")
+    said = rftfit("inspect", path)
+    assert said.code == 2
+    assert "It looks like: ASCII; it begins with\n  Dear reader," in said.err
+    assert "No delimiter gives two rows of numbers" in said.err
+    path.write_bytes(bytes(range(256)))
+    assert "It looks like: binary" in rftfit("inspect", path).err
+
+
+def test_a_survey_in_blocks_is_that_of_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "log"
+    made = netft(3000, lost=7)
+    path.write_bytes(made.content)
+    whole = survey([made.reader.load(path)])
+    monkeypatch.setattr("rftfit.logs.lines.BLOCK_BYTES", 40_000)
+    blocks = list(made.reader.stream(path))
+    assert len(blocks) > 5
+    parts = survey(blocks)
+    assert (parts.rows, parts.used, parts.missing) == (whole.rows, whole.used, whole.missing)
+    assert parts.clock is not None
+    assert whole.clock is not None
+    assert parts.clock.gaps == whole.clock.gaps
+    assert parts.clock.duration == whole.clock.duration
+    for one, other in zip(parts.columns, whole.columns, strict=True):
+        assert (one.name, one.lowest, one.highest) == (other.name, other.lowest, other.highest)
+
+
+def test_a_long_log_needs_no_more_memory_than_a_short_one(tmp_path: Path) -> None:
+    """Arrays and texts that Python knows of; 1 MB against 30 MB."""
+    import tracemalloc
+
+    made = netft(5000)
+    body = b"".join(made.lines)
+    path = tmp_path / "log"
+    peaks = []
+    for times in (12, 60):
+        path.write_bytes(made.header + body * times)
+        tracemalloc.start()
+        rows = survey(made.reader.stream(path)).rows
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert rows == 5000 * times
+    assert peaks[1] < 1.3 * peaks[0]

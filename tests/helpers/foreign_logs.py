@@ -1,0 +1,209 @@
+"""Small logs in the dialects of other programs, written from numbers: for tests, fuzzing, benchmarks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.sources import TextFormat
+from rftfit.logs.delimited import DelimitedReader
+from rftfit.logs.registry import dialect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from rftfit.logs.base import Reader
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """A log as bytes, and what it holds.
+
+    Attributes
+    ----------
+    name : str
+    reader : Reader
+    header : bytes
+    lines : list of bytes
+        Data lines with their ends.
+    raw : list of str
+        Names of the columns that come straight out of the cells, in the order of `cells`.
+    cells : callable
+        The values of those columns in one line, read in the simplest way; raises on a bad line.
+    """
+
+    name: str
+    reader: Reader
+    header: bytes
+    lines: list[bytes]
+    raw: list[str]
+    cells: Callable[[str], list[float]]
+
+    @property
+    def content(self) -> bytes:
+        """The whole file."""
+        return self.header + b"".join(self.lines)
+
+
+def _split(
+    separator: str, places: Sequence[int], width: int, decimal: str = "."
+) -> Callable[[str], list[float]]:
+    def cells(line: str) -> list[float]:
+        parts = [part.strip(' \t"') for part in line.split(separator)]
+        if not width - 1 <= len(parts) <= width:
+            raise ValueError(line)
+        return [float(parts[place].replace(decimal, ".")) for place in places]
+
+    return cells
+
+
+def _quoted(line: str) -> list[float]:
+    import csv
+
+    parts = next(csv.reader([line]))
+    if len(parts) != 10:
+        raise ValueError(line)
+    return [float(part) for part in parts[1:9]]
+
+
+def _blanks(line: str) -> list[float]:
+    parts = line.split()
+    if len(parts) != 3:
+        raise ValueError(line)
+    return [float(part) for part in parts]
+
+
+def _numbers(rows: int, columns: int, seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).normal(scale=5, size=(rows, columns)).round(6)
+
+
+def netft(rows: int, *, lost: int = 0) -> Foreign:
+    """ATI Net F/T; `lost` packets are missing after every tenth row."""
+    head = (
+        "Start Time: 1/2/26 3:04 PM\r\nRDT Sample Rate: 125\r\n"
+        '"PLEASE NOTE: read when the program starts."\r\nForce Units: N\r\n'
+        "Counts per Unit Force: 1000000.0\r\nTorque Units: Nm\r\n"
+        "Counts per Unit Torque: 1000000.0\r\n"
+        "Status (hex), RDT Sequence, F/T Sequence, Fx, Fy, Fz, Tx, Ty, Tz, Time\r\n"
+    )
+    lines = []
+    for row, values in enumerate(_numbers(rows, 6)):
+        number = 26049 + row + lost * (row // 10)
+        cells = ["0x0", str(number), str(8 * number), *map(repr, values.tolist())]
+        lines.append(",".join(f'"{cell}"' for cell in [*cells, "Jan 2, 2026 3:04:05 PM"]) + "\r\n")
+    names = ["RDT Sequence", "F/T Sequence", "Fx", "Fy", "Fz", "Tx", "Ty", "Tz"]
+    return _foreign("ati-netft", head, lines, names, _quoted)
+
+
+def daq(rows: int) -> Foreign:
+    """ATI through NI DAQ at 150 Hz."""
+    head = (
+        "First line indicates sampling freq [Hz], samples per channel, QTimer [ms] ,,,\n"
+        "Fx, Fy, Fz, Mz, My, Mz \n150,75,500,23.72,835,0\n"
+    )
+    lines = [",".join(map(repr, values.tolist())) + "\n" for values in _numbers(rows, 6)]
+    names = ["Fx", "Fy", "Fz", "Mz", "My", "Mz_2"]
+    return _foreign("ati-daq", head, lines, names, _split(",", range(6), 6))
+
+
+def rostopic(rows: int) -> Foreign:
+    """One wrench topic at 125 Hz."""
+    forces = [f"field.wrench.{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz"]
+    head = "%time,field.header.seq,field.header.stamp,field.header.frame_id," + ",".join(forces)
+    lines = []
+    for row, values in enumerate(_numbers(rows, 6)):
+        stamp = 1_700_000_000_123_456_789 + 8_000_000 * row
+        cells = [str(stamp + 400_000), str(500 + row), str(stamp), "", *map(repr, values.tolist())]
+        lines.append(",".join(cells) + "\n")
+    names = ["header.seq", *(name.removeprefix("field.") for name in forces)]
+    return _foreign("rostopic", head + "\n", lines, names, _split(",", [1, *range(4, 10)], 10))
+
+
+def lvm(rows: int, *, segments: int = 1, comment: bool = True) -> Foreign:
+    """LabVIEW with decimal commas and no X column."""
+    head = (
+        "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\n"
+        "Decimal_Separator\t,\nMulti_Headings\tYes\nX_Columns\tNo\nTime_Pref\tAbsolute\n"
+        "Date\t2026/01/02\nTime\t03:04:05,25\n***End_of_Header***\t\n\t\n"
+    )
+    lines: list[str] = []
+    for segment in range(segments):
+        part = (
+            f"Channels\t2\t\t\nSamples\t{rows}\t{rows}\t\nDate\t2026/01/02\t2026/01/02\t\n"
+            f"Time\t03:04:{5 + 10 * segment:02d},25\t03:04:{5 + 10 * segment:02d},25\t\n"
+            "Y_Unit_Label\tNewtons\tmm\t\nX_Dimension\tTime\tTime\t\n"
+            "X0\t0,0000E+0\t0,0000E+0\t\nDelta_X\t1,000000E-2\t1,000000E-2\t\n"
+            "***End_of_Header***\t\t\t\nX_Value\tForce z\tz\tComment\n"
+        )
+        body = []
+        for row, values in enumerate(_numbers(rows, 2, seed=segment)):
+            end = "\tstart" if comment and row == 0 else ""
+            body.append(f"\t{values[0]:.6f}\t{values[1]:.6f}{end}\n".replace(".", ","))
+        if segment == 0:
+            head += part
+        else:
+            body[0] = part + body[0]
+        lines += body
+
+    def cells(line: str) -> list[float]:
+        parts = line.split("\t")
+        if not 3 <= len(parts) <= 4:
+            raise ValueError(line)
+        return [float(part.strip().replace(",", ".")) for part in parts[1:3]]
+
+    return _foreign("lvm", head, lines, ["Force z", "z"], cells)
+
+
+def instron(rows: int) -> Foreign:
+    """Semicolons, decimal commas, units in brackets."""
+    head = "Time;Displacement;Force\r\n(s);(mm);(kN)\r\n"
+    lines = [
+        f"{0.02 * row:.2f};{values[0]:.4f};{values[1]:.4f}\r\n".replace(".", ",")
+        for row, values in enumerate(_numbers(rows, 2))
+    ]
+    names = ["Time", "Displacement", "Force"]
+    return _foreign("instron", head, lines, names, _split(";", range(3), 3, ","))
+
+
+def delimited(rows: int) -> Foreign:
+    """Blanks between cells, a comment and a row of names."""
+    head = "# made by hand\ntime_s  x_mm z_mm\n"
+    lines = [
+        f" {0.02 * row:.2f}\t{values[0]:.4f}   {values[1]:.4f}\n"
+        for row, values in enumerate(_numbers(rows, 2))
+    ]
+    text = TextFormat(delimiter="blank", comment="#")
+    found = _foreign("delimited", head, lines, ["time", "x", "z"], _blanks)
+    reader = DelimitedReader().described(text)
+    return Foreign(found.name, reader, found.header, found.lines, found.raw, found.cells)
+
+
+def rig(rows: int) -> Foreign:
+    """The rig's own force log."""
+    head = "# a comment\ntime_s,arm_moving,F1_N,F2_N,F3_N\n"
+    lines = [
+        ",".join([f"{0.01 * row:.2f}", str(row % 2), *map(repr, values.tolist())]) + "\n"
+        for row, values in enumerate(_numbers(rows, 3))
+    ]
+    names = ["time", "arm_moving", "F1", "F2", "F3"]
+    return _foreign("rig", head, lines, names, _split(",", range(5), 5))
+
+
+def _foreign(
+    name: str, head: str, lines: list[str], raw: list[str], cells: Callable[[str], list[float]]
+) -> Foreign:
+    return Foreign(name, dialect(name), head.encode(), [x.encode() for x in lines], raw, cells)
+
+
+TEXTS: dict[str, Callable[[int], Foreign]] = {
+    "rig": rig,
+    "ati-netft": netft,
+    "ati-daq": daq,
+    "rostopic": rostopic,
+    "lvm": lvm,
+    "instron": instron,
+    "delimited": delimited,
+}
+"""Every dialect of text."""

@@ -1,0 +1,198 @@
+"""Every dialect of text, cut and damaged: complete rows come back, none is invented, none is lost."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from foreign_logs import TEXTS, lvm, netft
+from fuzzing import check_rows
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rftfit.logs.base import Log, LogError
+from rftfit.logs.numbers import CELLS, CUT, FINITE, NUMBER
+from rftfit.logs.registry import DIALECTS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from foreign_logs import Foreign
+
+    from rftfit.logs.base import Reader
+
+NAMES = sorted(TEXTS)
+ROWS = 12
+LOGS = {name: make(ROWS) for name, make in TEXTS.items()}
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cut") / "log.txt"
+
+
+def read(reader: Reader, content: bytes, place: Path) -> Log | LogError:
+    place.write_bytes(content)
+    log = reader.load_many([place])[0]
+    assert isinstance(log, Log) or str(place) in str(log)
+    return log
+
+
+def whole(made: Foreign, place: Path) -> Log:
+    log = read(made.reader, made.content, place)
+    assert isinstance(log, Log)
+    return log
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_whole(name: str, place: Path) -> None:
+    made = LOGS[name]
+    log = whole(made, place)
+    assert (log.rows, log.dropped, log.missing) == (ROWS, {}, {})
+    wanted = np.array([made.cells(line.decode()) for line in made.lines])
+    got = np.stack([log.columns[column] for column in made.raw], axis=1)
+    np.testing.assert_array_equal(got, wanted)
+    assert (np.diff(log.columns["Time" if name == "instron" else "time"]) > 0).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_only_its_own_reader_claims_it(name: str) -> None:
+    head = LOGS[name].content
+    claim = [other for other, reader in DIALECTS.items() if reader.detect(head)]
+    assert claim == ([] if name == "delimited" else [name])
+
+
+def ends(made: Foreign) -> list[int]:
+    """Where each data line is complete: behind its first line end character."""
+    stops = np.cumsum([len(made.header), *map(len, made.lines)])[1:]
+    return [
+        int(stop) - line.endswith(b"\r\n") for stop, line in zip(stops, made.lines, strict=True)
+    ]
+
+
+def check_cut(made: Foreign, full: Log, stop: int, place: Path) -> None:
+    complete = sum(end <= stop for end in ends(made))
+    log = read(made.reader, made.content[:stop], place)
+    if isinstance(log, LogError):
+        assert complete == 0
+        assert log.rows == 0
+        return
+    assert log.size == complete
+    assert set(log.dropped) <= {CUT}
+    assert log.rows - log.size in (0, 1)
+    if complete:
+        for name, values in full.columns.items():
+            np.testing.assert_array_equal(log.columns[name], values[:complete])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_cut_anywhere(name: str, place: Path) -> None:
+    """At every byte of a short file."""
+    made = TEXTS[name](3)
+    full = whole(made, place)
+    for stop in range(len(made.content) + 1):
+        check_cut(made, full, stop, place)
+
+
+@settings(max_examples=60, deadline=None)
+@given(name=st.sampled_from(NAMES), rows=st.integers(1, 400), share=st.floats(0, 1))
+def test_cut_long(
+    name: str, rows: int, share: float, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    place = tmp_path_factory.getbasetemp() / "long.txt"
+    made = TEXTS[name](rows)
+    check_cut(made, whole(made, place), round(share * len(made.content)), place)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_bad_line_keeps_its_place_in_time(name: str, place: Path) -> None:
+    """What is left out is a gap; the rows below stay when they were."""
+    made = LOGS[name]
+    full = whole(made, place)
+    for bad, reasons in (
+        (made.lines[5][: len(made.lines[5]) // 2] + b"\n", {CELLS, NUMBER}),
+        (_worse(made, b"x"), {NUMBER}),
+        (_worse(made, b"nan"), {FINITE}),
+        (b"\x00\xff\xfe garbage\n", {CELLS, NUMBER}),
+    ):
+        lines = [*made.lines[:5], bad, *made.lines[6:]]
+        log = read(made.reader, made.header + b"".join(lines), place)
+        assert isinstance(log, Log)
+        assert (log.rows, log.size) == (ROWS, ROWS - 1), bad
+        assert set(log.dropped) <= reasons, bad
+        assert not log.missing
+        keep = np.arange(ROWS) != 5
+        for column, values in full.columns.items():
+            np.testing.assert_array_equal(log.columns[column], values[keep])
+
+
+def _worse(made: Foreign, word: bytes) -> bytes:
+    """The sixth line with its last number replaced."""
+    *_, last = re.finditer(rb"-?\d+[.,]\d+", made.lines[5])
+    return made.lines[5][: last.start()] + word + made.lines[5][last.end() :]
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    name=st.sampled_from(NAMES),
+    spots=st.lists(st.tuples(st.floats(0, 0.9999), st.binary(max_size=3)), min_size=1, max_size=4),
+)
+def test_no_row_is_invented(
+    name: str,
+    spots: list[tuple[float, bytes]],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> None:
+    """Whatever bytes are changed: each row that comes back stands in a line of the file."""
+    made = LOGS[name]
+    content = bytearray(made.content)
+    for share, patch in spots:
+        spot = round(share * len(content))
+        content[spot : spot + len(patch)] = patch
+    log = read(made.reader, bytes(content), tmp_path_factory.getbasetemp() / "patched.txt")
+    if isinstance(log, Log):
+        check_rows(made, log, bytes(content))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_byte_order_mark_within_the_file_is_damage(name: str, place: Path) -> None:
+    """Parsers pass over one at the start of what they are given, and take the cell without it."""
+    made = LOGS[name]
+    lines = [b"\xef\xbb\xbf" + made.lines[0].lstrip()[1:], *made.lines[1:]]
+    log = read(made.reader, made.header + b"".join(lines), place)
+    assert isinstance(log, Log)
+    if name not in ("ati-netft", "lvm"):  # there the first cell is no number that is read
+        assert log.size == ROWS - 1
+
+
+def test_lost_packets_are_a_gap(place: Path) -> None:
+    made = netft(40, lost=3)
+    log = whole(made, place)
+    assert sum(log.missing.values()) == 9
+    assert np.diff(log.columns["time"])[9] == pytest.approx(4 / 125)
+    assert log.columns["time"][-1] == pytest.approx((39 + 9) / 125)
+    # a line that cannot be read is counted as dropped, and not as lost too
+    lines = [*made.lines[:5], b"rubbish\r\n", *made.lines[6:]]
+    damaged = read(made.reader, made.header + b"".join(lines), place)
+    assert isinstance(damaged, Log)
+    assert (sum(damaged.missing.values()), sum(damaged.dropped.values())) == (9, 1)
+
+
+def test_segments(place: Path) -> None:
+    made = lvm(20, segments=3)
+    log = whole(made, place)
+    assert log.rows == 60
+    np.testing.assert_allclose(log.columns["time"][[0, 19, 20, 59]], [0, 0.19, 10, 20.19])
+    assert log.units == {"time": "s", "Force z": "N", "z": "mm"}
+
+
+def test_a_segment_with_other_channels(place: Path) -> None:
+    made = lvm(20, segments=2)
+    content = made.content
+    second = content.index(b"Channels", len(made.header))
+    content = content[:second] + content[second:].replace(b"Force z", b"Torque")
+    log = read(made.reader, content, place)
+    assert isinstance(log, Log)
+    assert (log.rows, log.size) == (40, 20)
+    assert list(log.dropped) == ["segment with other channels than the first"]

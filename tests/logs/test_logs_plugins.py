@@ -1,0 +1,130 @@
+"""A lab's own dialect, from a package of its own; a broken one harms nobody else."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from rftfit.errors import InputError
+from rftfit.logs import plugins as plugins_module
+from rftfit.logs.base import LogError
+from rftfit.logs.registry import DIALECTS, detect, dialect, dialects, faults
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+PAGE = Path(__file__).parents[2] / "docs" / "dialects.md"
+
+
+def blocks(language: str) -> list[str]:
+    """The examples of the documentation, as a reader would copy them."""
+    return re.findall(rf"```{language}\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+    """Put a package where Python finds it, as an installer does."""
+    site = tmp_path / "site"
+    site.mkdir()
+    monkeypatch.syspath_prepend(str(site))
+    before = set(sys.modules)
+
+    def put(package: str, module: str, code: str, **points: str) -> None:
+        (site / f"{module}.py").write_text(code, encoding="utf-8")
+        info = site / f"{package.replace(chr(45), chr(95))}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(
+            f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n", encoding="utf-8"
+        )
+        lines = [f"{name.replace('_', '-')} = {target}" for name, target in points.items()]
+        (info / "entry_points.txt").write_text(
+            "\n".join([f"[{plugins_module.GROUP}]", *lines]) + "\n", encoding="utf-8"
+        )
+        importlib.invalidate_caches()
+        plugins_module.plugins.cache_clear()
+
+    yield put
+    plugins_module.plugins.cache_clear()
+    for name in set(sys.modules) - before:
+        if name.startswith("ourlab"):
+            del sys.modules[name]
+
+
+def test_the_example_of_the_documentation(install: Callable[..., None], tmp_path: Path) -> None:
+    (code,) = blocks("python")
+    (project,) = (block for block in blocks("toml") if "entry-points" in block)
+    name, target = re.findall(
+        r'^([\w-]+) = "([\w:.]+)"$', project.split("entry-points")[1], re.MULTILINE
+    )[0]
+    module = target.split(":")[0]
+    install("ourlab-dialect", module, code, **{name: target})
+    (log_text,) = blocks("text")
+    path = tmp_path / "run1.olf"
+    path.write_text(log_text, encoding="utf-8")
+    reader = detect(path)
+    assert reader is not None
+    assert reader.name == name
+    assert "package ourlab-dialect" in reader.describe()
+    log = reader.load(path)
+    assert log.size == len(log_text.splitlines()) - 2
+    assert log.units == {"time": "s", "Fx": "N", "Fy": "N", "Fz": "N"}
+    assert name in dialects()
+    assert dialect(name).load_many([path])[0].rows == log.rows
+    # cut anywhere, it behaves as the program's own readers do
+    content = log_text.encode()
+    for stop in range(len(content)):
+        path.write_bytes(content[:stop])
+        got = reader.load_many([path])[0]
+        if not isinstance(got, LogError):
+            assert got.size <= content[:stop].count(b"\n") - 2
+
+
+GOOD = "class D:\n    def describe(self): return 'ours'\n    def detect(self, head): return head[:4] == b'OURS'\n"
+
+
+def test_broken_ones_say_so_and_harm_nobody(install: Callable[..., None], tmp_path: Path) -> None:
+    install("ourlab-broken", "ourlab_broken", "import no_such_module\n", a_broken="ourlab_broken:D")
+    install("ourlab-partial", "ourlab_partial", GOOD, partial="ourlab_partial:D")
+    failing = GOOD + "    def load(self, path): return 1 / 0\n"
+    install("ourlab-failing", "ourlab_failing", failing, failing="ourlab_failing:D")
+    wrong = failing.replace("1 / 0", "[1]").replace("return head", "return 1 / len(head[:0]), head")
+    install("ourlab-wrong", "ourlab_wrong", wrong, wrong="ourlab_wrong:D")
+    install("ourlab-thief", "ourlab_thief", failing, rig="ourlab_thief:D")
+    said = "\n".join(faults())
+    assert (
+        "the dialect a-broken of package ourlab-broken (ourlab_broken:D) cannot be loaded" in said
+    )
+    assert "No module named 'no_such_module'" in said
+    assert "the dialect partial of package ourlab-partial" in said
+    assert "it has no load" in said
+    assert (
+        "the dialect rig of package ourlab-thief has the name of one of the program's own" in said
+    )
+    assert dialect("rig") is DIALECTS["rig"]
+    with pytest.raises(InputError, match="the dialect a-broken of package ourlab-broken"):
+        dialect("a-broken")
+    path = tmp_path / "log"
+    path.write_bytes(b"OURS 1\n")
+    reader = detect(path)
+    assert reader is not None
+    assert reader.name == "failing"
+    with pytest.raises(
+        LogError, match="failing of package ourlab-failing failed: ZeroDivisionError"
+    ):
+        reader.load(path)
+    assert not dialect("wrong").detect(b"OURS")
+    with pytest.raises(LogError, match=r"load gave a list, not a rftfit\.logs\.base\.Log"):
+        dialect("wrong").load(path)
+
+
+def test_two_packages_with_one_name(install: Callable[..., None]) -> None:
+    code = GOOD + "    def load(self, path): raise OSError\n"
+    install("ourlab-one", "ourlab_one", code, same="ourlab_one:D")
+    install("ourlab-two", "ourlab_two", code, same="ourlab_two:D")
+    assert "in package ourlab-one and in package ourlab-two" in "\n".join(faults())
+    assert "ourlab-one" in dialects()["same"].describe()

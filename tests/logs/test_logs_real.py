@@ -1,0 +1,101 @@
+"""Logs as real programs wrote them: read whole, or what is lost is counted, or refused in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rftfit.logs.base import Log, LogError
+from rftfit.logs.quantities import guesses
+from rftfit.logs.registry import claimants, detect, dialect, head_of
+
+LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
+
+pytestmark = pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
+
+TEXTS = {
+    "ati_netft/R2_2018_04_11_Thrust_Acro": ("ati-netft", 8412),
+    "ati_netft/R2_2018_07_23_manual02_FT": ("ati-netft", 7344),
+    "ati_daq/log_20231008_13inch_auto7.csv": ("ati-daq", 22512),
+    "instron/Tensile_test_PE.csv": ("instron", 12660),
+    "labview/short.lvm": ("lvm", 10),
+    "labview/with_comments.lvm": ("lvm", 9),
+    "ros1/ur3_wrench.csv": ("rostopic", 7718),
+    "ros1/ur3_wrench_noforces.csv": ("rostopic", 2462),
+}
+REFUSED = {
+    "ati_netft/R2_2018_04_11_Thrust_Acro_actually": "a header and no data",
+    "ati_netft/R2_2018_07_20_manual01": "found RDT Sample Rate: 0 and Force Units: ?",
+    "ati_daq/log_20231002_10inch1R_test2.csv": "a header and no data",
+}
+
+
+@pytest.mark.parametrize("file", TEXTS)
+def test_read(file: str) -> None:
+    name, rows = TEXTS[file]
+    assert [reader.name for reader in claimants(head_of(LOGS / file))] == [name]
+    log = dialect(name).load(LOGS / file)
+    assert log.rows == rows
+    assert log.size == rows or file.startswith("instron")
+
+
+@pytest.mark.parametrize("file", REFUSED)
+def test_refused(file: str) -> None:
+    reader = detect(LOGS / file)
+    assert reader is not None
+    with pytest.raises(LogError, match=REFUSED[file].replace("?", r"\?")):
+        reader.load(LOGS / file)
+
+
+def test_every_file_is_known() -> None:
+    for path in LOGS.rglob("*"):
+        if path.is_file() and path.name != "README.md":
+            assert len(claimants(head_of(path))) == 1, path
+
+
+def test_lost_packets() -> None:
+    log = dialect("ati-netft").load(LOGS / "ati_netft/R2_2018_04_11_Thrust_Acro")
+    (lost,) = log.missing.values()
+    assert lost == (36421 - 26049 + 1) - 8412
+    assert lost / (lost + log.rows) == pytest.approx(0.19, abs=0.005)
+    # time is the packet's number over the rate, whatever is missing in between
+    assert log.columns["time"][-1] == pytest.approx((36421 - 26049) / 125)
+    assert log.units["Fz"] == "N"
+    assert np.abs(log.columns["Fz"]).max() == pytest.approx(38.476, abs=1e-3)  # in N, not in counts
+
+
+def test_rate_and_unit_of_a_file_that_does_not_know_them() -> None:
+    path = LOGS / "ati_netft/R2_2018_07_20_manual01"
+    with pytest.raises(LogError, match="a header and no data"):
+        dialect("ati-netft").with_options({"rate_Hz": 125}).load(path)
+
+
+def test_regrouped_digits_cost_the_column_and_not_the_file() -> None:
+    path = LOGS / "instron/Tensile_test_PE.csv"
+    log = dialect("instron").load(path)
+    assert isinstance(log, Log)
+    assert list(log.dropped) == ["digits regrouped in this column: 10,114 may have been 1,0114"]
+    assert log.size + log.dropped.popitem()[1] == 12660
+    # what is left is one smooth pull: no value off by a power of ten
+    assert (np.diff(log.columns["Displacement"]) > 0).all()
+    assert log.columns["Displacement"][-1] == pytest.approx(210.53)
+    reader = dialect("instron")
+    only = getattr(reader, "only")({"Time", "Force"}).load(path)  # noqa: B009
+    assert (only.size, only.dropped) == (12660, {})
+
+
+def test_text_columns_and_units() -> None:
+    log = dialect("lvm").load(LOGS / "labview/with_comments.lvm")
+    assert list(log.columns) == ["time", "X_Value", "Pressão ABS.", "Temperatura", "Volume"]
+    assert [log.units[name] for name in list(log.columns)[2:]] == ["MPa", "°C", "ml"]
+    log = dialect("lvm").load(LOGS / "labview/short.lvm")
+    assert log.columns["time"][-1] == pytest.approx(9 * 3.90625e-5)
+    assert log.columns["Excitation"][0] == pytest.approx(0.914018)
+
+
+def test_ros() -> None:
+    log = dialect("rostopic").load(LOGS / "ros1/ur3_wrench.csv")
+    assert guesses(log)["F3"] == "wrench.force.z"
+    assert np.median(np.diff(log.columns["time"])) == pytest.approx(1 / 125, rel=1e-3)

@@ -1,0 +1,245 @@
+"""xlsx, Parquet, described text, encodings, options, and what headers may look like."""
+
+from __future__ import annotations
+
+import random
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import pytest
+from foreign_logs import TEXTS, daq, instron, netft
+
+from rftfit.campaign.sources import TextFormat
+from rftfit.logs.base import Log, LogError
+from rftfit.logs.delimited import DelimitedReader
+from rftfit.logs.quantities import guess
+from rftfit.logs.registry import claimants, dialect, head_of
+from rftfit.logs.sniff import encoding_of, look
+from rftfit.logs.unitwords import split_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+VALUES = np.random.default_rng(3).normal(size=(50, 3)).round(5)
+FRAME = pd.DataFrame(VALUES, columns=["Fx [N]", "Fy (N)", "z_mm"])
+
+
+def refused(name: str, path: Path) -> LogError:
+    with pytest.raises(LogError) as caught:
+        dialect(name).load(path)
+    assert str(path) in str(caught.value)
+    return caught.value
+
+
+def same(log: Log) -> None:
+    np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), VALUES)
+    assert log.units == {"Fx": "N", "Fy": "N", "z": "mm"}
+    assert (log.rows, log.dropped) == (50, {})
+
+
+def test_xlsx(tmp_path: Path) -> None:
+    path = tmp_path / "log.xlsx"
+    FRAME.to_excel(path, index=False, engine="xlsxwriter")
+    assert [reader.name for reader in claimants(head_of(path))] == ["xlsx"]
+    same(dialect("xlsx").load(path))
+    with pytest.raises(LogError, match="no sheet 'A'; allowed: Sheet1"):
+        dialect("xlsx").with_options({"sheet": "A"}).load(path)
+    same(dialect("xlsx").with_options({"sheet": "Sheet1"}).load(path))
+
+
+def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path: Path) -> None:
+    path = tmp_path / "log.xlsx"
+    rows: list[list[object]] = [["Test 12", None, None], [None] * 3]
+    rows += [["Time", "Force", "Operator"], ["s", "kN", None]]
+    rows += [[0.1 * n, 2.0 * n, "me"] for n in range(10)]
+    rows[8][1] = "off"
+    pd.DataFrame(rows).to_excel(path, index=False, header=False, engine="xlsxwriter")
+    log = dialect("xlsx").load(path)
+    assert log.units == {"Time": "s", "Force": "kN"}
+    assert (log.rows, log.dropped) == (10, {"not a number": 1})
+
+
+def test_parquet(tmp_path: Path) -> None:
+    path = tmp_path / "log.parquet"
+    FRAME.assign(note="x").to_parquet(path)
+    assert [reader.name for reader in claimants(head_of(path))] == ["parquet"]
+    same(dialect("parquet").load(path))
+    FRAME.mask(FRAME > 2.0).to_parquet(path)
+    log = dialect("parquet").load(path)
+    assert log.rows == 50
+    assert log.dropped == {"NaN or infinite": 50 - log.size}
+
+
+def test_parquet_with_stamps_and_units_in_the_metadata(tmp_path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    stamps = pa.array([1_700_000_000_000_000, 1_700_000_000_008_000], type=pa.timestamp("us"))
+    fields = [
+        pa.field("time", stamps.type),
+        pa.field("force", pa.float32(), metadata={b"unit": b"Newton"}),
+    ]
+    path = tmp_path / "log.parquet"
+    pq.write_table(
+        pa.table([stamps, pa.array([1, 2], pa.float32())], schema=pa.schema(fields)), path
+    )
+    log = dialect("parquet").load(path)
+    assert log.units == {"time": "s", "force": "N"}
+    assert np.diff(log.columns["time"]) == pytest.approx([0.008], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["xlsx", "parquet"])
+def test_cut_and_damaged_binaries(name: str, tmp_path: Path) -> None:
+    """Their list of contents stands at the end: cut, they hold nothing that can be trusted."""
+    path = tmp_path / f"log.{name}"
+    if name == "xlsx":
+        FRAME.to_excel(path, index=False, engine="xlsxwriter")
+    else:
+        FRAME.to_parquet(path)
+    content = path.read_bytes()
+    luck = random.Random(7)
+    for stop in sorted(luck.sample(range(len(content)), 40)):
+        path.write_bytes(content[:stop])
+        assert refused(name, path).rows == 0
+    for _ in range(60):
+        damaged = bytearray(content)
+        for _ in range(luck.choice([1, 3, 20])):
+            damaged[luck.randrange(len(content))] = luck.randrange(256)
+        path.write_bytes(damaged)
+        (log,) = dialect(name).load_many([path])
+        if isinstance(log, LogError):
+            assert str(path) in str(log)
+        else:
+            assert log.size + sum(log.dropped.values()) == log.rows <= 50
+
+
+@pytest.mark.parametrize("name", [*TEXTS, "xlsx", "parquet"])
+def test_missing_empty_and_folder(name: str, tmp_path: Path) -> None:
+    reader = TEXTS[name](1).reader if name in TEXTS else dialect(name)
+    (tmp_path / "empty").write_bytes(b"")
+    for path in (tmp_path / "nowhere", tmp_path / "empty", tmp_path):
+        (error,) = reader.load_many([path])
+        assert isinstance(error, LogError)
+        assert str(path) in str(error)
+
+
+def described(path: Path, content: bytes, **text: object) -> Log:
+    path.write_bytes(content)
+    return DelimitedReader().described(TextFormat.model_validate(text)).load(path)
+
+
+def test_ten_lines_of_config_describe_any_text(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    content = (
+        "Versuch 7\n\n# Kraft und Weg\nZeit;Kraft;Weg;Wer\ns;kN;mm;\n"
+        "0,1;1,5;2;ich\n0,2;x;3;du\n0,3;2,5;4;ich\n"
+    ).encode("utf-16")
+    log = described(
+        path, content, delimiter=";", decimal=",", skip_lines=2, units=True, comment="#"
+    )
+    assert log.units == {"Zeit": "s", "Kraft": "kN", "Weg": "mm"}
+    assert log.columns["Kraft"].tolist() == [1.5, 2.5]
+    assert (log.rows, log.dropped) == (3, {"not a number": 1})
+
+
+def test_columns_by_number_and_a_rate(tmp_path: Path) -> None:
+    log = described(
+        tmp_path / "a", b"1|2\n3|4\nx|4\n5|6\n", delimiter="bar", names=False, rate_Hz=10
+    )
+    assert log.columns["column 1"].tolist() == [1, 3, 5]
+    assert log.columns["time"] == pytest.approx([0, 0.1, 0.3])
+
+
+def test_names_and_cells_that_do_not_match(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="2 names, but 4 cells in most rows"):
+        described(tmp_path / "a", b"a,b\n1,2,3,4\n1,2,3,4\n")
+    # a delimiter at the end of either does no harm
+    assert list(described(tmp_path / "a", b"a,b\n1,2,\n1,2,\n").columns) == ["a", "b"]
+    assert list(described(tmp_path / "a", b"a,b,\n1,2\n1,2\n").columns) == ["a", "b"]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+def test_encodings_and_line_ends(tmp_path: Path, end: str, encoding: str) -> None:
+    text = "Größe (mm),Kraft (N)\n1,2\n\n3,4\n".replace("\n", end)
+    log = described(tmp_path / "a", text.encode(encoding))
+    assert log.units == {"Größe": "mm", "Kraft": "N"}
+    assert log.columns["Kraft"].tolist() == [2, 4]
+
+
+def test_status_of_the_transducer(tmp_path: Path) -> None:
+    made = netft(5)
+    path = tmp_path / "log"
+    path.write_bytes(made.content.replace(b'"0x0","26051"', b'"0x80000000","26051"'))
+    log = dialect("ati-netft").load(path)
+    assert log.size == 4
+    assert list(log.dropped) == [
+        "the transducer reports an error or saturation (status is not 0x0)"
+    ]
+    assert not log.missing
+
+
+def test_rate_zero_and_unit_unknown(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    content = netft(5).content.replace(b"Rate: 125", b"Rate: 0")
+    path.write_bytes(content.replace(b"Force Units: N", b"Force Units: ?"))
+    assert refused("ati-netft", path).code == "rate"
+    log = dialect("ati-netft").with_options({"rate_Hz": 250}).load(path)
+    assert log.units["Fz"] == ""
+    assert log.columns["time"][1] == pytest.approx(0.004)
+    with pytest.raises(ValueError, match="option rate_Hz only, found rate"):
+        dialect("ati-netft").with_options({"rate": 250})
+    with pytest.raises(ValueError, match="a number above 0"):
+        dialect("ati-daq").with_options({"rate_Hz": -1})
+    path.write_bytes(daq(3).content.replace(b"150,75", b"0,75"))
+    assert "sampling frequency '0'" in str(refused("ati-daq", path))
+
+
+def test_only_some_columns(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    path.write_bytes(instron(5).content.replace(b"0,02;", b"0,02;x", 1))
+    reader = instron(5).reader
+    assert reader.load(path).size == 4
+    log = getattr(reader, "only")({"Time", "Force"}).load(path)  # noqa: B009
+    assert (list(log.columns), log.size) == (["Time", "Force"], 5)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "wanted"),
+    [
+        ("wrench.force.z", "N", "F3"), ("Fx", "", "F1"), ("F_y", "N", "F2"), ("forceZ", "kN", "F3"),
+        ("Tx", "N m", "T1"), ("Moment y", "N mm", "T2"), ("Load", "kN", "F3"), ("Zeit", "s", "time"),
+        ("Displacement", "mm", "z"), ("Displacement", "s", ""), ("arm_moving", "", "arm_moving"),
+        ("theta", "deg", "angle"), ("Temperature", "°C", ""), ("max", "", ""), ("x", "mm", "x"),
+        ("RDT Sequence", "", ""), ("F/T Sequence", "", ""), ("position.x", "m", "x"),
+    ],
+)  # fmt: skip
+def test_guesses(name: str, unit: str, wanted: str) -> None:
+    assert guess(name, unit) == wanted
+
+
+@pytest.mark.parametrize(
+    ("cell", "wanted"),
+    [
+        ("Force [kN]", ("Force", "kN")), ("Force (Newtons)", ("Force", "N")), ("x_mm", ("x", "mm")),
+        ("F / N", ("F", "N")), ("time, s", ("time", "s")), ("Fx", ("Fx", "")), ("Torque (Nm)", ("Torque", "N m")),
+        ("Angle (°)", ("Angle", "deg")), ("p (MPa)", ("p", "MPa")), ("run_a", ("run_a", "")), ("t (?)", ("t", "")),
+    ],
+)  # fmt: skip
+def test_units_in_names(cell: str, wanted: tuple[str, str]) -> None:
+    assert split_unit(cell) == wanted
+
+
+def test_what_a_file_looks_like() -> None:
+    found = look(b"Test\nOperator: me\nt;F\n0,1;2,5\n0,2;2,6\n0,3;2,7\n")
+    assert found is not None
+    assert found.as_format() == {"delimiter": ";", "decimal": ",", "skip_lines": 2}
+    found = look(b"1.0\t2\n1.5\t3\n2.5\t4\n")
+    assert found is not None
+    assert found.as_format() == {"delimiter": "tab", "names": False}
+    assert look(b"Dear reader,\nthis is a letter, not a log.\nYours, me\n") is None
+    assert look(bytes(range(256)) * 10) is None
+    assert encoding_of("größe".encode("cp1252")).startswith("8 bits")
+    assert encoding_of("größe".encode()) == "UTF-8"
+    assert encoding_of(b"\x00\x01") == "binary"
