@@ -9,6 +9,7 @@ import numpy as np
 
 from rftfit.measure.autocorrelation import combine_dof
 from rftfit.measure.fits import COMPONENTS
+from rftfit.measure.repeats import GIVEN_DOF, Spread, mean_of_repeats, spread_of_runs
 from rftfit.measure.slope import student_quantile
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
@@ -43,12 +44,20 @@ def column(component: str, quantity: str = "") -> str:
     return f"alpha_{component}{quantity}_N_per_cm3"
 
 
-def alpha_table(fits: pd.DataFrame, medium: str, confidence: float, depths: int) -> pd.DataFrame:
+def alpha_table(
+    fits: pd.DataFrame,
+    medium: str,
+    confidence: float,
+    depths: int,
+    run_to_run: float | None = None,
+) -> pd.DataFrame:
     """Combine the fits of one medium into the 7 x 13 grid of Table S5.
 
     A cell with several runs gets their mean. The cells beta = -90 and +90 degrees are one and the
     same plate and share their runs. A horizontal cell is the zero-intercept fit through the
-    steady-state means at the depths of its runs (design section 2).
+    steady-state means at the depths of its runs (design section 2). What differs from run to run
+    enters every interval as far as it is known: pooled from the repeats of the sheet, else as
+    stated (`measure.repeats`); column `spread` says which.
 
     Parameters
     ----------
@@ -59,6 +68,8 @@ def alpha_table(fits: pd.DataFrame, medium: str, confidence: float, depths: int)
         Level of the intervals.
     depths : int
         Number of depths that a horizontal cell should have.
+    run_to_run : float, optional
+        Stated standard deviation of alpha from run to run, N/cm^3.
 
     Returns
     -------
@@ -70,6 +81,7 @@ def alpha_table(fits: pd.DataFrame, medium: str, confidence: float, depths: int)
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
     beta_deg = np.array([row["beta_deg"] for row in records], dtype=float)
     gamma_deg = np.array([row["gamma_deg"] for row in records], dtype=float)
+    spreads = {c: spread_of_runs(_repeats(records, c), run_to_run) for c in COMPONENTS}
     rows = []
     for beta in BETA_DEG:
         off_beta = np.abs((beta_deg - beta + 90) % 180 - 90)
@@ -78,13 +90,27 @@ def alpha_table(fits: pd.DataFrame, medium: str, confidence: float, depths: int)
                 np.abs(gamma_deg - gamma) < ANGLE_TOLERANCE_DEG
             )
             here = [records[index] for index in np.flatnonzero(near)]
-            cell = _cell(here, bool(gamma == 0), confidence, depths)
+            cell = _cell(here, bool(gamma == 0), confidence, depths, spreads)
             rows.append({"medium": medium, "beta_deg": beta, "gamma_deg": gamma, **cell})
     return pd.DataFrame(rows)
 
 
+def _repeats(records: list[Row], component: str) -> list[tuple[FloatArray, FloatArray]]:
+    """Group the runs of one cell, and of one depth where it is horizontal."""
+    groups: dict[tuple[float, float, float], list[Row]] = {}
+    for run in records:
+        if math.isfinite(run[column(component)]):
+            level = round(float(run["gamma_deg"]), 1) == 0
+            depth = round(run["depth_from_cm"], 1) if level else 0.0
+            # -90 and 90 degrees are one plate
+            beta = round(float(run["beta_deg"]), 1)
+            key = (abs(beta) if abs(beta) == 90 else beta, round(float(run["gamma_deg"]), 1), depth)
+            groups.setdefault(key, []).append(run)
+    return [_parts(group, component)[:2] for group in groups.values()]
+
+
 def _cell(
-    runs: list[Row], horizontal: bool, confidence: float, depths: int
+    runs: list[Row], horizontal: bool, confidence: float, depths: int, spreads: dict[str, Spread]
 ) -> dict[str, float | int | str]:
     names = [column(component, quantity) for component in COMPONENTS for quantity in QUANTITIES]
     cell: dict[str, float | int | str] = dict.fromkeys(names, math.nan)
@@ -101,8 +127,11 @@ def _cell(
         if n_depths < depths:
             flags.append(f"{n_depths} of {depths} depths")
         for component in COMPONENTS:
-            combine = _through_depths if horizontal else _mean_of_runs
-            alpha, se, dof = combine(good, component)
+            spread = spreads[component]
+            if horizontal:
+                alpha, se, dof = _through_depths(good, component, spread)
+            else:
+                alpha, se, dof = mean_of_repeats(*_parts(good, component), spread)
             half = float(student_quantile(confidence, dof)) * se
             values = (alpha, se, alpha - half, alpha + half)
             cell.update({column(component, quantity): value
@@ -110,6 +139,8 @@ def _cell(
     return cell | {
         "n_runs": len(good),
         "run_ids": " ".join(run["run_id"] for run in good),
+        **{f"run_to_run_{c}_N_per_cm3": spreads[c].deviation for c in COMPONENTS},
+        "spread": spreads["z"].source,
         "flags": "; ".join(flags),
         "reason": "; ".join(reasons),
     }
@@ -121,29 +152,19 @@ def _parts(runs: list[Row], component: str) -> tuple[FloatArray, FloatArray, Flo
     return alpha, se, dof
 
 
-def _mean_of_runs(runs: list[Row], component: str) -> tuple[float, float, float]:
-    """Mean, its standard error and degrees of freedom."""
-    alpha, se, dof = _parts(runs, component)
-    n = alpha.size
-    within = float((se**2).sum()) / n**2
-    within_dof = float(combine_dof((se / n) ** 2, dof))
-    if n == 1:
-        return float(alpha[0]), math.sqrt(within), within_dof
-    # repeats show what one run cannot: how well the bed was prepared again
-    between = float(alpha.var(ddof=1)) / n
-    if between > within:
-        return float(alpha.mean()), math.sqrt(between), n - 1.0
-    return float(alpha.mean()), math.sqrt(within), within_dof
-
-
-def _through_depths(runs: list[Row], component: str) -> tuple[float, float, float]:
+def _through_depths(runs: list[Row], component: str, spread: Spread) -> tuple[float, float, float]:
     """Zero-intercept fit through the mean stress at each depth."""
     alpha, se, dof = _parts(runs, component)
     depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in runs])
     share = depth**2 / float(depth @ depth)
-    variances = (share * se) ** 2
-    total = math.sqrt(float(variances.sum()))
-    return float(share @ alpha), total, float(combine_dof(variances, dof))
+    # a start-up moves all depths the same way, so its parts add up before they are squared
+    startup = np.array([run.get(f"alpha_{component}_startup_N_per_cm3", 0.0) for run in runs])
+    own = np.maximum(se**2 - startup**2, 0) * share**2
+    parts = np.concatenate(
+        [own, [spread.variance * float(share @ share), float(share @ startup) ** 2]]
+    )
+    dofs = np.concatenate([dof, [spread.dof, GIVEN_DOF]])
+    return float(share @ alpha), math.sqrt(float(parts.sum())), float(combine_dof(parts, dofs))
 
 
 def grid(table: pd.DataFrame, name: str) -> FloatArray:

@@ -4,7 +4,9 @@ Transducer samples at 100 Hz are correlated over many samples, so the textbook s
 slope is several times too small. The long-run variance is estimated here by equally weighted
 cosines (a fixed number of low frequencies, hence a Student t with that many degrees of freedom)
 after prewhitening by a fifth-order autoregression; see Andrews and Monahan, Econometrica 60, 953
-(1992) and Lazarus, Lewis, Stock and Watson, J. Bus. Econ. Stat. 36, 541 (2018).
+(1992) and Lazarus, Lewis, Stock and Watson, J. Bus. Econ. Stat. 36, 541 (2018). Weighted cosines
+overlap with one another and with what was fitted: they are made orthonormal and orthogonal to it,
+else the fit would already have eaten part of the scatter that they measure.
 """
 
 from __future__ import annotations
@@ -30,14 +32,18 @@ def _cosines(n: int, count: int) -> FloatArray:
     return modes
 
 
-def weighted_sum_variance(residual: FloatArray, weight: FloatArray) -> tuple[FloatArray, float]:
-    """Variance of sum(weight x error) from the residuals of a one-parameter fit.
+def weighted_sum_variance(
+    residual: FloatArray, weight: FloatArray, fitted: FloatArray | None = None
+) -> tuple[FloatArray, float]:
+    """Variance of sum(weight x error) from the residuals of a linear fit.
 
     Parameters
     ----------
     residual : numpy.ndarray, shape (k, n)
         k series of n residuals each, equally spaced.
     weight : numpy.ndarray, shape (n,)
+    fitted : numpy.ndarray, shape (p, n), optional
+        What was fitted, linearly independent; by default the weight alone.
 
     Returns
     -------
@@ -61,13 +67,23 @@ def weighted_sum_variance(residual: FloatArray, weight: FloatArray) -> tuple[Flo
         white -= memory[:, lag - 1, None] * residual[:, order - lag : n - lag]
     inner = weight[order:]
     count = min(COSINES, inner.size // 4)
-    level = np.mean((white * inner @ _cosines(inner.size, count).T) ** 2, axis=1)
-    level = level * inner.size / (inner @ inner)
+    level = _level(white, inner, weight[None, :] if fitted is None else fitted, count)
     growth, gain = _growth(weight, memory)
     effective = n / growth
     # one parameter was fitted, at the cost of one of the effectively independent samples
     loss = effective / np.maximum(effective - 1, 0.5)
     return level * gain * growth * (weight @ weight) * loss, float(count)
+
+
+def _level(white: FloatArray, weight: FloatArray, fitted: FloatArray, count: int) -> FloatArray:
+    """Variance of white residuals as their slow, weighted modes show it, shape (k,)."""
+    modes = weight * _cosines(weight.size, count)
+    basis = np.linalg.qr(fitted[:, -weight.size :].T)[0]
+    shadow = modes @ basis
+    overlap = modes @ modes.T - shadow @ shadow.T
+    sums = white @ modes.T - (white @ basis) @ shadow.T
+    level: FloatArray = np.einsum("ij,ji->i", sums, np.linalg.solve(overlap, sums.T)) / count
+    return level
 
 
 def _autoregression(residual: FloatArray, order: int) -> FloatArray:

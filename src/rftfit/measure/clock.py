@@ -35,6 +35,10 @@ class ClockFit:
         Root mean square of the edges about the fit.
     edges : int
         Edges used.
+    se_s : float, optional
+        Standard error of the offset where it was estimated by itself.
+    hours : int, optional
+        Whole hours in it, where that was found by itself.
     """
 
     offset_s: float
@@ -42,6 +46,8 @@ class ClockFit:
     reference_s: float
     residual_s: float
     edges: int
+    se_s: float | None = None
+    hours: int | None = None
 
     def offset_se(self, step_s: float) -> float:
         """Return the standard error of the offset.
@@ -56,6 +62,8 @@ class ClockFit:
         float
             s; 0 for logs on one clock.
         """
+        if self.se_s is not None:
+            return self.se_s
         if self.edges == 0:
             return 0.0
         # an arm that moves for whole samples has all its edges at one place between two samples:
@@ -67,7 +75,7 @@ class ClockFit:
     @property
     def whole_hours(self) -> int:
         """Whole hours in the offset: a time zone or daylight saving, when not zero."""
-        return round(self.offset_s / HOUR_S)
+        return round(self.offset_s / HOUR_S) if self.hours is None else self.hours
 
     def motion_time(self, force_time: FloatArray) -> FloatArray:
         """Turn times of the force log into times of the motion log.

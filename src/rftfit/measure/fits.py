@@ -11,10 +11,11 @@ import numpy as np
 from rftfit.conventions import file_extraction
 from rftfit.measure.rows import Why
 from rftfit.measure.slope import Slope, fit_slope
+from rftfit.measure.startup import unfinished_start
 from rftfit.measure.window import horizontal_window, linear_window, slanted_window
 
 if TYPE_CHECKING:
-    from rftfit.campaign.config import Config, Plate
+    from rftfit.campaign.config import AnyPlate, Config
     from rftfit.campaign.runs import Run
     from rftfit.conventions import FloatArray
 
@@ -115,7 +116,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> Fit:
         With a reason and no slope where the run must not give a number.
     """
     plate = config.intruders[run.intruder]
-    assert plate.shape == "plate"
+    assert plate.shape != "leg"
     beta_deg, gamma_deg, sign_x = filed_under(run)
     window = _window(run, stroke, plate, config)
     wanted = window == Why.GOOD
@@ -140,16 +141,20 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> Fit:
         return refuse(f"too few points: {points} in the window, {config.fit.min_points} wanted")
 
     depth = stroke.depth[usable]
-    stress = stroke.force[:, usable] / plate.area_cm2
+    stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
+    startup = None
+    if run.direction == "horizontal":
+        startup = unfinished_start(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
     slope = fit_slope(
-        depth, stress, stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof, stroke.depth_sd
-    )
+        depth, stress[:, usable], stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof,
+        stroke.depth_sd, startup,
+    )  # fmt: skip
     flags = stroke.flags + _linearity_flags(run, slope, float(depth.max()), plate, config)
     return Fit(beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why, flags)
 
 
-def _window(run: Run, stroke: Stroke, plate: Plate, config: Config) -> np.ndarray:
+def _window(run: Run, stroke: Stroke, plate: AnyPlate, config: Config) -> np.ndarray:
     beta = math.radians(run.beta_deg)
     medium = config.media[run.medium]
     if medium.role == "natural_sand":
@@ -163,7 +168,7 @@ def _window(run: Run, stroke: Stroke, plate: Plate, config: Config) -> np.ndarra
 
 
 def _linearity_flags(
-    run: Run, slope: Slope, deepest: float, plate: Plate, config: Config
+    run: Run, slope: Slope, deepest: float, plate: AnyPlate, config: Config
 ) -> tuple[str, ...]:
     """Name the components whose curvature is both significant and large enough to matter."""
     if run.direction == "horizontal":

@@ -10,10 +10,10 @@ import numpy as np
 
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.clean import gaps
-from rftfit.measure.clock import ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.frame import sensor_to_lab
-from rftfit.measure.ledger import DROPPED, USED, Ledger
-from rftfit.measure.motion import Motion, StrokeError, find_stroke
+from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger
+from rftfit.measure.motion import Motion, StrokeError
+from rftfit.measure.placing import REPEATED, find_clock, place_surface, stroke_of, without_repeats
 from rftfit.measure.rows import Why
 from rftfit.measure.units import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
 from rftfit.measure.zero import find_zero, height_needed
@@ -22,7 +22,11 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
     from rftfit.campaign.runs import Run
     from rftfit.conventions import FloatArray
+    from rftfit.measure.alignment import Alignment
+    from rftfit.measure.clock import ClockFit
+    from rftfit.measure.compliance import Compliance
     from rftfit.measure.pair import Pair
+    from rftfit.measure.surface import Surface
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
 _WHY_OF_PHASE = np.array(
@@ -58,6 +62,10 @@ class Trace:
         Remarks that do not stop the run.
     rows : tuple of int
         Data lines of force and motion log.
+    alignment : Alignment or None
+        What the clocks were estimated from, where they were.
+    surface : Surface or None
+        The free surface as found, where it was looked for.
     """
 
     run: Run
@@ -73,6 +81,8 @@ class Trace:
     clock: ClockFit
     flags: tuple[str, ...]
     rows: tuple[int, int]
+    alignment: Alignment | None = None
+    surface: Surface | None = None
 
     @property
     def note(self) -> str:
@@ -92,7 +102,9 @@ class RunRefused(ValueError):
     """A run that gives no trace; the text is the reason in ledger, table and report."""
 
 
-def ingest_run(config: Config, run: Run, pair: Pair, ledger: Ledger) -> Trace:
+def ingest_run(
+    config: Config, run: Run, pair: Pair, ledger: Ledger, compliance: Compliance | None = None
+) -> Trace:
     """Bring the two logs of a run together and into the lab frame.
 
     Rows that go no further are put into the ledger here; the good ones of the stroke are left to
@@ -106,6 +118,8 @@ def ingest_run(config: Config, run: Run, pair: Pair, ledger: Ledger) -> Trace:
         Its logs as read.
     ledger : Ledger
         Is added to.
+    compliance : Compliance, optional
+        How far the machine yields under load.
 
     Returns
     -------
@@ -120,12 +134,13 @@ def ingest_run(config: Config, run: Run, pair: Pair, ledger: Ledger) -> Trace:
     if not problems:
         assert isinstance(pair.force, Log)
         assert isinstance(pair.motion, Log)
+        force_log = without_repeats(config, pair.force)
         try:
-            trace = _make_trace(config, run, pair.force, pair.motion)
+            trace = _make_trace(config, run, force_log, pair.motion, compliance)
         except ValueError as error:
             problems = [str(error)]
         else:
-            _account(ledger, run, pair.force, pair.motion, trace)
+            _account(ledger, run, force_log, pair.motion, trace)
             return trace
     reason = "; ".join(problems)
     _account_refused(ledger, run, run.force_log, pair.force, reason)
@@ -133,21 +148,26 @@ def ingest_run(config: Config, run: Run, pair: Pair, ledger: Ledger) -> Trace:
     raise RunRefused(reason)
 
 
-def _make_trace(config: Config, run: Run, force_log: Log, motion_log: Log) -> Trace:
-    channels, force_time, line = _force(config, force_log)
-    motion = _motion(config, run, motion_log)
-    spans = motion.spans(config.arm)
-    clock = _clock(config, force_time, line, motion, spans)
-    start, end = find_stroke(motion, spans, run, config.arm)
-
+def _make_trace(
+    config: Config, run: Run, force_log: Log, motion_log: Log, compliance: Compliance | None
+) -> Trace:
+    channels, force_time, line = _channels(config, force_log)
+    force = (sensor_to_lab(config.transducer) @ channels)[::-1]
+    motion = read_motion(config, run, motion_log)
+    limits = np.array(config.transducer.range_N)[:, None]
+    saturated = np.asarray((np.abs(channels) >= _NEAR_FULL_RANGE * limits).any(axis=0))
+    clock, alignment = find_clock(config, run, force_time, line, force[0], motion, ~saturated)
     on_motion = clock.motion_time(force_time)
+    motion, surface = place_surface(
+        config, run, motion, on_motion[~saturated], force[0, ~saturated], clock.se_s or 0.0
+    )
+    spans = motion.spans(config.arm)
+    start, end = stroke_of(config, run, motion, spans)
     x, z, angle = motion.at(on_motion)
     why = np.full(force_time.size, Why.GOOD, dtype=np.int8)
     for gap_start, gap_end in gaps(motion.time, config.clock.max_gap_s):
         why[(on_motion > gap_start) & (on_motion < gap_end)] = Why.MOTION_GAP
     why[(on_motion < motion.time[0]) | (on_motion > motion.time[-1])] = Why.NO_MOTION
-    limits = np.array(config.transducer.range_N)[:, None]
-    saturated = (np.abs(channels) >= _NEAR_FULL_RANGE * limits).any(axis=0)
     why[saturated] = Why.SATURATED
 
     moving = np.zeros(force_time.size, dtype=bool)
@@ -159,7 +179,6 @@ def _make_trace(config: Config, run: Run, force_log: Log, motion_log: Log) -> Tr
     in_stroke = (on_motion >= start) & (on_motion <= end)
     if not in_stroke.any():
         raise StrokeError("no_force", "the force log has no sample during the stroke")
-    force = (sensor_to_lab(config.transducer) @ channels)[::-1]
     zero = find_zero(
         force_time,
         force,
@@ -172,6 +191,12 @@ def _make_trace(config: Config, run: Run, force_log: Log, motion_log: Log) -> Tr
         raise StrokeError(
             "no_zero", "no zero: the intruder is never at rest in air for half a second"
         )
+
+    force = force - zero.force
+    if compliance is not None:
+        travel, known = compliance.at(force[0])
+        z = z + travel
+        why[~known & (why == Why.GOOD)] = Why.YIELDED
 
     phase = np.full(force_time.size, PHASES.index("other"))
     phase[in_air & ~moving] = PHASES.index("air")
@@ -187,23 +212,68 @@ def _make_trace(config: Config, run: Run, force_log: Log, motion_log: Log) -> Tr
     if stuck:
         flags += (f"transducer saturated in {stuck} samples of the stroke",)
     return Trace(
-        run, force_time, phase, x, z, angle, force - zero.force, why,
+        run, force_time, phase, x, z, angle, force, why,
         zero.variance, zero.dof, clock, flags, (force_log.rows, motion_log.rows),
+        alignment, surface,
     )  # fmt: skip
 
 
-def _force(config: Config, log: Log) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Channels in N, shape (3, n); time in s; the sync line."""
+def _channels(config: Config, log: Log) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    """Channels in N, shape (3, n); time in s; the sync line, if there is one."""
     unit = config.transducer.force_unit
     names = ("F1", "F2", "F3")
     channels = np.stack([log.columns[name] for name in names])
     for index, name in enumerate(names):
         channels[index] *= factor(FORCE_TO_N, log.units[name], unit, f"{log.path.name}: {name}")
     time = log.columns["time"] * factor(TIME_TO_S, log.units["time"], "s", f"{log.path.name}: time")
-    return channels, time, log.columns["arm_moving"]
+    return channels, time, log.columns.get("arm_moving")
 
 
-def _motion(config: Config, run: Run, log: Log) -> Motion:
+def read_force(config: Config, log: Log) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    """Turn a force log into the lab frame.
+
+    Parameters
+    ----------
+    config : Config
+    log : Log
+
+    Returns
+    -------
+    force : numpy.ndarray, shape (2, n)
+        z, x; N; zero not removed.
+    time : numpy.ndarray, shape (n,)
+        s.
+    line : numpy.ndarray, shape (n,), or None
+        The sync line.
+
+    Raises
+    ------
+    ValueError
+        If log and config disagree on a unit.
+    """
+    channels, time, line = _channels(config, log)
+    return (sensor_to_lab(config.transducer) @ channels)[::-1], time, line
+
+
+def read_motion(config: Config, run: Run, log: Log) -> Motion:
+    """Turn a motion log into the lab frame.
+
+    Parameters
+    ----------
+    config : Config
+    run : Run
+        Its ``surface_z_mm`` goes before the arm's.
+    log : Log
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    ValueError
+        If log and config disagree on a unit.
+    """
     unit = config.arm.position_unit
     name = log.path.name
     to_cm = factor(LENGTH_TO_CM, log.units["x"], unit, f"{name}: x")
@@ -219,23 +289,13 @@ def _motion(config: Config, run: Run, log: Log) -> Motion:
     )
 
 
-def _clock(
-    config: Config, time: FloatArray, line: FloatArray, motion: Motion, spans: FloatArray
-) -> ClockFit:
-    if config.clock.method == "same_clock":
-        return ClockFit(0.0, 0.0, 0.0, 0.0, 0)
-    seen = whole_spans(moving_spans(time, line, 0.5), float(time[0]), float(time[-1]))
-    # the speed is known from the second sample to the last but one; no spans in fewer than three
-    done = whole_spans(spans, *motion.time[[1, -2]]) if len(spans) else spans
-    return align(seen, done, config.clock.max_residual_s)
-
-
 def _damage(*logs: Log) -> tuple[str, ...]:
     """Name the rows that were lost from each log, and why."""
     return tuple(
         f"{count} rows of {log.path.name}: {reason}"
         for log in logs
-        for reason, count in log.dropped.items()
+        for reason, count in (*log.dropped.items(), *log.missing.items())
+        if reason != REPEATED
     )
 
 
@@ -258,6 +318,7 @@ def _account(ledger: Ledger, run: Run, force_log: Log, motion_log: Log, trace: T
     for file, log in ((run.force_log, force_log), (run.motion_log, motion_log)):
         for reason, rows in log.dropped.items():
             ledger.add(run, file, DROPPED, reason, rows)
+        _account_lost(ledger, run, file, log)
     path = f"path; {trace.note}" if trace.note else "path"
     ledger.add(run, run.motion_log, USED, path, motion_log.columns["time"].size)
     outside = _WHY_OF_PHASE[trace.phase]
@@ -266,10 +327,17 @@ def _account(ledger: Ledger, run: Run, force_log: Log, motion_log: Log, trace: T
     ledger.add_rows(run, run.force_log, outside[~handed_on], "zero of the transducer")
 
 
+def _account_lost(ledger: Ledger, run: Run, file: str, log: Log) -> None:
+    """Put what the instrument counted and the file lacks into the ledger."""
+    for reason, samples in log.missing.items():
+        ledger.add(run, file, LOST, reason, samples)
+
+
 def _account_refused(ledger: Ledger, run: Run, file: str, log: Log | LogError, reason: str) -> None:
     if isinstance(log, LogError):
         ledger.add(run, file, DROPPED, reason, log.rows)
         return
     for cause, rows in log.dropped.items():
         ledger.add(run, file, DROPPED, cause, rows)
-    ledger.add(run, file, DROPPED, reason, next(iter(log.columns.values())).size)
+    ledger.add(run, file, DROPPED, reason, log.size)
+    _account_lost(ledger, run, file, log)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.runs import Run
 
-USED, DROPPED = "used", "dropped"
+USED, DROPPED, LOST = "used", "dropped", "lost"
 COLUMNS = ["run_id", "medium", "kind", "file", "fate", "reason", "rows"]
 
 
@@ -42,7 +42,7 @@ class Ledger:
         file : str
             As in the run sheet.
         fate : str
-            `USED` or `DROPPED`.
+            `USED`, `DROPPED`, or `LOST` for what the instrument counted and the file lacks.
         reason : str
         rows : int
             0 is kept where a whole file is missing.

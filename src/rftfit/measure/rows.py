@@ -21,6 +21,7 @@ class Why(IntEnum):
     WALL = 10
     STARTUP = 11
     NONLINEAR = 12
+    YIELDED = 13
 
     @property
     def text(self) -> str:
@@ -42,4 +43,5 @@ _TEXT = {
     Why.WALL: "outside the window: too near a wall",
     Why.STARTUP: "outside the window: start of the stroke, force still building up",
     Why.NONLINEAR: "outside the window: beyond the linear regime",
+    Why.YIELDED: "force beyond that of the push against something rigid: depth not known",
 }

@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.measure.autocorrelation import combine_dof, weighted_sum_variance
+from rftfit.measure.repeats import GIVEN_DOF
 
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 _LEVEL = 0.005
-
-
-_GIVEN_DOF = 1e6
-"""Degrees of freedom of a variance that is given, not estimated."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +40,8 @@ class Slope:
         the stress there.
     points : int
         Samples used.
+    startup : numpy.ndarray
+        What a start-up left in the window moves alpha by, N/cm^3; contained in `se`.
     """
 
     alpha: FloatArray
@@ -54,6 +53,7 @@ class Slope:
     nonlinear_p: FloatArray
     nonlinear_ratio: FloatArray
     points: int
+    startup: FloatArray
 
     def interval(self, confidence: float) -> tuple[FloatArray, FloatArray]:
         """Return the confidence interval of alpha.
@@ -126,6 +126,7 @@ def fit_slope(
     zero_variance: FloatArray,
     zero_dof: FloatArray,
     depth_sd: float = 0.0,
+    startup: FloatArray | None = None,
 ) -> Slope:
     """Fit the zero-intercept slope with its honest standard error and quality figures.
 
@@ -142,6 +143,8 @@ def fit_slope(
         Degrees of freedom of these.
     depth_sd : float, optional
         Standard error of the depth common to all samples (of the clocks), cm.
+    startup : numpy.ndarray, shape (k,), optional
+        What a start-up moves the mean stress by (`measure.startup`), N/cm^2; default none.
 
     Returns
     -------
@@ -157,16 +160,19 @@ def fit_slope(
     residual = stress - alpha[:, None] * depth
     scatter, count = weighted_sum_variance(residual, depth)
     lever = float(depth.sum()) / power
-    shifted = (alpha * depth_sd * lever) ** 2
-    parts = np.vstack([scatter / power**2, shifted, zero_variance * lever**2])
-    known = np.full(alpha.size, _GIVEN_DOF)
-    dofs = np.vstack([np.full(alpha.size, count), known, zero_dof])
+    # what shifts the stress of all samples alike: errors of the clocks, and of the zeros
+    shift = np.vstack([(alpha * depth_sd) ** 2, zero_variance])
+    given = np.full(alpha.size, GIVEN_DOF)
+    shift_dof = np.vstack([given, zero_dof])
+    moved = np.zeros(alpha.size) if startup is None else startup * lever
+    parts = np.vstack([scatter / power**2, shift * lever**2, moved**2])
+    dofs = np.vstack([np.full(alpha.size, count), shift_dof, given])
     se = np.sqrt(parts.sum(axis=0))
     intercept, free_slope = _free_intercept(depth, stress)
-    p_value, ratio = _curvature(depth, alpha, residual)
+    p_value, ratio = _curvature(depth, alpha, residual, shift, shift_dof)
     return Slope(
         alpha, se, combine_dof(parts, dofs), ols_se, intercept, free_slope, p_value, ratio,
-        depth.size,
+        depth.size, moved,
     )  # fmt: skip
 
 
@@ -186,9 +192,17 @@ def _level(depth: FloatArray) -> bool:
 
 
 def _curvature(
-    depth: FloatArray, alpha: FloatArray, residual: FloatArray
+    depth: FloatArray,
+    alpha: FloatArray,
+    residual: FloatArray,
+    shift: FloatArray,
+    shift_dof: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Test a term in depth squared, made orthogonal to the line through zero."""
+    """Test a term in depth squared, made orthogonal to the line through zero.
+
+    A stress that is off by the same everywhere bends the line through zero too, so the variances of
+    such shifts belong into the test.
+    """
     from scipy.special import stdtr
 
     bend = depth**2 - depth * float(depth**2 @ depth) / float(depth @ depth)
@@ -197,10 +211,15 @@ def _curvature(
         nothing = np.full(alpha.size, np.nan)
         return nothing, nothing
     size = residual @ bend / power
-    variance, count = weighted_sum_variance(residual - size[:, None] * bend, bend)
-    error = np.sqrt(variance) / power
+    scatter, count = weighted_sum_variance(
+        residual - size[:, None] * bend, bend, np.stack([depth, bend])
+    )
+    lever = float(bend.sum()) / power
+    parts = np.vstack([scatter / power**2, shift * lever**2])
+    dof = combine_dof(parts, np.vstack([np.full(alpha.size, count), shift_dof]))
+    error = np.sqrt(parts.sum(axis=0))
     safe = np.where(error > 0, error, 1.0)
-    p_value = np.where(error > 0, 2 * stdtr(count, -np.abs(size) / safe), 1.0)
+    p_value = np.where(error > 0, 2 * stdtr(dof, -np.abs(size) / safe), 1.0)
     deepest = int(np.argmax(depth))
     end_stress = alpha * depth[deepest]
     reference = np.where(end_stress == 0, 1.0, np.abs(end_stress))

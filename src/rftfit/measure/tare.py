@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 
+NO_TARE_FLAG = "no tare subtracted: force on rod and mount is in it"
+
+
 class TareError(ValueError):
     """A tare is asked for what it does not know."""
 

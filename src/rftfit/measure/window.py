@@ -12,16 +12,16 @@ from rftfit.measure.rows import Why
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from rftfit.campaign.config import Container, Fit, Plate
+    from rftfit.campaign.config import AnyPlate, Container, Fit
     from rftfit.conventions import FloatArray
 
 
-def half_extent(plate: Plate, beta: float) -> tuple[float, float]:
+def half_extent(plate: AnyPlate, beta: float) -> tuple[float, float]:
     """Half the size of a plate along x and z when it is held at `beta`.
 
     Parameters
     ----------
-    plate : Plate
+    plate : Plate, Disc or FlatOutline
     beta : float
         rad.
 
@@ -36,7 +36,7 @@ def half_extent(plate: Plate, beta: float) -> tuple[float, float]:
 
 
 def slanted_window(
-    depth: FloatArray, x: FloatArray, plate: Plate, beta: float, container: Container, fit: Fit
+    depth: FloatArray, x: FloatArray, plate: AnyPlate, beta: float, container: Container, fit: Fit
 ) -> npt.NDArray[np.int8]:
     """Tell for each sample of a slanted stroke why it is not fitted, design section 2.
 
@@ -44,7 +44,7 @@ def slanted_window(
     ----------
     depth, x : numpy.ndarray, shape (n,)
         Of the plate's centre, cm; x = 0 in the middle of the container.
-    plate : Plate
+    plate : Plate, Disc or FlatOutline
     beta : float
         rad.
     container : Container
@@ -71,7 +71,7 @@ def slanted_window(
 
 
 def horizontal_window(
-    travel: FloatArray, x: FloatArray, plate: Plate, beta: float, container: Container, fit: Fit
+    travel: FloatArray, x: FloatArray, plate: AnyPlate, beta: float, container: Container, fit: Fit
 ) -> npt.NDArray[np.int8]:
     """Tell for each sample of a horizontal stroke why it is not averaged.
 
@@ -81,7 +81,7 @@ def horizontal_window(
         Length of the path so far, cm.
     x : numpy.ndarray, shape (n,)
         cm.
-    plate : Plate
+    plate : Plate, Disc or FlatOutline
     beta : float
         rad.
     container : Container

@@ -13,10 +13,11 @@ from rftfit.measure.autocorrelation import weighted_sum_variance
 from rftfit.measure.window import half_extent
 
 if TYPE_CHECKING:
-    from rftfit.campaign.config import Plate
+    from rftfit.campaign.config import AnyPlate
     from rftfit.conventions import FloatArray
 
 MIN_SAMPLES = 50
+_FEWEST = 10
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,12 @@ class Zero:
     drift_N: float
 
 
-def height_needed(intruder: Plate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
+def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
     """Height of the reference point at which the whole intruder is clear of the surface.
 
     Parameters
     ----------
-    intruder : Plate or Leg
+    intruder : Plate, Disc, FlatOutline or Leg
     angle : numpy.ndarray, shape (n,)
         beta or theta, rad.
     clearance : float
@@ -94,13 +95,15 @@ def find_zero(
     Returns
     -------
     Zero or None
-        None if there are fewer than `MIN_SAMPLES` samples at rest in air.
+        None if there are fewer samples at rest in air than half a second of them, at most
+        `MIN_SAMPLES`.
     """
     rest = np.flatnonzero(in_air & ~moving)
-    if rest.size < MIN_SAMPLES:
+    fewest = _fewest(time)
+    if rest.size < fewest:
         return None
     breaks = np.flatnonzero(np.diff(rest) > 1) + 1
-    pieces = [piece for piece in np.split(rest, breaks) if piece.size >= MIN_SAMPLES]
+    pieces = [piece for piece in np.split(rest, breaks) if piece.size >= fewest]
     if not pieces:
         return None
     middles = [float(time[piece].mean()) for piece in pieces]
@@ -121,6 +124,12 @@ def find_zero(
     # the larger of the two: an upper bound for any mix of the two means
     variance = np.maximum(variances[0], variances[-1])
     return Zero(line, variance, min(dofs), float(np.abs(last - first).max()))
+
+
+def _fewest(time: FloatArray) -> int:
+    """Count the samples in half a second of a slow transducer; `MIN_SAMPLES` at 100 Hz and faster."""
+    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    return max(_FEWEST, min(MIN_SAMPLES, round(0.5 / step))) if step > 0 else MIN_SAMPLES
 
 
 def _mean(force: FloatArray) -> tuple[FloatArray, FloatArray, float]:

@@ -1,0 +1,322 @@
+"""Two clocks brought together by the force alone: it grows only where the intruder goes deeper.
+
+While an intruder goes down, the force is one smooth function of its depth. Laid on the wrong clock,
+that function falls apart: the force grows while the arm rests, or rests while the arm moves. So the
+offset is searched in three steps: whole hours (time zones, daylight saving), then every lag at
+which the logs overlap (contact against motion), then by least squares to a fraction of a sample,
+drift included. The scatter about the function gives the standard errors.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from rftfit.measure.autocorrelation import weighted_sum_variance
+from rftfit.measure.clock import HOUR_S, ClockError, ClockFit
+from rftfit.measure.lags import Profile, search_lags
+from rftfit.measure.smooth import contact_basis, contact_depth
+
+if TYPE_CHECKING:
+    from rftfit.conventions import FloatArray
+
+KNOTS = (7, 10, 14)
+"""Three stiffnesses of the force-depth function; the middle one counts, the others show its bias."""
+
+_MIN_READINGS = 40
+_READINGS = 600
+_RISE_TO_NOISE = 12.0
+_EXPLAINED = 0.9
+_STEP_S = 0.04
+_AS_GOOD = 1.2
+_BUILD_UP_S = 0.02
+"""A force needs some travel to build up and relaxes at rest, so that it lags the depth by as much."""
+_STEP_CM = 0.02
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """Offset and drift as estimated, with what they were estimated from.
+
+    Parameters
+    ----------
+    offset_s, offset_se_s : float
+        Motion clock minus force clock at the reference time, and its standard error.
+    drift, drift_se : float
+        Relative difference of the clocks' rates.
+    reference_s : float
+        Force time.
+    hours : int or None
+        Whole hours in the offset; None where the clocks have unrelated zeros.
+    explained : float
+        Share of the force's variance that one smooth function of depth explains.
+    profile : Profile
+        Unexplained share of the force's variance over all lags that were tried.
+    time, force, depth, fitted : numpy.ndarray, shape (n,)
+        Readings used: force clock (s), force (N), depth then (cm), the smooth function (N).
+    """
+
+    offset_s: float
+    offset_se_s: float
+    drift: float
+    drift_se: float
+    reference_s: float
+    hours: int | None
+    explained: float
+    profile: Profile
+    time: FloatArray
+    force: FloatArray
+    depth: FloatArray
+    fitted: FloatArray
+
+    def clock(self) -> ClockFit:
+        """Return it in the form that every other way of aligning clocks gives.
+
+        Returns
+        -------
+        ClockFit
+        """
+        return ClockFit(
+            self.offset_s, self.drift, self.reference_s, 0.0, 0, self.offset_se_s, self.hours or 0
+        )
+
+
+class _Refined(NamedTuple):
+    """Offset and drift after least squares."""
+
+    offset: float
+    drift: float
+    reference: float
+    offset_variance: float
+    drift_variance: float
+    depth: FloatArray
+    fitted: FloatArray
+
+
+def estimate_clocks(
+    force_time: FloatArray,
+    force: FloatArray,
+    motion_time: FloatArray,
+    depth: FloatArray,
+    max_drift: float,
+    max_se_s: float,
+) -> Alignment:
+    """Estimate how the clocks of a force and a motion log lie, from one push into the medium.
+
+    Parameters
+    ----------
+    force_time : numpy.ndarray, shape (n,)
+        s, increasing, on the force log's clock.
+    force : numpy.ndarray, shape (n,)
+        Lift on the intruder, N, positive when it is pushed up; any constant may be in it.
+    motion_time : numpy.ndarray, shape (m,)
+        s, increasing, on the motion log's clock.
+    depth : numpy.ndarray, shape (m,)
+        Growing as the intruder goes down, from any zero, cm.
+    max_drift : float
+        Standard deviation of the relative difference of two clocks' rates.
+    max_se_s : float
+        An offset less certain than this is none.
+
+    Returns
+    -------
+    Alignment
+
+    Raises
+    ------
+    ClockError
+        If the logs cannot decide: no contact, no motion, no lag at which the force follows the
+        depth, more than one such lag, or too uncertain an offset.
+    """
+    time, pushed = _readings(force_time, force)
+    if motion_time.size < _MIN_READINGS or np.ptp(depth) <= 0:
+        raise ClockError(
+            f"the motion log shows no motion in depth ({motion_time.size} rows): nothing to match "
+            "the force with"
+        )
+    origins, hours = _starts(time, motion_time)
+    profile = search_lags(time, pushed, motion_time, depth, origins)
+    if profile.unexplained[profile.best] > 1 - _EXPLAINED:
+        share = 100 * (1 - profile.unexplained[profile.best])
+        raise ClockError(
+            f"at no lag does the force follow the depth: at best {share:.0f} % of its variance is "
+            f"explained, {100 * _EXPLAINED:.0f} % needed. Do the two files belong to one run?"
+        )
+    starts = [float(profile.lag[profile.best]), *profile.rivals()]
+    tried = [
+        _refine(time, pushed, motion_time, depth, start, max_drift, KNOTS[1]) for start in starts
+    ]
+    chosen = _decide(tried, pushed)
+    fits = [
+        chosen if knots == KNOTS[1]
+        else _refine(time, pushed, motion_time, depth, chosen.offset, max_drift, knots)
+        for knots in KNOTS
+    ]  # fmt: skip
+    # what stiffness is right nobody knows: how far the answers lie apart is part of the error
+    spread = float(np.var([fit.offset for fit in fits], ddof=1))
+    se = math.sqrt(chosen.offset_variance + spread + _BUILD_UP_S**2)
+    if not se <= max_se_s:
+        raise ClockError(
+            f"the offset of the clocks is uncertain by {se:.2f} s (standard error); allowed: "
+            f"{max_se_s:g} s. A push that starts, stops or changes speed in the medium decides it"
+        )
+    residual = pushed - chosen.fitted
+    return Alignment(
+        chosen.offset, se, chosen.drift, math.sqrt(chosen.drift_variance), chosen.reference,
+        None if hours is None else round(chosen.offset / HOUR_S),
+        1 - float(residual.var() / pushed.var()),
+        profile, time, pushed, chosen.depth, chosen.fitted,
+    )  # fmt: skip
+
+
+def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
+    """Take the best of several fits, unless another one elsewhere is about as good."""
+    misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in tried]
+    best = tried[int(np.argmin(misfit))]
+    for fit, size in zip(tried, misfit, strict=True):
+        apart = abs(fit.offset - best.offset)
+        if (
+            apart > 0.2
+            and apart > 4 * math.sqrt(best.offset_variance)
+            and size < _AS_GOOD * min(misfit)
+        ):
+            first, second = sorted((fit.offset, best.offset))
+            raise ClockError(
+                f"the force follows the depth about equally well at two offsets, {first:.2f} s and "
+                f"{second:.2f} s: the data cannot decide between them"
+            )
+    return best
+
+
+def new_readings(channels: FloatArray) -> np.ndarray:
+    """Tell readings from rows in which a transducer slower than its logger says the same again.
+
+    Parameters
+    ----------
+    channels : numpy.ndarray, shape (k, n)
+
+    Returns
+    -------
+    numpy.ndarray of bool, shape (n,)
+        False where all channels repeat the row before.
+    """
+    fresh = np.ones(channels.shape[1], dtype=bool)
+    fresh[1:] = (channels[:, 1:] != channels[:, :-1]).any(axis=0)
+    return fresh
+
+
+def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Take the push: everything up to the largest force, held values once."""
+    fresh = new_readings(force[None])
+    time, force = time[fresh], force[fresh]
+    if time.size < _MIN_READINGS:
+        raise ClockError(
+            f"the force log has {time.size} readings; {_MIN_READINGS} are needed to match it with "
+            "the motion"
+        )
+    noise = float(np.median(np.abs(np.diff(force)))) / 0.954 + 1e-12
+    start = float(np.median(force[: max(8, force.size // 50)]))
+    peak = int(np.argmax(force))
+    if force[peak] - start < _RISE_TO_NOISE * noise:
+        raise ClockError(
+            f"the force never rises from its start by more than {force[peak] - start:.2f} N, with "
+            f"a noise of {noise:.2f} N: no contact that the motion could be matched with"
+        )
+    if peak + 1 < _MIN_READINGS:
+        raise ClockError(
+            f"the force is largest at reading {peak + 1} already; {_MIN_READINGS} are needed before "
+            "it: the log must begin before the push"
+        )
+    every = -(-(peak + 1) // _READINGS)
+    # of a fast transducer means of neighbours: the motion log is no faster than that
+    kept = (peak + 1) // every * every
+    start = peak + 1 - kept
+    return (
+        time[start : peak + 1].reshape(-1, every).mean(axis=1),
+        force[start : peak + 1].reshape(-1, every).mean(axis=1),
+    )
+
+
+def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], list[int] | None]:
+    """Offsets from which lags are counted: whole hours that make the logs overlap, or their starts."""
+    length, other = float(np.ptp(time)), float(np.ptp(motion_time))
+    shortest = min(length, other)
+    between = (motion_time[0] + motion_time[-1] - time[0] - time[-1]) / 2
+    near = round(between / HOUR_S)
+    hours = [
+        hour
+        for hour in (near - 1, near, near + 1)
+        if abs(between - hour * HOUR_S) < (length + other) / 2 - shortest / 2 and abs(hour) <= 26
+    ]
+    if hours:
+        return [hour * HOUR_S for hour in hours], hours
+    return [float(motion_time[0] - time[0])], None
+
+
+def _refine(
+    time: FloatArray, force: FloatArray, motion_time: FloatArray, depth: FloatArray,
+    offset: float, max_drift: float, knots: int,
+) -> _Refined:  # fmt: skip
+    """Gauss and Newton on offset, drift and surface; the smooth function is projected out."""
+    drift, reference = 0.0, float(time.mean())
+    surface = contact_depth(np.interp(time + offset, motion_time, depth), force)
+    for _ in range(12):
+        on_motion = time + offset + drift * (time - reference)
+        there, ahead, behind = np.interp(
+            on_motion + np.array([[0.0], [_STEP_S], [-_STEP_S]]), motion_time, depth
+        )
+        deepest = float(there.max())
+        surface = min(surface, deepest - 0.05)
+
+        def smooth(at: FloatArray, under: float = surface, deepest: float = deepest) -> FloatArray:
+            return contact_basis(at, under, deepest, knots)
+
+        basis = smooth(there)
+        weights = np.linalg.lstsq(basis, force, rcond=None)[0]
+        fitted = basis @ weights
+        residual = force - fitted
+        slope = (smooth(ahead) - smooth(behind)) @ weights / (2 * _STEP_S)
+        lift = (smooth(there, surface + _STEP_CM) - smooth(there, surface - _STEP_CM)) @ weights
+        raised = lift / (2 * _STEP_CM)
+        power = float(slope @ slope)
+        if power <= 0:
+            raise ClockError("the force is the same at every depth: nothing to match")
+        space, _ = np.linalg.qr(basis)
+        own = slope - space @ (space.T @ slope)
+        moved = float((own**2 @ time) / max(float(own @ own), 1e-300))
+        offset += drift * (moved - reference)
+        reference = moved
+        jacobian = np.stack([slope, slope * (time - reference), raised])
+        jacobian -= (jacobian @ space) @ space.T
+        lever = jacobian[1]
+        # a drift is believed as far as the data tell it from none: clocks differ by max_drift
+        variance = float(weighted_sum_variance(residual[None], lever)[0][0])
+        stiff = variance / max(float(lever @ lever), 1e-300) / np.array([1e3, max_drift, 1.0]) ** 2
+        normal = jacobian @ jacobian.T + np.diag(stiff + 1e-12 * power)
+        back = np.linalg.solve(normal, jacobian)
+        pull = np.array([0.0, stiff[1] * drift, 0.0])
+        step = back @ residual - np.linalg.solve(normal, pull)
+        step[[0, 2]] = np.clip(step[[0, 2]], -0.1, 0.1)
+        offset, drift = offset + float(step[0]), drift + float(step[1])
+        surface += float(step[2])
+        if abs(step[0]) < 1e-4 and abs(step[2]) < 1e-3:
+            break
+    scatter = weighted_sum_variance(residual[None], back[0])[0][0]
+    scatter *= _loss(residual, back[0], float(scatter), basis.shape[1] + 3)
+    of_drift = weighted_sum_variance(residual[None], back[1])[0][0]
+    # what the prior of the drift holds fixed is uncertain all the same
+    shrunk = np.linalg.solve(normal, [0.0, stiff[1] * max_drift, 0.0])
+    return _Refined(
+        offset, drift, reference, float(scatter) + float(shrunk[0] ** 2),
+        float(of_drift) + float(shrunk[1] ** 2), there, fitted,
+    )  # fmt: skip
+
+
+def _loss(residual: FloatArray, weight: FloatArray, variance: float, terms: int) -> float:
+    """Factor for what the fitted terms took out of the scatter, autocorrelation allowed for."""
+    white = float(residual.var()) * float(weight @ weight)
+    independent = residual.size * min(white / max(variance, 1e-300), 1.0)
+    return max(1.0, independent / max(independent - terms, independent / 3))

@@ -1,0 +1,77 @@
+"""Pushes into sand on two clocks, from a known truth, for tests of clocks and surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from rftfit.conventions import FloatArray
+
+
+@dataclass(frozen=True)
+class Push:
+    """What the two logs hold, and the truth: motion time = force time + offset + drift x (t - t0)."""
+
+    force_time: FloatArray
+    force: FloatArray
+    motion_time: FloatArray
+    depth: FloatArray
+    offset_s: float
+    drift: float
+    surface_cm: float
+
+    def offset_at(self, time: float) -> float:
+        """Return the true offset at a time of the force log."""
+        return self.offset_s + self.drift * (time - float(self.force_time[0]))
+
+
+def make_push(
+    seed: int,
+    *,
+    offset_s: float = 0.0,
+    drift: float = 0.0,
+    stiffness: float = 25.0,
+    bend: float = 0.0,
+    by_hand: bool = True,
+    rate_Hz: float = 100.0,
+    noise_N: float = 0.05,
+    medium_N: float = 0.3,
+    memory_s: float = 0.15,
+    start_s: float = 1.6e9,
+) -> Push:
+    """Go down 3 cm in air and 4 cm into a medium; by hand, or at 1 cm/s with a pause at the surface."""
+    random = np.random.default_rng(seed)
+    fine = np.arange(0, 24, 0.002)
+    if by_hand:
+        pushes = np.interp(fine, np.arange(0, 26, 0.7), random.gamma(1.2, 1.0, 38))
+        speed = np.where((fine > 2) & (fine < 20), pushes, 0.0)
+        depth = np.cumsum(speed)
+        depth = depth / depth[-1] * 7.0
+    else:
+        depth = np.interp(fine, [3, 6, 8, 12], [0.0, 3.0, 3.0, 7.0])
+    surface = 3.0 + 0.1 * random.standard_normal() if by_hand else 3.0
+    length = int(22 * rate_Hz)
+    moments = 1.0 + np.arange(length) / rate_Hz
+    # grains rearrange: their force has a memory, and grows with the force itself
+    keep = np.exp(-1 / (rate_Hz * memory_s))
+    grains = np.zeros(length)
+    kicks = random.standard_normal(length) * np.sqrt(1 - keep**2)
+    for index in range(1, length):
+        grains[index] = keep * grains[index - 1] + kicks[index]
+    under = np.maximum(np.interp(moments, fine, depth) - surface, 0.0)
+    lift = stiffness * under + bend * under**2
+    force = (
+        lift
+        + medium_N * grains * np.minimum(under, 1.0)
+        + noise_N * random.standard_normal(length)
+        - 1.5
+    )
+    rows = np.arange(0.0, 24.0, 0.019) + random.uniform(0, 0.003, 1264)
+    motion = np.interp(rows, fine, depth) + 0.0005 * random.standard_normal(rows.size)
+    shift = start_s + offset_s + drift * (rows - moments[0])
+    return Push(
+        start_s + moments, np.round(force, 4), rows + shift, np.round(motion, 4), offset_s, drift, surface,
+    )  # fmt: skip

@@ -1,0 +1,197 @@
+"""A campaign whose clocks and surface nobody wrote down, with round plates and a machine that yields."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from pushes import Push, make_push
+
+from rftfit.campaign.config import Disc, FlatOutline
+from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.errors import InputError
+from rftfit.measure.rows import Why
+from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.stages.ingest import ingest_medium, ingest_traces
+from rftfit.stages.ledger import check, join
+from rftfit.stages.slopes import fit_medium
+from rftfit.stages.tare import tare_medium
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+YIELD_CM_PER_N = 1e-3
+STIFFNESS = 25.0
+
+CONFIG: dict[str, Any] = {
+    "title": "found, not typed",
+    "raw": "raw",
+    "run_sheet": "runs.csv",
+    "transducer": {
+        "name": "any",
+        "range_N": [500, 500, 500],
+        "axes": {"x": "+F1", "y": "+F2", "z": "-F3"},
+    },
+    "arm": {"drive": "uneven", "speed_cm_per_s": 0.1},
+    "clock": {"method": "estimate"},
+    "surface": {"method": "find"},
+    "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 30},
+    "intruders": {
+        "round": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5},
+        "odd": {"shape": "flat", "area_cm2": 10, "length_cm": 4, "thickness_cm": 0.5},
+    },
+    "media": {"sand": {"title": "sand"}},
+    "fit": {"missing_tare": "flag", "submergence_cm": 0.5, "max_depth_cm": 3},
+}
+
+
+def write(folder: Path, name: str, push: Push, yields: float = 0.0, repeats: int = 1) -> None:
+    """Write a pair of rig-like logs; the arm goes deeper than the plate by what the machine yields."""
+    time, force = np.repeat(push.force_time, repeats), np.repeat(push.force, repeats)
+    time = time + np.tile(np.arange(repeats) * 0.001, push.force_time.size)
+    pd.DataFrame(
+        {"time_s": time, "arm_moving": 0, "F1_N": 0.0, "F2_N": 0.0, "F3_N": -force}
+    ).to_csv(folder / "raw" / f"{name}_force.csv", index=False, float_format="%.6f")
+    lift = np.interp(push.motion_time - push.offset_s, push.force_time, push.force + 1.5)
+    depth = push.depth + yields * lift
+    pd.DataFrame(
+        {"time_s": push.motion_time, "x_mm": 0.0, "z_mm": 80 - 10 * depth, "angle_deg": 0.0}
+    ).to_csv(folder / "raw" / f"{name}_motion.csv", index=False, float_format="%.6f")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "raw").mkdir()
+    header = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
+    rows = [
+        f"{name},plate,sand,{plate},intrusion,0,90,{name}_force.csv,{name}_motion.csv\n"
+        for name, plate in (("a", "round"), ("b", "odd"))
+    ]
+    (tmp_path / "runs.csv").write_text(header + "".join(rows))
+    for seed, name in enumerate(("a", "b")):
+        write(tmp_path, name, make_push(seed, offset_s=7200.2, stiffness=STIFFNESS))
+    return tmp_path
+
+
+def campaign(folder: Path, **changes: Any) -> Campaign:
+    content = CONFIG | changes
+    (folder / "config.yaml").write_text(yaml.safe_dump(content))
+    return load_campaign(folder / "config.yaml")
+
+
+def alphas(loaded: Campaign) -> tuple[dict[str, Any], pd.DataFrame]:
+    traces, status, first = ingest_medium(loaded, "sand")
+    tared, tares, second = tare_medium(loaded, "sand", traces, status)
+    fits, _, third = fit_medium(loaded, "sand", status, tared, tares)
+    check(join([first.table(), second.table(), third.table()]), status)
+    return {str(row["run_id"]): row for row in fits.to_dict("records")}, status
+
+
+def test_areas() -> None:
+    disc = Disc(shape="disc", diameter_cm=6, thickness_cm=1)
+    assert disc.area_cm2 == pytest.approx(np.pi * 9)
+    assert disc.length_cm == 6
+    assert FlatOutline(shape="flat", area_cm2=7, length_cm=3, thickness_cm=1).area_cm2 == 7
+
+
+def test_from_logs_to_alpha_without_a_typed_number(folder: Path) -> None:
+    fits, status = alphas(campaign(folder))
+    for name, area, seed in (("a", np.pi * 6.25, 0), ("b", 10.0, 1)):
+        row = fits[name]
+        assert row["reason"] == ""
+        truth = STIFFNESS / area
+        assert row["alpha_z_lo_N_per_cm3"] <= truth <= row["alpha_z_hi_N_per_cm3"]
+        assert row["alpha_z_N_per_cm3"] == pytest.approx(truth, rel=0.05)
+        assert NO_TARE_FLAG in row["flags"]
+        assert "one of 2 plates in this medium" in row["flags"]
+        fact: Any = status.set_index("run_id").loc[name]
+        surface_mm = 80 - 10 * make_push(seed).surface_cm
+        assert fact["surface_z_mm"] == pytest.approx(
+            surface_mm, abs=3 * float(fact["surface_se_mm"])
+        )
+        assert "+2 h" in fact["note"]
+        assert fact["clock_offset_s"] == pytest.approx(7200.2, abs=3 * float(fact["clock_se_s"]))
+
+
+def test_a_typed_surface_goes_before_the_found_one(folder: Path) -> None:
+    text = (folder / "runs.csv").read_text().splitlines()
+    lines = [text[0] + ",surface_z_mm", text[1] + ",49.5", text[2] + ","]
+    (folder / "runs.csv").write_text("\n".join(lines) + "\n")
+    traces, _, _ = ingest_traces(campaign(folder), "sand")
+    assert [trace.surface is None for trace in traces] == [True, False]
+
+
+def test_repeated_rows_are_left_out_and_counted(folder: Path) -> None:
+    write(folder, "a", make_push(0, offset_s=7200.2, rate_Hz=25), repeats=4)
+    transducer = CONFIG["transducer"] | {"repeats": "drop"}
+    loaded = campaign(folder, transducer=transducer)
+    fits, _ = alphas(loaded)
+    assert fits["a"]["alpha_z_N_per_cm3"] == pytest.approx(STIFFNESS / (np.pi * 6.25), rel=0.05)
+    traces, _, book = ingest_traces(loaded, "sand")
+    assert traces[0].time.size == 550
+    reasons = book.table().query("run_id == 'a'").set_index("reason")["rows"]
+    assert reasons[[name for name in reasons.index if "repeats" in name]].sum() == 3 * 550
+
+
+def test_without_a_tare_by_default_there_is_no_alpha(folder: Path) -> None:
+    fits, _ = alphas(campaign(folder, fit={"submergence_cm": 0.5, "max_depth_cm": 3}))
+    assert "no tare" in fits["a"]["reason"]
+    assert np.isnan(fits["a"]["alpha_z_N_per_cm3"])
+
+
+def test_a_force_that_never_rises_refuses_the_run(folder: Path) -> None:
+    push = make_push(3, stiffness=0.0, medium_N=0.0)
+    write(folder, "a", push)
+    fits, status = alphas(campaign(folder))
+    assert "no contact" in fits["a"]["reason"]
+    assert status.set_index("run_id").loc["a", "status"] == "refused"
+    assert fits["b"]["reason"] == ""
+
+
+def test_estimate_needs_a_push_and_a_line_is_needed_without(folder: Path) -> None:
+    text = (folder / "runs.csv").read_text().replace("odd,intrusion", "odd,extraction")
+    (folder / "runs.csv").write_text(text)
+    fits, _ = alphas(campaign(folder))
+    assert "estimate: found a run in direction extraction" in fits["b"]["reason"]
+
+
+def test_the_yielding_machine(folder: Path) -> None:
+    for seed, name in enumerate(("a", "b")):
+        push = make_push(seed, offset_s=7200.2, stiffness=STIFFNESS)
+        write(folder, name, push, yields=YIELD_CM_PER_N)
+    # against something rigid all travel below contact is the machine's own
+    rigid = make_push(9, offset_s=7200.2, stiffness=1 / YIELD_CM_PER_N, medium_N=0.0)
+    shallow = np.minimum(rigid.depth, rigid.surface_cm + 0.12)
+    below = np.maximum(
+        np.interp(rigid.force_time + 7200.2, rigid.motion_time, shallow) - rigid.surface_cm, 0
+    )
+    noise = np.random.default_rng(1).normal(0, 0.05, below.size)
+    write(
+        folder, "rigid",
+        Push(rigid.force_time, below / YIELD_CM_PER_N + noise - 1.5, rigid.motion_time, shallow,
+             7200.2, 0.0, rigid.surface_cm),
+    )  # fmt: skip
+    plain, _ = alphas(campaign(folder))
+    named = {"force_log": "rigid_force.csv", "motion_log": "rigid_motion.csv"}
+    put_right, _ = alphas(campaign(folder, rigid_contact=named))
+    truth = STIFFNESS / (np.pi * 6.25)
+    wrong = plain["a"]["alpha_z_N_per_cm3"]
+    right = put_right["a"]["alpha_z_N_per_cm3"]
+    assert wrong == pytest.approx(truth / (1 + STIFFNESS * YIELD_CM_PER_N), rel=0.01)
+    assert right == pytest.approx(truth, rel=0.01)
+    # beyond the force of the rigid push the depth is not known
+    traces, _, _ = ingest_traces(campaign(folder, rigid_contact=named), "sand")
+    assert not (traces[0].why == Why.YIELDED).any()
+
+
+def test_a_rigid_contact_that_is_none(folder: Path) -> None:
+    named = {"force_log": "gone_force.csv", "motion_log": "gone_motion.csv"}
+    with pytest.raises(InputError, match=r"rigid_contact.force_log: found 'gone_force"):
+        campaign(folder, rigid_contact=named)
+    write(folder, "soft", make_push(3, stiffness=0.0, medium_N=0.0))
+    named = {"force_log": "soft_force.csv", "motion_log": "soft_motion.csv"}
+    with pytest.raises(InputError, match=r"rigid_contact, soft_force.csv: .*no contact"):
+        alphas(campaign(folder, rigid_contact=named))
