@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.campaign.columns import BY_NAME, COLUMNS, DIRECTION_WORDS, KINDS, NO, YES, Column
 from rftfit.campaign.files import plain_path
+from rftfit.campaign.names import DEVICE, is_device, unshowable
 from rftfit.campaign.problems import Problem, did_you_mean, listed
 
 if TYPE_CHECKING:
@@ -31,11 +32,14 @@ class Known:
         Shape of each intruder.
     depths_cm : tuple of float or None
         Depths of the horizontal runs, cm.
+    missing_tare : str
+        What becomes of a run without a tare: ``refuse`` or ``flag``.
     """
 
     media: tuple[str, ...] | None = None
     shapes: dict[str, str] | None = None
     depths_cm: tuple[float, ...] | None = None
+    missing_tare: str = "refuse"
 
     def words(self, column: Column) -> tuple[str, ...] | None:
         """List the words that a choice column may hold.
@@ -187,7 +191,9 @@ def _blank(draft: Draft, column: Column, cells: dict[str, str], *, said: bool) -
 
 
 def _name(draft: Draft, column: Column, cell: str, _: Known) -> None:
-    if _NAME.fullmatch(cell):
+    if is_device(cell):
+        draft.error(column.name, cell, DEVICE, "sheet.reserved-name")
+    elif _NAME.fullmatch(cell):
         draft.text[column.name] = cell
     else:
         allowed = f"{BY_NAME['run_id'].allowed}, at most 100, not beginning with . or -"
@@ -257,7 +263,11 @@ def _flag(draft: Draft, column: Column, cell: str, _: Known) -> None:
 
 
 def _text(draft: Draft, column: Column, cell: str, _: Known) -> None:
-    draft.text[column.name] = cell
+    if sign := unshowable(cell):
+        allowed = "text without control characters: it is printed in tables and figures"
+        draft.error(column.name, sign, allowed, "sheet.control")
+    else:
+        draft.text[column.name] = cell
 
 
 _READERS = {

@@ -4,22 +4,28 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
+from rftfit.campaign.clocks import Clock, FreeSurface, RigidContact
+from rftfit.campaign.model import Model, Name, NotNegative, Positive
+from rftfit.campaign.names import DEVICE, is_device
+from rftfit.campaign.shapes import (
+    PLATE_SHAPES,
+    AnyPlate,
+    Disc,
+    FlatOutline,
+    Intruder,
+    Leg,
+    Plate,
+)
+from rftfit.campaign.sources import ForceLog, MotionLog
+
+__all__ = ["PLATE_SHAPES", "AnyPlate", "Config", "Disc", "FlatOutline", "Leg", "Model", "Plate"]
+
 Channel = Annotated[str, Field(pattern=r"^[+-]F[123]$")]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=64)]
 T = TypeVar("T")
 LengthUnit = Literal["mm", "cm", "m", "in"]
 ForceUnit = Literal["N", "mN", "kN", "lbf"]
-
-
-class Model(BaseModel):
-    """A section of the configuration: unknown keys are errors, values never change."""
-
-    # strict: "24" in quotes or `yes` is no number, and the user should hear of it
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class Axes(Model):
@@ -63,6 +69,11 @@ class Transducer(Model):
     max_drift_N: Positive = Field(
         default=0.2, description="a run whose force zero moves by more than this is flagged, N"
     )
+    repeats: Literal["keep", "drop"] = Field(
+        default="keep",
+        description="drop: rows in which all channels repeat the row before are the last reading of "
+        "a transducer slower than its logger, and are left out",
+    )
 
 
 class Arm(Model):
@@ -80,20 +91,10 @@ class Arm(Model):
         default=2.0,
         description="largest difference between sheet and log, of beta and of the path, degrees",
     )
-
-
-class Clock(Model):
-    """How the clocks of the force log and of the motion log are brought together."""
-
-    method: Literal["sync_line", "same_clock"] = Field(
-        default="sync_line",
-        description="sync_line: the force log records when the arm moves; same_clock: one clock",
-    )
-    max_residual_s: Positive = Field(
-        default=0.05, description="a run whose edges agree no better than this is refused, s"
-    )
-    max_gap_s: Positive = Field(
-        default=0.1, description="a longer step between samples is a gap, s"
+    drive: Literal["steady", "uneven"] = Field(
+        default="steady",
+        description="uneven: the speed varies within a stroke, as by hand; a straight push down is "
+        "then all the way from the surface to the deepest point",
     )
 
 
@@ -103,38 +104,6 @@ class Container(Model):
     length_cm: Positive = Field(description="inner size along x, cm")
     width_cm: Positive = Field(description="inner size across, cm")
     depth_cm: Positive = Field(description="depth of the medium, cm")
-
-
-class Plate(Model):
-    """A flat plate; its length lies in the x-z plane."""
-
-    shape: Literal["plate"] = Field(description="a flat plate")
-    length_cm: Positive = Field(description="side that lies in the x-z plane, cm")
-    width_cm: Positive = Field(description="side across, along y, cm")
-    thickness_cm: Positive = Field(description="thickness, cm")
-
-    @property
-    def area_cm2(self) -> float:
-        """Area of one face, cm^2."""
-        return self.length_cm * self.width_cm
-
-
-class Leg(Model):
-    """A thin leg turned about an axle above the surface."""
-
-    shape: Literal["leg"] = Field(description="a thin leg turned about an axle")
-    curvature_times_R: float = Field(
-        ge=-1,
-        le=1,
-        description="R/r: 1 c-leg, 0 flat, -1 reversed c-leg (2R is the maximal length)",
-    )
-    max_length_cm: Positive = Field(description="largest distance from axle to tip, 2R, cm")
-    width_cm: Positive = Field(description="side along the axle, cm")
-    thickness_cm: Positive = Field(description="thickness, cm")
-    hip_height_cm: float = Field(description="height of the axle above the free surface, cm")
-
-
-Intruder = Annotated[Plate | Leg, Field(discriminator="shape")]
 
 
 class Fit(Model):
@@ -172,6 +141,17 @@ class Fit(Model):
         default=30, ge=3, description="fewer samples in the window give no alpha"
     )
     confidence: float = Field(default=0.95, gt=0.5, lt=1, description="level of all intervals")
+    run_to_run_N_per_cm3: NotNegative | None = Field(
+        default=None,
+        description="standard deviation of alpha from one prepared bed to the next, N/cm^3, used "
+        "where the run sheet has too few repeats to show it; default: not known, intervals are "
+        "those of one bed as prepared",
+    )
+    missing_tare: Literal["refuse", "flag"] = Field(
+        default="refuse",
+        description="flag: a run for which the sheet names no tare_run is used as it is, with the "
+        "force on rod and mount in it, and says so",
+    )
 
 
 class Fourier(Model):
@@ -220,6 +200,40 @@ class Medium(Model):
     )
 
 
+class RobotRuns(Model):
+    """A legged robot that runs on one of the media."""
+
+    medium: Name = Field(description="the medium it runs on: one that was measured over the grid")
+    file: str | None = Field(
+        default=None,
+        description="the robot's own file, relative to the campaign's folder; default: the paper's "
+        "robot, config/robot.yaml of the program",
+    )
+    runs: str | None = Field(
+        default=None,
+        description="sheet of its marker tracks, relative to the raw folder; default: the speeds of "
+        "Fig. 4C where the medium is the paper's loose poppy seeds, else nothing is compared",
+    )
+
+
+class Publication(Model):
+    """Who makes the results known; stands in ``results/ro-crate-metadata.json``."""
+
+    date: str = Field(
+        default="",
+        pattern=r"^([0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01]))?$",
+        description="day of publication as yyyy-mm-dd, in quotes; no date of a computer enters any result",
+    )
+    license: str = Field(
+        default="",
+        pattern=r"^(https?://\S+)?$",
+        description="address of the licence of the results",
+    )
+    authors: tuple[str, ...] = Field(
+        default=(), strict=False, description="names of those who measured and evaluated"
+    )
+
+
 class Config(Model):
     """The whole of ``config/config.yaml``."""
 
@@ -227,10 +241,22 @@ class Config(Model):
     raw: str = Field(description="folder of the logs, relative to the campaign's folder")
     run_sheet: str = Field(description="csv, tsv or xlsx, relative to the campaign's folder")
     dialect: Name = Field(default="rig", description="log dialect, see rftfit inspect --help")
+    force_log: ForceLog = Field(
+        default=ForceLog(), description="how force logs are written; for other logs than the rig's"
+    )
+    motion_log: MotionLog = Field(
+        default=MotionLog(), description="how motion logs are written; may be the same file"
+    )
     transducer: Transducer = Field(description="the force sensor and how it is mounted")
     arm: Arm = Field(default=Arm(), description="the robot arm that moves the intruder")
     clock: Clock = Field(
         default=Clock(), description="how the clocks of the two logs are brought together"
+    )
+    surface: FreeSurface = Field(default=FreeSurface(), description="where the free surface lies")
+    rigid_contact: RigidContact | None = Field(
+        default=None,
+        description="a push against something rigid; the yielding of the machine that it shows is "
+        "taken off every depth",
     )
     container: Container = Field(description="the box that holds the medium")
     intruders: dict[Name, Intruder] = Field(
@@ -242,6 +268,27 @@ class Config(Model):
     fit: Fit = Field(default=Fit(), description="which part of a stroke is fitted")
     fourier: Fourier = Field(default=Fourier(), description="the nine-term fit")
     figures: Figures = Field(default=Figures(), description="what the figures show")
+    publication: Publication = Field(
+        default=Publication(), description="who makes the results known, and when"
+    )
+    robot: RobotRuns | None = Field(
+        default=None, description="a legged robot on one of the media; default: no robot"
+    )
+
+    @field_validator("robot")
+    @classmethod
+    def _robot_on_known_medium(
+        cls, robot: RobotRuns | None, info: ValidationInfo
+    ) -> RobotRuns | None:
+        media = info.data.get("media")
+        if robot is not None and media is not None:
+            grid = [name for name, medium in media.items() if medium.role == "laboratory"]
+            if robot.medium not in grid:
+                raise ValueError(
+                    f"medium: found {robot.medium!r}; allowed: a medium of the role laboratory, "
+                    f"one of {', '.join(grid) or 'which there is none'}"
+                )
+        return robot
 
     @field_validator("intruders", "media")
     @classmethod
@@ -252,4 +299,6 @@ class Config(Model):
             twin = names.setdefault(name.casefold(), name)
             if twin != name:
                 raise ValueError(f"the names {twin!r} and {name!r} differ by case only")
+            if is_device(name):
+                raise ValueError(f"found the name {name!r}; allowed: {DEVICE}")
         return section

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from rftfit.campaign.config import Config
+from rftfit.campaign.config import PLATE_SHAPES, Config
 from rftfit.campaign.files import decode, read_bytes
 from rftfit.campaign.keys import Key, keys_at
 from rftfit.campaign.problems import Problem, did_you_mean
@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 MAX_BYTES = 1_000_000
 
-_SHAPES = ("plate", "leg")
+_SHAPES = (*PLATE_SHAPES, "leg")
+_BRANCHES = frozenset({"str", "int", "float", "bool", "constrained-int"})
+"""What pydantic adds to the path of a value that may be of several types."""
+
 _TYPE_ERRORS = re.compile(r".*(_type|_parsing|from_float)$")
 
 
@@ -76,7 +79,9 @@ def read_config(path: Path, name: str) -> tuple[ConfigFile, list[Problem]]:
         config = Config.model_validate(document.data)
     except ValidationError as error:
         details = error.errors(include_url=False)
-        problems += [_translate(detail, document, name) for detail in details]
+        # a value that may be of several types has an error for each: the last is the nearest
+        single = {_path(detail["loc"]): detail for detail in details}
+        problems += [_translate(detail, document, name) for detail in single.values()]
     problems.sort(key=lambda problem: problem.row or 0)
     return ConfigFile(name, None if problems else config, document.data, document), problems
 
@@ -108,6 +113,10 @@ def _translate(detail: Any, document: Document, name: str) -> Problem:
         word = detail["input"].get("shape")
         found, allowed = _words(word), f"one of {', '.join(_SHAPES)}"
         nearest = did_you_mean(word, _SHAPES) if isinstance(word, str) else None
+    elif "[key]" in detail["loc"] and sort == "literal_error":
+        code, found = "unknown-key", str(path[-1])
+        words = re.findall(r"'([^']*)'", str(detail["msg"]))
+        allowed, nearest = f"one of {', '.join(words)}", did_you_mean(found, words)
     elif "[key]" in detail["loc"]:
         code, found = "bad-name", str(path[-1])
         allowed = "letters A-Z a-z, digits, and . _ -, at most 64, beginning with a letter or digit"
@@ -129,6 +138,8 @@ def _translate(detail: Any, document: Document, name: str) -> Problem:
 
 def _path(location: tuple[str | int, ...]) -> KeyPath:
     path = tuple(part for part in location if part != "[key]")
+    while path and path[-1] in _BRANCHES:
+        path = path[:-1]
     # pydantic puts the shape between an intruder's name and its keys
     return path[:2] + path[3:] if path[:1] == ("intruders",) else path
 

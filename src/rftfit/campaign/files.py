@@ -8,6 +8,7 @@ import re
 import stat
 from typing import TYPE_CHECKING, Literal
 
+from rftfit.campaign.names import DEVICE, is_device
 from rftfit.campaign.problems import Problem, did_you_mean
 
 if TYPE_CHECKING:
@@ -106,6 +107,8 @@ def plain_path(text: str) -> tuple[str, str, str | None]:
         return text, "path-outside: a relative path, not an absolute one", None
     if ".." in text.split("/"):
         return text, "path-outside: it must stay inside, without ..", None
+    if any(is_device(part) for part in text.split("/")):
+        return text, f"reserved-name: {DEVICE}", None
     return posixpath.normpath(text), "", None
 
 

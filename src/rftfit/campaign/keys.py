@@ -22,10 +22,13 @@ _UNITS = (
     ("_mm", "mm"),
     ("_deg", "degrees"),
     ("_N", "N"),
+    ("_Hz", "Hz"),
     ("_s", "s"),
 )
 _PATTERNS = {
     "^[+-]F[123]$": "one of +F1, -F1, +F2, -F2, +F3, -F3 (in quotes)",
+    "^([0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01]))?$": "a date as yyyy-mm-dd (in quotes)",
+    r"^(https?://\S+)?$": "an address beginning with https:// or http://",
     "^[A-Za-z0-9][A-Za-z0-9._-]*$": "letters A-Z a-z, digits, and . _ -, at most 64",
 }
 _TYPES = {
@@ -138,7 +141,7 @@ def _walk(node: dict[str, Any], path: tuple[str, ...], shape: str = "") -> Itera
         if isinstance(inner, dict):
             for variant in inner.get("oneOf", [inner]):
                 model = _follow(variant)
-                word = model["properties"].get("shape", {}).get("const", "")
+                word = model.get("properties", {}).get("shape", {}).get("const", "")
                 yield from _walk(model, (*here, NAME), word)
 
 
@@ -146,10 +149,11 @@ def _follow(node: dict[str, Any]) -> dict[str, Any]:
     if "$ref" in node:
         target: dict[str, Any] = schema()["$defs"][node["$ref"].rsplit("/", 1)[1]]
         return target
-    # X | None: the X
+    # X | None: the X; X | Y: the first
     for option in node.get("anyOf", ()):
         if option.get("type") != "null":
-            return {**option, "nullable": True}
+            nullable = any(other.get("type") == "null" for other in node["anyOf"])
+            return {**_follow(option), "nullable": nullable}
     return node
 
 
@@ -179,7 +183,8 @@ def _allowed(node: dict[str, Any]) -> str:
         return _PATTERNS[node["pattern"]]
     if node.get("type") == "array":
         items = node.get("prefixItems") or [node["items"]]
-        count = f"{len(items)} numbers" if "prefixItems" in node else "one or more numbers"
+        what = f"{_type(items[0])}s"
+        count = f"{len(items)} {what}" if "prefixItems" in node else f"one or more {what}"
         return f"{count} in [ ], each {_allowed(items[0])}"
     kind = _type(node)
     text = {"text": "text", "section": "a section with keys of its own"}.get(kind, f"a {kind}")

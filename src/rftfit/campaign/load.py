@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.cells import Known
+from rftfit.campaign.config import PLATE_SHAPES
 from rftfit.campaign.configfile import ConfigFile, read_config
 from rftfit.campaign.files import Folder, plain_path
+from rftfit.campaign.places import check_places
 from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.campaign.sheet import read_sheet
 
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
     from rftfit.campaign.runs import Run
 
-_SHAPES = ("plate", "leg")
+_SHAPES = (*PLATE_SHAPES, "leg")
 
 
 @dataclass(frozen=True)
@@ -136,14 +138,43 @@ def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
     inside = Folder(root)
     raw = _locate(file, inside, "raw", problems)
     sheet = _locate(file, inside, "run_sheet", problems)
+    problems += check_places(file, inside, raw, sheet)
     runs: list[Run] = []
     if sheet:
         logs = Folder(root / raw) if raw else None
         runs, of_sheet = read_sheet(root / sheet, sheet, _known(file), logs)
         problems += of_sheet
+    problems += _robot_files(file, inside, raw, runs)
     if file.config is None or any(problem.severity == "error" for problem in problems):
         return None, problems
     return Campaign(root, root / raw, root / sheet, file.config, tuple(runs)), problems
+
+
+def _robot_files(file: ConfigFile, root: Folder, raw: str, runs: list[Run]) -> list[Problem]:
+    """Make problems of files that the robot's section names and that are not there."""
+    robot = file.config.robot if file.config is not None else None
+    # a campaign without runs on its medium (a part of a re-enactment) has no robot either
+    if robot is None or not any(run.medium == robot.medium for run in runs):
+        return []
+    found = []
+    places = {
+        "file": (robot.file, root, "campaign's"),
+        "runs": (robot.runs, Folder(Path(root.base) / raw), "raw"),
+    }
+    for key, (written, folder, name) in places.items():
+        if written is None:
+            continue
+        path, fault, nearest = plain_path(written)
+        status = "missing" if fault else folder.status(path)
+        if status != "file":
+            allowed = f"a file that exists, relative to the {name} folder"
+            found.append(
+                Problem(
+                    file.name, file.document.line_of(("robot", key)), f"robot.{key}", written,
+                    allowed, "config.robot-file", nearest=nearest or folder.nearest(path),
+                )
+            )  # fmt: skip
+    return found
 
 
 def _shown_path(path: Path, folder: Path, root: Path) -> str:
@@ -192,6 +223,7 @@ def _known(file: ConfigFile) -> Known:
             media=tuple(file.config.media),
             shapes={name: item.shape for name, item in file.config.intruders.items()},
             depths_cm=file.config.fit.horizontal_depths_cm,
+            missing_tare=file.config.fit.missing_tare,
         )
     media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
     return Known(

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _LONGEST_SHOWN = 80
 _LONGEST_COMPARED = 64
-_LINE_AND_COLUMN = frozenset({"config.not-yaml", "config.alias", "config.tag"})
+_LINE_AND_COLUMN = frozenset({"config.not-yaml", "config.alias", "config.tag", "config.control"})
 _JOINTS = str.maketrans("- ", "__")
 
 

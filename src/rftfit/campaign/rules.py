@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.columns import BY_NAME, DIRECTIONS
+from rftfit.campaign.config import PLATE_SHAPES
 from rftfit.campaign.problems import listed
 
 if TYPE_CHECKING:
@@ -14,7 +15,9 @@ if TYPE_CHECKING:
 DEPTH_TOLERANCE_CM = 0.005
 """Depths closer than this are the same depth: sheets are written to a hundredth of a centimetre."""
 
-_SHAPE_OF = {"plate": "plate", "rod": "plate", "leg": "leg", "leg_air": "leg"}
+_SHAPES_OF = {
+    "plate": PLATE_SHAPES, "rod": PLATE_SHAPES, "leg": ("leg",), "leg_air": ("leg",),
+}  # fmt: skip
 
 
 def check_row(draft: Draft, known: Known) -> None:
@@ -69,10 +72,10 @@ def _check_intruder(draft: Draft, known: Known) -> None:
     kind, intruder = draft.text["kind"], draft.text["intruder"]
     if not kind or not intruder or known.shapes is None:
         return
-    shape, wanted = known.shapes[intruder], _SHAPE_OF[kind]
-    if shape and shape != wanted:
-        fitting = [name for name, other in known.shapes.items() if other == wanted]
-        allowed = f"an intruder with shape {wanted} for a {kind} run: "
+    shape, wanted = known.shapes[intruder], _SHAPES_OF[kind]
+    if shape and shape not in wanted:
+        fitting = [name for name, other in known.shapes.items() if other in wanted]
+        allowed = f"an intruder with shape {' or '.join(wanted)} for a {kind} run: "
         allowed += listed(fitting) or "the config has none"
         draft.error("intruder", intruder, allowed, "sheet.intruder-kind")
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.campaign.cells import Draft, Known, read_row
 from rftfit.campaign.columns import BY_NAME, COLUMNS
+from rftfit.campaign.names import folded
 from rftfit.campaign.problems import Problem, did_you_mean
 from rftfit.campaign.rules import check_logs, check_row
 from rftfit.campaign.runs import Run
@@ -61,7 +62,7 @@ def read_sheet(
             check_logs(draft, logs)
     _check_ids(drafts)
     _check_files(drafts)
-    check_tares(drafts)
+    check_tares(drafts, known)
     problems += [problem for draft in drafts for problem in draft.problems]
     order = {column.name: place for place, column in enumerate(COLUMNS)}
     problems.sort(key=lambda each: (each.row or 0, order.get(each.column or "", -1)))
@@ -139,10 +140,12 @@ def _check_files(drafts: list[Draft]) -> None:
             path = draft.text[column]
             if not path:
                 continue
-            other, use = first.setdefault(path.casefold(), (draft, column))
+            other, use = first.setdefault(folded(path), (draft, column))
             if (other, use) != (draft, column):
                 where = "of this row" if other is draft else f"of row {other.row}"
                 allowed = f"a file of its own; {use} {where} names this one"
+                if other.text[use] != path:
+                    allowed += f", as {other.text[use]}: not every disk tells the two apart"
                 draft.error(column, path, allowed, "sheet.shared-file")
 
 

@@ -9,7 +9,7 @@ from rftfit.campaign.problems import did_you_mean
 from rftfit.campaign.rules import DEPTH_TOLERANCE_CM
 
 if TYPE_CHECKING:
-    from rftfit.campaign.cells import Draft
+    from rftfit.campaign.cells import Draft, Known
 
 ANGLE_TOLERANCE_DEG = 0.05
 """Angles closer than this are the same in a sheet, where 18.43 and 18.435 both stand for atan 1/3."""
@@ -17,15 +17,20 @@ ANGLE_TOLERANCE_DEG = 0.05
 _TARE_OF = {"plate": "rod", "leg": "leg_air"}
 _WORDS = {"rod": "a rod run", "leg_air": "a leg_air run"}
 _SEARCHES = 20
+_WITHOUT = {
+    "refuse": "as NaN, with that as its reason",
+    "flag": "with the force on rod and mount in it, flagged",
+}
 
 
-def check_tares(drafts: list[Draft]) -> None:
+def check_tares(drafts: list[Draft], known: Known) -> None:
     """Add to each row the problems of its tare.
 
     Parameters
     ----------
     drafts : list of Draft
         All rows of the sheet, in its order.
+    known : Known
     """
     by_id: dict[str, Draft] = {}
     for draft in drafts:
@@ -46,7 +51,8 @@ def check_tares(drafts: list[Draft]) -> None:
         excluded = draft.yes("excluded")
         if not name:
             if not excluded:
-                allowed = "no tare: this run will come out as NaN, with that as its reason; name "
+                allowed = "no tare: this run will come out "
+                allowed += _WITHOUT[known.missing_tare] + "; name "
                 allowed += f"{_WORDS[_TARE_OF[kind]]} to subtract"
                 draft.warn("tare_run", None, allowed, "sheet.tare-missing")
             continue

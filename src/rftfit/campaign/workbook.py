@@ -17,7 +17,10 @@ from typing import Any
 from rftfit.campaign.problems import Problem
 from rftfit.campaign.table import MAX_ROWS, Odd, Table, too_many_rows
 
-MAX_UNPACKED = 200_000_000
+MAX_UNPACKED = 40_000_000
+MAX_TAGS = 3_000_000
+"""Some four a cell: enough for 45,000 runs, and read in seconds whatever they are."""
+
 MAX_COLUMNS = 64
 
 _ERROR_VALUES = ("#N/A", "#REF!", "#DIV/0!", "#NAME?", "#NULL!", "#NUM!", "#VALUE!")
@@ -48,7 +51,11 @@ def read_workbook(data: bytes, file: str) -> tuple[Table | None, list[Problem]]:
                 size, most = unpacked / 1e6, MAX_UNPACKED / 1e6
                 allowed = f"{size:.0f} MB when unpacked are too large; at most {most:g} MB are read"
                 return None, [Problem(file, None, None, None, allowed, "sheet.too-large")]
-            formulas = _has_formulas(archive)
+            parts = {name: archive.read(name) for name in archive.namelist()}
+            refused = _refused(parts)
+            if refused is not None:
+                return None, [Problem(file, None, None, None, *refused)]
+            formulas = _has_formulas(parts)
         table = Table()
         with warnings.catch_warnings():
             # about styles and validation rules, which do not matter here
@@ -79,9 +86,20 @@ def read_workbook(data: bytes, file: str) -> tuple[Table | None, list[Problem]]:
     return table, []
 
 
-def _has_formulas(archive: zipfile.ZipFile) -> bool:
-    names = [name for name in archive.namelist() if name.startswith("xl/worksheets/")]
-    return any(b"<f>" in part or b"<f " in part for part in map(archive.read, names))
+def _refused(parts: dict[str, bytes]) -> tuple[str, str] | None:
+    """Say what no spreadsheet writes: text and code of a problem."""
+    if any(b"<!DOCTYPE" in part or b"<!ENTITY" in part for part in parts.values()):
+        allowed = "a workbook as a spreadsheet saves it; this one declares XML entities"
+        return allowed, "sheet.not-a-workbook"
+    if (tags := sum(part.count(b"<") for part in parts.values())) > MAX_TAGS:
+        allowed = f"{tags / 1e6:.0f} million XML tags are too many; at most {MAX_TAGS / 1e6:g}"
+        return f"{allowed} million are read", "sheet.too-large"
+    return None
+
+
+def _has_formulas(parts: dict[str, bytes]) -> bool:
+    sheets = [part for name, part in parts.items() if name.startswith("xl/worksheets/")]
+    return any(b"<f>" in part or b"<f " in part for part in sheets)
 
 
 def _rows(data: bytes, *, formulas: bool) -> Any:
@@ -104,7 +122,7 @@ def _text(value: Any) -> str:
         return str(int(value))
     if isinstance(value, _DATES):
         return value.isoformat() if not isinstance(value, dt.timedelta) else str(value)
-    text = str(value).replace("\r\n", "\n").replace("_x000D_\n", "\n")
+    text = str(value).replace("_x000D_\n", "\n").replace("\r\n", "\n").replace("\r", "\n")
     return text.strip()
 
 

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from rftfit.campaign.problems import Problem
+from rftfit.campaign.names import unshowable
+from rftfit.campaign.problems import Problem, escaped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -153,6 +154,9 @@ class _Builder:
         if len(path) > MAX_DEPTH or self.nodes > MAX_NODES:
             limit = f"{MAX_DEPTH} levels and {MAX_NODES} entries"
             raise _Refused(event.start_mark, "config.too-large", None, f"more than {limit}")
+        if isinstance(event, yaml.ScalarEvent) and (sign := unshowable(event.value)):
+            allowed = "text without control characters, also when they are written as escapes"
+            raise _Refused(event.start_mark, "config.control", escaped(sign), allowed)
         if isinstance(event, yaml.MappingStartEvent):
             return self.mapping(path)
         if isinstance(event, yaml.SequenceStartEvent):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import json
+import re
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,6 +14,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _LENGTH = 16
+# imports may be indented, and go on over lines in brackets. A syntax tree would say the same (a test
+# compares them) but takes a second for all modules, and this is asked on every run
+_IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n(]+)|import[ \t]+([^\n]+))",
+    re.MULTILINE,
+)
+_NAME = re.compile(r"[\w.]+")
 _DATA = (".csv", ".mplstyle", ".html", ".css", ".js")
 
 
@@ -49,19 +56,68 @@ def code_digest(*modules: str) -> str:
     str
         16 hexadecimal digits.
     """
+    total = hashlib.sha256()
+    for name in closure(*modules):
+        total.update(name.encode())
+        total.update(_source_digest(name))
+    return total.hexdigest()[:_LENGTH]
+
+
+def closure(*modules: str) -> list[str]:
+    """List modules of this package and all they import from it.
+
+    Parameters
+    ----------
+    *modules : str
+
+    Returns
+    -------
+    list of str
+        Sorted.
+    """
     seen: set[str] = set()
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
-        if name in seen:
-            continue
-        seen.add(name)
-        waiting += [other for other in _imports(name) if other not in seen]
-    total = hashlib.sha256()
-    for name in sorted(seen):
-        total.update(name.encode())
-        total.update(_source_digest(name))
-    return total.hexdigest()[:_LENGTH]
+        if name not in seen:
+            seen.add(name)
+            waiting += [other for other in _imports(name) if other not in seen]
+    return sorted(seen)
+
+
+def module_digests(*modules: str) -> dict[str, str]:
+    """Digest of each module that `code_digest` looks at.
+
+    Parameters
+    ----------
+    *modules : str
+
+    Returns
+    -------
+    dict of str to str
+        16 hexadecimal digits by module.
+    """
+    return {name: _source_digest(name).hex()[:_LENGTH] for name in closure(*modules)}
+
+
+def workflow_digests() -> dict[str, str]:
+    """Digest of each file of the workflow's rules.
+
+    Returns
+    -------
+    dict of str to str
+        16 hexadecimal digits by path from the Snakefile's folder: the top of a checkout, or
+        ``_workflow`` inside the package where it was installed. Empty where there is no workflow.
+    """
+    package = Path(__file__).resolve().parents[1]
+    for top in (package.parents[1], package / "_workflow"):
+        if (top / "Snakefile").is_file():
+            files = [top / "Snakefile", *sorted(top.glob("workflow/rules/*.smk"))]
+            return {
+                file.relative_to(top).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()[:_LENGTH]
+                for file in files
+            }  # fmt: skip
+    return {}
 
 
 @cache
@@ -98,13 +154,13 @@ def _imports(module: str) -> frozenset[str]:
     assert path is not None
     package = module.split(".", maxsplit=1)[0]
     names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_bytes())):
-        if isinstance(node, ast.Import):
-            names.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
-            names.add(node.module)
+    for home, chosen, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
+        if whole:
+            names.update(_NAME.findall(whole))
+        else:
+            names.add(home)
             # `from package import module` names a module, not a value
-            names.update(f"{node.module}.{alias.name}" for alias in node.names)
+            names.update(f"{home}.{name}" for name in _NAME.findall(chosen))
     found: set[str] = set()
     for name in names:
         parts = name.split(".")

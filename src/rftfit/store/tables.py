@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.errors import InputError
 from rftfit.store.atomic import atomic_path, write_bytes
+from rftfit.store.formulas import guard_table, unguard_table
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,6 +37,12 @@ TEXT_COLUMNS = frozenset(
         "where",
         "verdict",
         "why",
+        "profile",
+        "condition",
+        "outcome",
+        "warning",
+        "calibrated",
+        "frequency_from",
     ]
 )
 """Columns of names and words in the tables of this program; all others are numbers or yes and no."""
@@ -46,6 +53,8 @@ FLOAT_FORMAT = "%.6g"
 
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
     r"""Write a table as csv: UTF-8, ``\\n``, six significant digits, NaN as an empty cell.
+
+    Text that a spreadsheet would calculate gets an apostrophe in front (`rftfit.store.formulas`).
 
     Parameters
     ----------
@@ -59,7 +68,7 @@ def write_csv(table: pd.DataFrame, target: str | Path) -> None:
         If it cannot be written.
     """
     buffer = io.StringIO()
-    table.to_csv(buffer, index=False, float_format=FLOAT_FORMAT, lineterminator="\n")
+    guard_table(table).to_csv(buffer, index=False, float_format=FLOAT_FORMAT, lineterminator="\n")
     write_bytes(target, buffer.getvalue().encode("utf-8"))
 
 
@@ -84,7 +93,7 @@ def read_csv(source: str | Path) -> pd.DataFrame:
 
     try:
         names = pd.read_csv(source, encoding="utf-8", nrows=0).columns
-        return pd.read_csv(
+        table = pd.read_csv(
             source,
             encoding="utf-8",
             # a run may be called 007 or NA: what is text stays the text it is
@@ -92,6 +101,7 @@ def read_csv(source: str | Path) -> pd.DataFrame:
             keep_default_na=False,
             na_values={name: [""] for name in names if name not in TEXT_COLUMNS},
         )
+        return unguard_table(table)
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as a table: {error}") from error
 

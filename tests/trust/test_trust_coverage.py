@@ -1,0 +1,125 @@
+"""95 % intervals contain the truth in 93 to 97 % of simulated campaigns, at every level.
+
+From samples with correlated noise, drifting zeros, errors of the clocks, start-up, stick-slip and
+beds that differ from run to run, through the program's own zero, slope, alpha table, nine terms,
+scaling and leg prediction. `benchmarks/intervals.py 2000` is the same with 2000 campaigns; a level
+for the robot's speed belongs into `coverage_levels.cover`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from coverage_levels import SCENARIOS, Scenario, alpha_inside, cover
+from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, Ensemble, paper_config, plan, simulate
+
+from rftfit.measure.slope import fit_slope
+from rftfit.measure.startup import unfinished_start
+
+CAMPAIGNS, SEED = 80, 7
+NAMES = [scenario.name for scenario in SCENARIOS]
+FEW = SCENARIOS[-1]
+
+
+@pytest.fixture(scope="module")
+def ensemble() -> Ensemble:
+    return simulate("poppy_CP", CAMPAIGNS, SEED)
+
+
+@pytest.fixture(scope="module")
+def shares(ensemble: Ensemble) -> dict[str, dict[str, np.ndarray]]:
+    """Share of intervals with the truth in them, by scenario and level."""
+    config = paper_config(300)
+    return {s.name: cover([ensemble], s, config, SEED) for s in SCENARIOS if s is not FEW}
+
+
+def honest(shares: np.ndarray) -> None:
+    """93 to 97 %, give or take 3 standard errors of so few campaigns."""
+    # intervals of one campaign go together, so campaigns are counted, by their own scatter; what
+    # has one interval a campaign scatters as a binomial
+    error = 3 * max(float(shares.std()), 0.1) / np.sqrt(shares.size)
+    assert 0.93 - error <= shares.mean() <= 0.97 + error
+
+
+@pytest.mark.parametrize("level", ["alpha, slanted", "alpha, horizontal"])
+@pytest.mark.parametrize("scenario", NAMES[:3])
+def test_alpha(shares: dict[str, dict[str, np.ndarray]], scenario: str, level: str) -> None:
+    found = shares[scenario][level]
+    honest(found)
+    # thousands of cells: no leniency is needed where there is no error common to them
+    if level == "alpha, slanted" and "repeats" not in scenario:
+        assert 0.93 <= found.mean() <= 0.97
+
+
+@pytest.mark.parametrize("method", ["lsq", "dft-index"])
+@pytest.mark.parametrize("scenario", NAMES[:3])
+def test_coefficients(shares: dict[str, dict[str, np.ndarray]], scenario: str, method: str) -> None:
+    honest(shares[scenario][f"M ({method})"])
+
+
+@pytest.mark.parametrize(
+    "level", ["zeta (lsq)", "chi (lsq)", "zeta (dft-index)", "chi (dft-index)"]
+)
+def test_zeta_and_chi(shares: dict[str, dict[str, np.ndarray]], level: str) -> None:
+    # one interval a campaign each: all scenarios together
+    honest(np.concatenate([part[level] for part in shares.values()]))
+
+
+@pytest.mark.parametrize("scenario", NAMES[:3])
+def test_leg_force(shares: dict[str, dict[str, np.ndarray]], scenario: str) -> None:
+    honest(shares[scenario]["leg force"])
+
+
+def test_peak_error(shares: dict[str, dict[str, np.ndarray]]) -> None:
+    honest(np.concatenate([part["peak error"] for part in shares.values()]))
+
+
+def test_few_repeats_and_the_generic_coefficients(ensemble: Ensemble) -> None:
+    """Six repeats in each of two media: Student with few degrees of freedom, in M0 with more."""
+    found = cover([ensemble, ensemble.as_medium("glass0.3mm_CP")], FEW, paper_config(300), SEED,
+                  legs=False)  # fmt: skip
+    for level in ("alpha, slanted", "alpha, horizontal", "M (lsq)", "M0 (lsq)", "M0 (dft-index)"):
+        honest(found[level])
+
+
+def test_a_spread_that_nobody_told_is_not_in_the_intervals(ensemble: Ensemble) -> None:
+    """What `one bed as prepared` means: such intervals miss the mean of many beds nine times in ten."""
+    tables = list(ensemble.tables(SEED, RUN_TO_RUN))[:20]
+    assert {source for table in tables for source in table["spread"]} == {"one bed as prepared"}
+    assert np.mean([alpha_inside(table)["alpha, slanted"].mean() for table in tables]) < 0.25
+
+
+def test_runs_cover_the_grid() -> None:
+    runs = plan("poppy_LP")
+    assert len(runs) == 6 * 12 + 6 * 3
+    assert min(run.depth.size for run in runs) >= 60
+    assert paper_config(300).transducer.drift_N_per_min == DRIFT_N_PER_MIN
+    assert Scenario("x").stated is None
+
+
+def test_curvature_is_not_found_in_straight_lines() -> None:
+    """The false alarms of the test of linearity are as many as its p says."""
+    random = np.random.default_rng(3)
+    for depth in (np.linspace(0.4, 8.4, 800), np.linspace(7.1, 1.95, 515)):
+        zero = random.normal(0, 0.001, (2000, 1))
+        noise = random.normal(0, 0.005, (2000, depth.size))
+        variance = 0.001**2 * random.chisquare(24, (1, 2000)) / 24
+        dof = np.full((1, 2000), 24.0)
+        found = fit_slope(depth, 0.3 * depth + noise + zero, variance, dof)
+        # 2000 lines: 3.3 standard errors about 5 % and 1 %
+        assert 0.034 <= np.mean(found.nonlinear_p < 0.05) <= 0.066
+        assert 0.003 <= np.mean(found.nonlinear_p < 0.01) <= 0.018
+
+
+def test_start_up_left_in_the_window() -> None:
+    """An exponential start-up moves the mean by what is said, whatever its first third was."""
+    travel = np.arange(640) / 100
+    steady = travel >= 2
+    for decay in (0.3, 0.4, 0.6):
+        stress = np.stack([0.9 * (1 - np.exp(-travel / decay)), np.full(640, 0.2)])
+        stress[:, travel < 0.6] += 5
+        moved = unfinished_start(travel, stress, steady, 2.0)
+        np.testing.assert_allclose(moved[0], stress[0, steady].mean() - 0.9, rtol=0.2)
+        assert abs(moved[1]) < 1e-12
+    assert (unfinished_start(travel, stress, steady, 0.0) == 0).all()
+    assert (unfinished_start(travel, stress, travel > 9, 2.0) == 0).all()

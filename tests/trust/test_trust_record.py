@@ -1,0 +1,275 @@
+"""The parts behind provenance and verify: digests of files, imports, the graph, text in csv."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import os
+import random
+import time
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rftfit.errors import InputError
+from rftfit.stages.provenance_graph import OWN, Graph, Step, unpacked
+from rftfit.stages.provenance_rules import graph_of
+from rftfit.store import digest, read_csv, write_csv
+from rftfit.store.formulas import guarded, unguarded
+from rftfit.store.manifest import Seen, read_sums, sha256_of, write_sums
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+PACKAGE = Path(digest.__file__).parents[1]
+SIGNS = "=+-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH COMMERCIAL AT}"
+
+
+# --- digests of logs, remembered -------------------------------------------------------------------
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> list[str]:
+    """Three old files and a place to remember them."""
+    (tmp_path / "state").mkdir()
+    paths = [tmp_path / f"{name}.csv" for name in "abc"]
+    for place, path in enumerate(paths):
+        path.write_bytes(bytes([place]) * 1000)
+    return [str(path) for path in paths]
+
+
+def memory_of(logs: list[str]) -> Path:
+    return Path(logs[0]).parent / "state" / "rftfit" / "seen.tsv"
+
+
+def settled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a minute pass, so that what was just written counts as old."""
+    now = time.time_ns
+    monkeypatch.setattr("rftfit.store.manifest.time.time_ns", lambda: now() + 60_000_000_000)
+
+
+def count_reading(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    read: list[str] = []
+
+    def note(path: str | Path) -> str:
+        read.append(str(path))
+        return sha256_of(path)
+
+    monkeypatch.setattr("rftfit.store.manifest.sha256_of", note)
+    return read
+
+
+def test_what_has_not_changed_is_not_read_again(
+    logs: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settled(monkeypatch)
+    first = Seen(memory_of(logs))
+    wanted = first.digests(logs)
+    assert wanted == {path: sha256_of(path) for path in logs}
+    first.save()
+    read = count_reading(monkeypatch)
+    assert Seen(memory_of(logs)).digests(logs) == wanted
+    assert read == []
+
+
+def test_a_change_with_size_and_date_put_back_is_seen(
+    logs: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settled(monkeypatch)
+    first = Seen(memory_of(logs))
+    before = first.digests(logs)
+    first.save()
+    path = Path(logs[1])
+    state = path.stat()
+    path.write_bytes(b"x" * state.st_size)
+    os.utime(path, ns=(state.st_atime_ns, state.st_mtime_ns))
+    read = count_reading(monkeypatch)
+    after = Seen(memory_of(logs)).digests(logs)
+    assert read == [logs[1]]
+    assert [path for path in logs if before[path] != after[path]] == [logs[1]]
+
+
+def test_what_was_just_written_is_not_trusted(
+    logs: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A second change within a tick of the clock would look like none."""
+    first = Seen(memory_of(logs))
+    first.digests(logs)
+    first.save()
+    read = count_reading(monkeypatch)
+    Seen(memory_of(logs)).digests(logs)
+    assert sorted(read) == logs
+
+
+@pytest.mark.parametrize(
+    "rest", [b"", b"\xff\xfe", b"something else\n", b"rftfit logs seen 1\nx\n"]
+)
+def test_a_damaged_memory_is_no_harm(logs: list[str], rest: bytes) -> None:
+    memory = memory_of(logs)
+    memory.parent.mkdir()
+    memory.write_bytes(rest)
+    assert Seen(memory).digests(logs) == {path: sha256_of(path) for path in logs}
+
+
+def test_pipes_devices_folders_and_nothing_are_not_read(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(pipe)
+    names = [str(pipe), str(tmp_path), str(tmp_path / "absent"), os.devnull, "a\0b"]
+    assert Seen(None).digests(names) == dict.fromkeys(names, "")
+
+
+def test_sums_come_back_and_are_those_of_sha256sum(logs: list[str], tmp_path: Path) -> None:
+    digests = {path: sha256_of(path) for path in logs}
+    write_sums({**digests, "missing.csv": ""}, tmp_path / "sums")
+    assert read_sums(tmp_path / "sums") == digests
+    line = (tmp_path / "sums").read_text(encoding="utf-8").splitlines()[0]
+    assert line == f"{digests[logs[0]]}  {logs[0]}"
+    (tmp_path / "sums").write_text("nothing\n", encoding="utf-8")
+    with pytest.raises(InputError, match="sums"):
+        read_sums(tmp_path / "sums")
+
+
+# --- imports ----------------------------------------------------------------------------------------
+
+
+def test_no_import_is_overlooked() -> None:
+    """The quick look at imports finds all that the syntax tree has."""
+    problems = []
+    modules = sorted(PACKAGE.rglob("*.py"))
+    for path in modules:
+        name = ".".join(["rftfit", *path.relative_to(PACKAGE).with_suffix("").parts])
+        name = name.removesuffix(".__init__")
+        wanted: set[str] = set()
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            if isinstance(node, ast.Import):
+                wanted.update(alias.name for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+                wanted.add(node.module)
+                wanted.update(f"{node.module}.{alias.name}" for alias in node.names)
+        own = {one for one in wanted if one.split(".")[0] == "rftfit" and digest._path(one)}
+        if lost := own - digest._imports(name):
+            problems.append(f"{name}: {sorted(lost)}")
+    assert len(modules) > 100
+    assert problems == []
+
+
+# --- the graph --------------------------------------------------------------------------------------
+
+
+class Params(dict[str, Any]):
+    """As Snakemake's: values or functions of the wildcards."""
+
+
+def rule(name: str, read: list[Any], made: list[str], **params: object) -> SimpleNamespace:
+    return SimpleNamespace(name=name, input=read, output=made, params=Params(params))
+
+
+def lab_rules() -> list[SimpleNamespace]:
+    return [
+        rule("read", [lambda w: [f"raw/{w.medium}.csv"]], ["r/t/{medium}.parquet", "r/u/{medium}.csv"],
+             raw=lambda w: f"raw-{w.medium}", rows=lambda w: f"rows-{w.medium}", code="c1"),
+        rule("fit", ["r/t/{medium}.parquet"], ["r/a/{medium}.csv"], settings="s1", code="c2"),
+        rule("join", ["r/a/sand.csv", "r/a/seed.csv"], ["r/all.csv"], code="c3"),
+        rule("draw", ["r/a/{medium}.csv", "r/all.csv", "notes.txt"], ["r/{medium}.png"], code="c3"),
+        rule("never", ["r/all.csv"], ["r/never.csv"], code="c3"),
+    ]  # fmt: skip
+
+
+MEANINGS = {
+    **{f"{what}-{medium}": (medium,) for what in ("raw", "rows") for medium in ("sand", "seed")},
+    "s1": ("fit", "media"), "c1": ("m.read",), "c2": ("m.fit",), "c3": ("m.other",),
+}  # fmt: skip
+
+
+@pytest.fixture
+def graph() -> Graph:
+    return graph_of(lab_rules(), ["r/sand.png"], ["sand", "seed"], lambda _, one: MEANINGS[one])
+
+
+def test_steps_are_read_off_the_rules(graph: Graph) -> None:
+    assert list(graph.steps) == ["read", "fit", "join", "draw"]
+    both = ("sand", "seed")
+    assert graph.steps["read"] == Step(
+        "read", both, ("r/t/{medium}.parquet", "r/u/{medium}.csv"), (), OWN, OWN, (), ("m.read",), "c1"
+    )  # fmt: skip
+    assert graph.steps["join"].reads == (("r/a/{medium}.csv", both),)
+    # drawn for one medium only, from that medium's table and one of both
+    assert graph.steps["draw"].values == ("sand",)  # noqa: PD011
+    assert graph.steps["draw"].inputs("sand") == ["r/a/sand.csv", "r/all.csv"]
+    assert graph.steps["draw"].files == ("notes.txt",)
+    assert graph.steps["fit"].settings == ("fit", "media")
+
+
+def test_a_chain_names_every_job_before_those_that_read_it(graph: Graph) -> None:
+    chain = graph.chain("r/sand.png")
+    assert sorted(chain) == sorted(
+        [("read", "sand"), ("read", "seed"), ("fit", "sand"), ("fit", "seed"), ("join", ""), ("draw", "sand")]
+    )  # fmt: skip
+    for place, job in enumerate(chain):
+        assert set(graph.parents(job)) <= set(chain[:place])
+    assert graph.chain("r/a/seed.csv") == [("read", "seed"), ("fit", "seed")]
+
+
+def test_the_graph_survives_being_written(graph: Graph) -> None:
+    assert unpacked(graph.packed()) == graph
+
+
+# --- text that a spreadsheet would calculate ---------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("=1+1", "'=1+1"), ("+SUM(A1)", "'+SUM(A1)"), ("-2+3", "'-2+3"), ("@A1", "'@A1"),
+        ("\t=1", "'\t=1"), ("\r=1", "'\n=1"), ("'=1", "''=1"), ("-", "'-"),
+        ("-5", "-5"), ("+0.25", "+0.25"), ("-1e-3", "-1e-3"), ("a=1", "a=1"), ("it's", "it's"), ("", ""),
+    ],
+)  # fmt: skip
+def test_text_is_guarded_and_numbers_are_left(text: str, written: str) -> None:
+    assert guarded(text) == written
+    assert unguarded(written) == text.replace("\r", "\n")
+
+
+@given(st.text(st.sampled_from([*SIGNS, "'", "1", "a", '"', ",", ";"]), max_size=6))
+def test_guarded_text_comes_back(text: str) -> None:
+    written = guarded(text)
+    plain = text.replace("\r\n", "\n").replace("\r", "\n")
+    assert unguarded(written) == plain
+    assert written[:1] not in SIGNS or not written or float(written) == float(plain)
+
+
+def test_tables_come_back_and_hold_no_formula(tmp_path: Path) -> None:
+    pick = random.Random(3)
+    texts = ["".join(pick.choices("=+-@'\"\n,;1a ", k=pick.randint(1, 6))) for _ in range(300)]
+    table = pd.DataFrame(
+        {"run_id": [f"r{i}" for i in range(300)], "note": texts, "force_N": [-i / 7 for i in range(300)]}
+    )  # fmt: skip
+    write_csv(table, tmp_path / "t.csv")
+    with (tmp_path / "t.csv").open(encoding="utf-8", newline="") as handle:
+        rows = list(csv.DictReader(handle))
+    for row in rows:
+        assert row["note"][0] not in SIGNS or is_number(row["note"]), row
+        assert is_number(row["force_N"])
+    back = read_csv(tmp_path / "t.csv")
+    assert back["note"].tolist() == texts
+    assert back["force_N"].to_numpy() == pytest.approx(table["force_N"].to_numpy(), rel=1e-5)
+
+
+def test_names_as_categories_are_guarded_too(tmp_path: Path) -> None:
+    write_csv(pd.DataFrame({"note": pd.Categorical(["=a", "b", "=a"])}), tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text(encoding="utf-8") == "note\n'=a\nb\n'=a\n"
+
+
+def is_number(text: str) -> bool:
+    convert: Callable[[str], float] = float
+    try:
+        convert(text)
+    except ValueError:
+        return False
+    return True

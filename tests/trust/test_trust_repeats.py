@@ -1,0 +1,188 @@
+"""The run-to-run spread: found from repeats or stated, and where it goes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from ensembles import paper_config
+from rigroom import paper, planned
+
+from rftfit.lab.worker import run_logs
+from rftfit.measure.alpha import alpha_table, column
+from rftfit.measure.repeats import (
+    AS_PREPARED,
+    GIVEN_DOF,
+    LEAST_DOF,
+    REPEATS,
+    STATED,
+    mean_of_repeats,
+    spread_of_runs,
+)  # fmt: skip
+from rftfit.measure.slope import student_quantile
+from rftfit.profile.bootstrap import Term, interval, interval_of_sum, typical_dof
+from rftfit.validate.leg_errors import leg_errors
+from rftfit.validate.peaks import measured_peak
+
+SPREAD = 0.005
+
+
+def pairs(count: int, seed: int, se: float = 0.001) -> list[tuple[np.ndarray, np.ndarray]]:
+    random = np.random.default_rng(seed)
+    deviation = math.hypot(SPREAD, se)
+    return [(random.normal(0.3, deviation, 2), np.full(2, se)) for _ in range(count)]
+
+
+def test_spread_from_repeats_by_hand() -> None:
+    groups = [(np.array([0.30, 0.31]), np.array([0.001, 0.002]))] * LEAST_DOF
+    found = spread_of_runs([*groups, (np.array([9.0]), np.array([0.1]))], None)
+    # each pair has the sum of squares 2 x 0.005^2 and one degree of freedom
+    between, own = 5e-5, (1e-6 + 4e-6) / 2
+    assert found.source == REPEATS
+    assert found.variance == pytest.approx(between - own)
+    assert found.dof == pytest.approx(LEAST_DOF * ((between - own) / between) ** 2)
+
+
+def test_spread_from_repeats_is_unbiased() -> None:
+    found = [spread_of_runs(pairs(12, seed), None).variance for seed in range(400)]
+    assert np.mean(found) == pytest.approx(SPREAD**2, rel=0.06)
+
+
+def test_repeats_speak_before_the_config_and_few_do_not() -> None:
+    few, many = pairs(LEAST_DOF - 1, 1), pairs(LEAST_DOF, 1)
+    assert spread_of_runs(few, 0.003).source == STATED
+    assert spread_of_runs(few, 0.003).variance == pytest.approx(9e-6)
+    assert spread_of_runs(few, None).source == AS_PREPARED
+    assert spread_of_runs(many, 0.003).source == REPEATS
+    assert spread_of_runs([], None).variance == 0
+
+
+def test_repeats_that_agree_show_no_spread() -> None:
+    same = [(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
+    found = spread_of_runs(same, 0.005)
+    assert (found.variance, found.source) == (0, REPEATS)
+
+
+def test_mean_of_one_run_has_the_spread_of_others() -> None:
+    spread = spread_of_runs(pairs(20, 3), None)
+    one = [np.array([value]) for value in (0.2, 0.001, 30.0)]
+    alpha, se, dof = mean_of_repeats(one[0], one[1], one[2], spread)
+    assert alpha == 0.2
+    assert se == pytest.approx(math.sqrt(spread.variance + 1e-6))
+    assert dof < 25
+
+
+def fits(run_to_run: float | None) -> pd.DataFrame:
+    rows = [
+        {
+            "run_id": f"{beta}_{gamma}_{depth}", "beta_deg": beta, "gamma_deg": gamma,
+            "depth_from_cm": depth, "depth_to_cm": depth, "flags": "", "reason": "",
+            **{f"alpha_{c}{q}": v for c in "zx" for q, v in (
+                ("_N_per_cm3", 0.1), ("_se_N_per_cm3", 0.0002), ("_dof", GIVEN_DOF),
+                ("_startup_N_per_cm3", 0.0001 if gamma == 0 else 0.0))},
+        }
+        for beta, gamma, depth in ((0, 90, 5.0), (0, 0, 2.54), (0, 0, 5.08), (0, 0, 7.62))
+    ]  # fmt: skip
+    return alpha_table(pd.DataFrame(rows), "m", 0.95, 3, run_to_run)
+
+
+def test_stated_spread_in_the_alpha_table() -> None:
+    with_it, without = fits(SPREAD), fits(None)
+    np.testing.assert_array_equal(with_it[column("z")], without[column("z")])
+    cell = with_it[(with_it["beta_deg"] == 0) & (with_it["gamma_deg"] == 90)].iloc[0]
+    assert cell["spread"] == STATED
+    assert cell["run_to_run_x_N_per_cm3"] == pytest.approx(SPREAD)
+    assert cell[column("z", "_se")] == pytest.approx(math.hypot(SPREAD, 0.0002))
+    level = with_it[(with_it["beta_deg"] == 0) & (with_it["gamma_deg"] == 0)].iloc[0]
+    depth = np.array([2.54, 5.08, 7.62])
+    share = depth**2 / (depth @ depth)
+    # scatter and beds of the depths are independent; their start-up is the same and adds up
+    own = (0.0002**2 - 0.0001**2 + SPREAD**2) * share @ share + (0.0001 * share.sum()) ** 2
+    assert level[column("z", "_se")] == pytest.approx(math.sqrt(own))
+    assert set(without["spread"]) == {AS_PREPARED}
+    assert without["run_to_run_z_N_per_cm3"].isna().all()
+
+
+def test_interval_of_a_sum_has_more_degrees_of_freedom() -> None:
+    random = np.random.default_rng(4)
+    wide = float(student_quantile(0.95, 6)) / 1.959964
+    terms = [Term(wide * random.standard_normal((40000, 1)), 6.0) for _ in range(5)]
+    lo, hi = interval_of_sum(terms, 0.95)
+    half = math.sqrt(5) * float(student_quantile(0.95, 30))
+    assert (hi - lo)[0] / 2 == pytest.approx(half, rel=0.02)
+    # alone it is the Student interval that the draws were made for
+    np.testing.assert_allclose(interval_of_sum(terms[:1], 0.95), interval(terms[0].draws, 0.95))
+
+
+def test_typical_dof() -> None:
+    table = fits(None)
+    for c in "zx":
+        half = float(student_quantile(0.95, 8.0)) * table[column(c, "_se")]
+        table[column(c, "_lo")], table[column(c, "_hi")] = -half, half
+    assert typical_dof(table, 0.95) == pytest.approx(8.0)
+    assert typical_dof(fits(None), 0.95) == GIVEN_DOF
+    assert math.isnan(typical_dof(fits(None).iloc[:1], 0.95))
+
+
+def test_peak_of_a_noisy_curve_is_not_the_highest_reading() -> None:
+    random = np.random.default_rng(5)
+    theta = np.arange(-130.0, 131.0)
+    curve = 3 * np.cos(np.radians(theta - 7.3))
+    found = [measured_peak(theta, curve + random.normal(0, 0.05, theta.size), "z")
+             for _ in range(300)]  # fmt: skip
+    peaks = np.array([peak.force_N for peak in found])
+    # a very flat peak: what is left is within one standard error, the highest reading three above
+    se = float(np.mean([peak.se_N for peak in found]))
+    assert abs(np.mean(peaks) - 3) < se < 0.03
+    assert 0.5 * se < np.std(peaks) < 1.1 * se
+    raw = [float((curve + random.normal(0, 0.05, theta.size)).max()) for _ in range(300)]
+    assert np.mean(raw) > 3.07
+    down = measured_peak(theta, -curve, "x")
+    assert down.force_N == pytest.approx(-3, abs=0.005)
+
+
+def test_a_short_curve_has_its_highest_reading() -> None:
+    short = measured_peak(np.arange(4.0), np.array([1.0, 3.0, 2.0, 1.0]), "z")
+    assert short.force_N == 3
+    assert math.isnan(short.se_N)
+
+
+def test_bed_spread_widens_the_peak_error() -> None:
+    theta = np.arange(-130.0, 131.0)
+    force = 10 * np.cos(np.radians(theta))
+    measured = pd.DataFrame({"theta_deg": theta, "force_z_N": force, "force_x_N": force,
+                             "zero_se_z_N": 0.01, "zero_se_x_N": 0.01}).assign(medium="m", leg="l")  # fmt: skip
+    ours = measured.assign(profile="table", reason="")
+    for c in "zx":
+        ours[f"force_{c}_lo_N"], ours[f"force_{c}_hi_N"] = force - 0.1, force + 0.1
+    narrow = leg_errors(measured, ours).iloc[0]
+    wide = leg_errors(measured, ours, {"m": 0.02}).iloc[0]
+    assert narrow["peak_error_lo_percent"] == pytest.approx(-1, abs=0.1)
+    assert narrow["peak_error_hi_percent"] == pytest.approx(1, abs=0.1)
+    assert wide["peak_error_hi_percent"] == pytest.approx(math.hypot(1, 2.0639 * 2), abs=0.1)
+    assert wide["peak_error_percent"] == narrow["peak_error_percent"]
+
+
+def test_beds_of_the_reenacted_lab_differ_by_what_is_asked() -> None:
+    """Force of runs with a spread less that of the same runs without: alpha times depth and area."""
+    found = []
+    for run in list(planned().values())[:400]:
+        if run.kind != "plate" or run.gamma_deg != 90 or run.beta_deg != 0 or run.natural:
+            continue
+        logs = (run_logs(run, paper(), 3, spread=s)[run.force_log] for s in (0.0, 0.05))
+        plain, spread = (np.genfromtxt(log.decode().splitlines()[3:], delimiter=",")  # type: ignore[union-attr]
+                         for log in logs)  # fmt: skip
+        push = -(spread - plain)[:, 4] / 9.6774
+        found.append(np.abs(push).max() / 8.7 * np.sign(push[np.abs(push).argmax()]))
+    assert len(found) >= 2
+    assert 0.005 < np.std(found) < 0.2
+    run = planned()["poppy_LP_c_leg"]
+    same = run_logs(run, paper(), 3), run_logs(run, paper(), 3, spread=0.0)
+    assert same[0] == same[1]
+    assert run_logs(run, paper(), 3, spread=0.05) != same[0]
+
+
+def test_config_states_no_spread_unless_asked() -> None:
+    assert paper_config(300).fit.run_to_run_N_per_cm3 is None

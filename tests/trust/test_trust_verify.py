@@ -1,0 +1,324 @@
+"""What results were made from is recorded, and every change of it is noticed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import stat
+import subprocess
+import sys
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+from campaigns import make_campaign
+
+from rftfit.__main__ import main as stage
+from rftfit.cli.exit_codes import INPUT_NOT_VALID, NOT_AS_RECORDED
+from rftfit.stages.provenance_record import read_record
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from campaigns import Folder
+
+pytestmark = pytest.mark.slow
+
+MEDIA = ("poppy_LP", "yuma")
+LOG = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
+PUBLICATION = (
+    'publication: {date: "2013-03-22", license: "https://example.org/licence", authors: [A, B]}\n'
+)
+
+
+def sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+class Checked:
+    """A campaign that was run once; whatever a test changes is put back."""
+
+    def __init__(self, folder: Folder) -> None:
+        self.folder, self.root = folder, folder.root
+
+    def verify(self, *words: str) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [sys.executable, "-m", "rftfit.cli.main", "verify", *words],
+            cwd=self.root, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert "Traceback" not in done.stdout + done.stderr
+        return done
+
+    def record(self) -> Any:
+        return json.loads((self.root / "results" / "provenance.json").read_text(encoding="utf-8"))
+
+
+def writable(path: Path, yes: bool) -> None:
+    mode = path.stat().st_mode
+    path.chmod(mode | stat.S_IWUSR if yes else mode & ~0o222)
+
+
+@pytest.fixture(scope="module")
+def run_once(tmp_path_factory: pytest.TempPathFactory) -> Checked:
+    folder = make_campaign(tmp_path_factory.mktemp("verify") / "campaign", MEDIA)
+    config = folder.root / "config" / "config.yaml"
+    values = yaml.safe_load(config.read_text(encoding="utf-8") + PUBLICATION)
+    # its sweep takes longer than all the rest
+    values.pop("robot", None)
+    config.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+    everything = [folder.root / "raw", *sorted((folder.root / "raw").rglob("*"))]
+    for path in everything:
+        writable(path, yes=False)
+    before = {path: (path.stat().st_mtime_ns, path.stat().st_ctime_ns) for path in everything}
+    folder.run()
+    after = {path: (path.stat().st_mtime_ns, path.stat().st_ctime_ns) for path in everything}
+    assert after == before, "the workflow touched raw/"
+    assert sorted((folder.root / "raw").rglob("*")) == everything[1:]
+    for path in everything:
+        writable(path, yes=True)
+    return Checked(folder)
+
+
+@pytest.fixture
+def checked(run_once: Checked) -> Iterator[Checked]:
+    names = (LOG, "raw/paper/runs.csv", "config/config.yaml", "results/alpha/poppy_LP.csv",
+             "results/provenance.json", "results/figures/fig_s6_fit.svg")  # fmt: skip
+    kept = {name: (run_once.root / name).read_bytes() for name in names}
+    states = {name: (run_once.root / name).stat() for name in names}
+    yield run_once
+    for name, content in kept.items():
+        path = run_once.root / name
+        if not path.exists() or path.read_bytes() != content:
+            path.write_bytes(content)
+            os.utime(path, ns=(states[name].st_atime_ns, states[name].st_mtime_ns))
+
+
+def change_log_behind_the_date(root: Path) -> None:
+    """Another last digit, the same size and the same date."""
+    path = root / LOG
+    state, content = path.stat(), bytearray(path.read_bytes())
+    place = content.rfind(b"5")
+    content[place : place + 1] = b"6"
+    path.write_bytes(content)
+    os.utime(path, ns=(state.st_atime_ns, state.st_mtime_ns))
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def test_all_is_as_recorded(checked: Checked) -> None:
+    done = checked.verify()
+    assert done.returncode == 0, done.stdout
+    assert "all as recorded" in done.stdout
+    assert checked.folder.jobs() == {}
+
+
+def test_the_record_names_every_result_and_its_content(checked: Checked) -> None:
+    results = checked.root / "results"
+    own = {"provenance.json", "ro-crate-metadata.json"}
+    there = {
+        f"results/{path.relative_to(results).as_posix()}": sha256(path)
+        for path in results.rglob("*")
+        if path.is_file() and path.relative_to(results).parts[0] != "logs" and path.name not in own
+    }
+    assert checked.record()["results"] == there
+
+
+def test_sums_of_all_logs_are_right(checked: Checked) -> None:
+    lines = (checked.root / "results" / "manifest.sha256").read_text(encoding="utf-8").splitlines()
+    listed = {name: digest for digest, name in (line.split("  ", 1) for line in lines)}
+    raw = checked.root / "raw" / "paper"
+    # the robot's tracks are read only where the config has a robot
+    logs = [path for path in raw.rglob("*_*.csv") if "robot" not in path.relative_to(raw).parts]
+    assert listed == {path.relative_to(checked.root).as_posix(): sha256(path) for path in logs}
+
+
+def test_the_record_holds_no_machine_and_no_time(checked: Checked) -> None:
+    for name in ("provenance.json", "ro-crate-metadata.json", "manifest.sha256", "run_sheet.csv"):
+        text = (checked.root / "results" / name).read_text(encoding="utf-8")
+        assert str(checked.root) not in text
+        assert str(checked.root.parent) not in text
+        dates = set(re.findall(r"\b(?:19|20)\d\d-\d\d-\d\d", text)) - {"2013-03-22"}
+        assert dates == set(), name
+
+
+def test_a_chain_is_told(checked: Checked) -> None:
+    done = checked.verify("results/coefficients.csv")
+    assert done.returncode == 0
+    for part in ("ingest of poppy_LP, yuma", "slopes of poppy_LP, yuma", "fourier", "scaling",
+                 "382 logs: raw/paper/air/air_c_leg_force.csv", "191 rows of raw/paper/runs.csv",
+                 "transducer", "rftfit.stages.slopes"):  # fmt: skip
+        assert part in done.stdout
+    alone = checked.verify("results/alpha/yuma.csv").stdout
+    assert "poppy_LP_" not in alone
+    assert "scaling" not in alone
+
+
+def test_a_log_changed_behind_its_date_is_noticed(checked: Checked) -> None:
+    change_log_behind_the_date(checked.root)
+    done = checked.verify()
+    assert done.returncode == NOT_AS_RECORDED
+    assert f"file {LOG}: was sha256" in done.stdout
+    assert checked.verify("results/alpha/poppy_LP.csv").returncode == 0
+    assert checked.verify("results/alpha/yuma.csv").returncode == NOT_AS_RECORDED
+    jobs = checked.folder.jobs()
+    assert jobs["ingest"] == jobs["slopes"] == ["yuma"]
+    said = subprocess.run(
+        [sys.executable, "-m", "rftfit.cli.main", "run", "--dry-run"],
+        cwd=checked.root, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (
+        "1 log changed since the results were made: yuma/yuma_bp00_g90_in_force.csv" in said.stderr
+    )
+
+
+def test_a_log_that_is_gone_is_noticed(checked: Checked) -> None:
+    (checked.root / LOG).unlink()
+    done = checked.verify("results/alpha/yuma.csv")
+    assert done.returncode == NOT_AS_RECORDED
+    assert f"file {LOG}: was sha256" in done.stdout
+    assert "is not there" in done.stdout
+
+
+def test_a_changed_row_is_noticed(checked: Checked) -> None:
+    sheet = checked.root / "raw" / "paper" / "runs.csv"
+    header, *rows = sheet.read_text(encoding="utf-8").splitlines()
+    place = next(i for i, row in enumerate(rows) if row.startswith("poppy_LP_bp30_g45_in,"))
+    cells = rows[place].split(",")
+    cells[header.split(",").index("surface_z_mm")] = "149.5"
+    rows[place] = ",".join(cells)
+    sheet.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    done = checked.verify()
+    assert done.returncode == NOT_AS_RECORDED
+    assert "run poppy_LP_bp30_g45_in: was surface_z_mm '" in done.stdout
+    assert "is surface_z_mm '149.5'" in done.stdout
+    assert checked.verify("results/alpha/yuma.csv").returncode == 0
+
+
+def test_order_and_line_ends_of_the_sheet_do_not_count(checked: Checked) -> None:
+    sheet = checked.root / "raw" / "paper" / "runs.csv"
+    header, *rows = sheet.read_text(encoding="utf-8").splitlines()
+    sheet.write_bytes(("\r\n".join([header, *reversed(rows)]) + "\r\n").encode())
+    assert checked.verify().returncode == 0
+
+
+def test_a_changed_setting_is_noticed(checked: Checked) -> None:
+    replace(checked.root / "config" / "config.yaml", "threshold: 0.05", "threshold: 0.06")
+    done = checked.verify()
+    assert done.returncode == NOT_AS_RECORDED
+    assert "config key fourier.threshold: was 0.05, is 0.06" in done.stdout
+    assert checked.verify("results/alpha/poppy_LP.csv").returncode == 0
+    assert checked.verify("results/coefficients.csv").returncode == NOT_AS_RECORDED
+
+
+def test_changed_code_is_noticed(checked: Checked) -> None:
+    path = checked.root / "results" / "provenance.json"
+    data = checked.record()
+    data["code"]["modules"]["rftfit.profile.fourier"] = "0" * 16
+    path.write_text(json.dumps(data), encoding="utf-8")
+    done = checked.verify("results/coefficients.csv")
+    assert done.returncode == NOT_AS_RECORDED
+    assert "code of rftfit.profile.fourier: was 0000000000000000" in done.stdout
+    assert checked.verify("results/tares/yuma.csv").returncode == 0
+
+
+def test_a_result_written_by_hand_is_noticed_with_what_was_made_from_it(checked: Checked) -> None:
+    replace(checked.root / "results" / "alpha" / "poppy_LP.csv", "poppy_LP", "poppy_XP")
+    done = checked.verify()
+    assert done.returncode == NOT_AS_RECORDED
+    assert "result results/alpha/poppy_LP.csv: was sha256" in done.stdout
+    assert checked.verify("results/coefficients.csv").returncode == NOT_AS_RECORDED
+    assert checked.verify("results/fits/poppy_LP.csv").returncode == 0
+
+
+def test_a_result_that_is_gone_is_noticed(checked: Checked) -> None:
+    (checked.root / "results" / "figures" / "fig_s6_fit.svg").unlink()
+    done = checked.verify("results/figures")
+    assert done.returncode == NOT_AS_RECORDED
+    assert "results/figures/fig_s6_fit.svg: not as recorded" in done.stdout
+    assert "is not there" in done.stdout
+
+
+@pytest.mark.parametrize("word", ["results/coeficients.csv", "raw", "../elsewhere.csv"])
+def test_what_is_not_recorded_is_no_result(checked: Checked, word: str) -> None:
+    done = checked.verify(word)
+    assert done.returncode == INPUT_NOT_VALID
+    assert "not among the" in done.stderr
+
+
+@pytest.mark.parametrize("text", [None, "", "{}", "[]", '{"format": 1}', '{"format": 99}'])
+def test_a_record_that_is_absent_or_damaged_is_told(checked: Checked, text: str | None) -> None:
+    path = checked.root / "results" / "provenance.json"
+    if text is None:
+        path.unlink()
+    else:
+        path.write_text(text, encoding="utf-8")
+    done = checked.verify()
+    assert done.returncode == INPUT_NOT_VALID
+    assert "provenance.json" in done.stderr
+    assert "rftfit run" in done.stderr
+
+
+@pytest.mark.parametrize("what", ["raw", "rows", "settings"])
+def test_a_change_while_the_workflow_runs_is_an_error(
+    checked: Checked, tmp_path: Path, capfd: pytest.CaptureFixture[str], what: str
+) -> None:
+    """The record is not written when it would not be true."""
+    from rftfit.workflow import Plan
+
+    plan = Plan(checked.root / "config" / "config.yaml")
+    digests = {"raw": plan.raw(), "rows": plan.rows(), "settings": plan.settings(), what: "0" * 16}
+    graph = read_record(checked.root).graph
+    words = [f"config={checked.root}/config/config.yaml", f"steps={json.dumps(graph.packed())}"]
+    words += [f"{name}={digest}" for name, digest in digests.items()]
+    words += [f"{name}={tmp_path / name}" for name in ("record", "sums", "sheet", "crate")]
+    assert stage(["provenance", *words]) == 1
+    assert "while the workflow ran" in capfd.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_crate_is_sound(checked: Checked) -> None:
+    """The rules of the RO-Crate 1.1 specification that can be checked without a network."""
+    results = checked.root / "results"
+    data = json.loads((results / "ro-crate-metadata.json").read_text(encoding="utf-8"))
+    assert data["@context"][0] == "https://w3id.org/ro/crate/1.1/context"
+    entities = {entity["@id"]: entity for entity in data["@graph"]}
+    assert len(entities) == len(data["@graph"])
+    head, root = entities["ro-crate-metadata.json"], entities["./"]
+    assert head["@type"] == "CreativeWork"
+    assert head["conformsTo"] == {"@id": "https://w3id.org/ro/crate/1.1"}
+    assert head["about"] == {"@id": "./"}
+    assert root["@type"] == "Dataset"
+    assert root["datePublished"] == "2013-03-22"
+    assert root["license"] == {"@id": "https://example.org/licence"}
+    assert [entities[one["@id"]]["name"] for one in root["author"]] == ["A", "B"]
+    parts = {one["@id"] for one in root["hasPart"]}
+    assert parts == {name for name, entity in entities.items() if entity["@type"] == "File"}
+    for name in parts:
+        path = results / name
+        assert entities[name]["sha256"] == sha256(path)
+        assert entities[name]["contentSize"] == str(path.stat().st_size)
+    # every mention leads somewhere, and nothing is nested
+    for entity in data["@graph"]:
+        for value in entity.values():
+            for one in value if isinstance(value, list) else [value]:
+                if isinstance(one, dict):
+                    assert list(one) == ["@id"]
+                    assert one["@id"] in entities or one["@id"].startswith("https://w3id.org/")
+    actions = [entity for entity in data["@graph"] if entity["@type"] == "CreateAction"]
+    made = [one["@id"] for action in actions for one in many(action["result"])]
+    assert (
+        len(made)
+        == len(set(made))
+        == len(parts - {"provenance.json", "manifest.sha256", "run_sheet.csv"})
+    )
+
+
+def many(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
