@@ -12,7 +12,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run test lint benchmark lock clean FORCE
+.PHONY: help env run sweep report docs test lint fuzz benchmark lock clean FORCE
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -40,6 +40,10 @@ run: env ## write the demonstration campaign if it is not there, then run the wh
 	@$(BIN)/rftfit reenact --if-missing
 	@$(BIN)/rftfit run $(ARGS)
 
+sweep: env ## run the paper's whole sweep of the robot; stop it at will, it goes on from there
+	@$(BIN)/rftfit reenact --if-missing
+	@$(BIN)/rftfit sweep $(ARGS)
+
 test: env ## run the whole test suite
 	@$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
 
@@ -52,8 +56,18 @@ lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/snakemake --lint
 	$(BIN)/sp-repo-review .
 
+fuzz: env ## feed random and damaged bytes to every reader of text, ten minutes each
+	@$(BIN)/python tests/fuzz_logs.py $(ARGS)
+
 benchmark: env ## measure the speeds that docs/performance.md states
 	@for script in benchmarks/*.py; do $(BIN)/python "$$script" || exit 1; done
+
+docs: env ## build the documentation site in docs/_build
+	@$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+report: run ## Snakemake's own report with captions: results/snakemake_report.zip
+	@$(BIN)/rftfit run -- --report results/snakemake_report.zip
 
 lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer versions)
 	@command -v uv >/dev/null || { echo "make lock needs the program uv." >&2; exit 1; }

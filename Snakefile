@@ -34,12 +34,15 @@ include: "workflow/rules/measure.smk"
 include: "workflow/rules/profile.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/legs.smk"
+include: "workflow/rules/robot.smk"
 include: "workflow/rules/page.smk"
+include: "workflow/rules/provenance.smk"
 
 
 rule all:
     default_target: True
     input:
+        rules.provenance.output,
         # every file that is meant to be looked at, so that a deleted one is made again
         expand(
             "results/{table}/{medium}.csv",
@@ -66,6 +69,20 @@ rule all:
         [rules.figure_peak_errors.output.png] * bool(PLAN.legged),
         [rules.figure_sand_legs.output.png] * bool(PLAN.legged_sands),
         [rules.figure_penetration.output.png] * bool(PLAN.sands),
+        expand(
+            "results/figures/fig_s1_protocol_{medium}.png", medium=PLAN.laboratory[:1]
+        ),
+        [rules.figure_linearity.output.png] * bool(PLAN.laboratory),
+        # two clocks without a sync line: how they were brought together has to be looked at
+        expand(
+            "results/figures/clocks_{medium}.png",
+            medium=(
+                PLAN.media if PLAN.campaign.config.clock.method == "estimate" else []
+            ),
+        ),
+        [rules.robot_tables.output, rules.figures_robot.output]
+        * bool(PLAN.robot_medium),
+        [rules.figures_robot_motion.output] * bool(PLAN.robot_medium),
         rules.figure_stress.output.png,
         rules.figure_maps.output.png,
         rules.figure_fit.output.png,

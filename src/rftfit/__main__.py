@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _FIGURES = "rftfit.stages.figures"
 _LEG_FIGURES = "rftfit.stages.leg_figures"
+_PROTOCOL_FIGURES = "rftfit.stages.protocol_figures"
+_ROBOT = "rftfit.stages.robot"
 STAGES = {
     "ingest": "rftfit.stages.ingest:ingest",
     "tare": "rftfit.stages.tare:tare",
@@ -39,12 +41,23 @@ STAGES = {
     "figure_fit": f"{_FIGURES}:figure_fit",
     "figure_generic": f"{_FIGURES}:figure_generic",
     "figure_tare": f"{_FIGURES}:figure_tare",
+    "figure_protocol": f"{_PROTOCOL_FIGURES}:figure_protocol",
+    "figure_linearity": f"{_PROTOCOL_FIGURES}:figure_linearity",
+    "figure_clocks": "rftfit.stages.clocks:figure_clocks",
     "figure_legs": f"{_LEG_FIGURES}:figure_legs",
     "figure_leg_media": f"{_LEG_FIGURES}:figure_leg_media",
     "figure_sand_legs": f"{_LEG_FIGURES}:figure_sand_legs",
     "figure_penetration": f"{_LEG_FIGURES}:figure_penetration",
     "figure_generic_forces": f"{_LEG_FIGURES}:figure_generic_forces",
     "figure_peak_errors": f"{_LEG_FIGURES}:figure_peak_errors",
+    "robot_measured": f"{_ROBOT}:robot_measured",
+    "robot_sweep": f"{_ROBOT}:robot_sweep",
+    "robot_tables": f"{_ROBOT}:robot_tables",
+    "robot_motion": f"{_ROBOT}_figures:robot_motion",
+    "robot_frames": f"{_ROBOT}_frames:robot_frames",
+    "figures_robot_speed": f"{_ROBOT}_figures:figures_robot_speed",
+    "figures_robot_motion": f"{_ROBOT}_figures:figures_robot_motion",
+    "provenance": "rftfit.stages.provenance:provenance",
 }
 """Stage to the module and the function that do the work."""
 

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+import atexit
+import json
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rftfit.__main__ import STAGES
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.stages.chosen import stress_runs
+from rftfit.stages.provenance_rules import graph_of
+from rftfit.stages.provenance_state import (
+    digests_of_logs,
+    log_names,
+    logs_seen,
+    raw_digest,
+    rows_digest,
+    settings_digest,
+)
+from rftfit.stages.robot import trials_of
 from rftfit.store.digest import code_digest, digest_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
-    from rftfit.campaign.runs import Run
+    from rftfit.store.manifest import Seen
 
 
 class Plan:
@@ -34,6 +46,8 @@ class Plan:
     def __init__(self, config: str | Path) -> None:
         self.config = Path(config)
         self.campaign: Campaign = load_campaign(self.config)
+        self._meanings: dict[tuple[str, str], tuple[str, ...]] = {}
+        self._digests: dict[str, str] = {}
 
     @cached_property
     def media(self) -> list[str]:
@@ -75,6 +89,30 @@ class Plan:
         wanted = {runs[name].medium for name in stress_runs(self.campaign)}
         return [name for name in self.media if name in wanted]
 
+    @cached_property
+    def robot_medium(self) -> str:
+        """Medium that the campaign's robot runs on; empty where there is none or no run on it."""
+        robot = self.campaign.config.robot
+        return robot.medium if robot is not None and robot.medium in self.laboratory else ""
+
+    @cached_property
+    def robot_file(self) -> list[str]:
+        """The robot's own file, from the campaign's folder; none where it is the program's."""
+        robot = self.campaign.config.robot
+        return [robot.file] if self.robot_medium and robot is not None and robot.file else []
+
+    @cached_property
+    def robot_files(self) -> list[str]:
+        """What its measured speeds are made from: its file, sheet and tracks that exist."""
+        robot = self.campaign.config.robot
+        if not self.robot_medium or robot is None or robot.runs is None:
+            return self.robot_file
+        sheet = self.campaign.raw / robot.runs
+        paths = [sheet, *(sheet.parent / trial.track for trial in trials_of(self.campaign))]
+        root = self.campaign.root.resolve()
+        there = [path.resolve().relative_to(root).as_posix() for path in paths if path.is_file()]
+        return [*self.robot_file, *there]
+
     def logs(self, medium: str) -> list[str]:
         """Log files of a medium that exist, as paths from the campaign's folder.
 
@@ -89,14 +127,56 @@ class Plan:
         list of str
         """
         raw = self.campaign.raw
-        files = [
-            file
-            for run in self.campaign.runs_of(medium)
-            for file in (run.force_log, run.motion_log)
-        ]
-        there = [raw / file for file in sorted(set(files)) if (raw / file).is_file()]
+        names = log_names(self.campaign, medium)
+        # Snakemake takes braces for wildcards; such a log is watched by its content alone
+        plain = [name for name in names if "{" not in name and "}" not in name]
+        there = [raw / name for name in plain if (raw / name).is_file()]
         root = self.campaign.root.resolve()
         return [path.resolve().relative_to(root).as_posix() for path in there]
+
+    def raw(self, *media: str) -> str:
+        """Digest of the content of some media's logs: a date put back does not hide a change.
+
+        Parameters
+        ----------
+        *media : str
+            All logs when none is named; an empty name stands for runs that belong to no medium.
+
+        Returns
+        -------
+        str
+        """
+        chosen = media or (*self.media, "")
+        names = [name for medium in chosen for name in log_names(self.campaign, medium)]
+        new = [name for name in names if name not in self._digests]
+        self._digests |= digests_of_logs(self.campaign, new, self._seen)
+        return self._told(
+            "raw", chosen, raw_digest(media, {name: self._digests[name] for name in names})
+        )
+
+    def content(self, files: Sequence[str]) -> str:
+        """Digest of the content of files that are no logs of runs.
+
+        Parameters
+        ----------
+        files : sequence of str
+            From the campaign's folder.
+
+        Returns
+        -------
+        str
+        """
+        paths = {f"{self.campaign.root}/{file}": file for file in files}
+        return digest_of(
+            sorted((paths[path], found) for path, found in self._seen.digests(paths).items())
+        )
+
+    @cached_property
+    def _seen(self) -> Seen:
+        seen = logs_seen(self.campaign)
+        # when Snakemake ends, not after each medium
+        atexit.register(seen.save)
+        return seen
 
     def rows(self, *media: str) -> str:
         """Digest of some media's rows of the run sheet; their order and numbers do not count.
@@ -110,20 +190,7 @@ class Plan:
         -------
         str
         """
-        kept = [
-            [
-                str(getattr(run, name))
-                for name in run.__dataclass_fields__
-                if name not in ("row", "note")
-            ]
-            for run in self._runs(media)
-        ]
-        return digest_of(sorted(kept))
-
-    def _runs(self, media: tuple[str, ...]) -> Iterable[Run]:
-        if not media:
-            return self.campaign.runs
-        return [run for medium in media for run in self.campaign.runs_of(medium)]
+        return self._told("rows", media or (*self.media, ""), rows_digest(self.campaign, media))
 
     def settings(self, *sections: str) -> str:
         """Digest of sections of the configuration.
@@ -137,8 +204,9 @@ class Plan:
         -------
         str
         """
-        whole = self.campaign.config.model_dump(mode="json")
-        return digest_of({name: whole[name] for name in sections or whole})
+        whole = tuple(type(self.campaign.config).model_fields)
+        digest = settings_digest(self.campaign.config, sections)
+        return self._told("settings", sections or whole, digest)
 
     def code(self, *stages: str) -> str:
         """Digest of the code of stages.
@@ -152,4 +220,29 @@ class Plan:
         -------
         str
         """
-        return code_digest(*(STAGES[name].partition(":")[0] for name in stages or STAGES))
+        names = dict.fromkeys(STAGES[name].partition(":")[0] for name in stages or STAGES)
+        return self._told("code", tuple(names), code_digest(*names))
+
+    def _told(self, what: str, names: Sequence[str], digest: str) -> str:
+        self._meanings[what, digest] = tuple(names)
+        return digest
+
+    def steps(self, rules: Iterable[Any], targets: Iterable[str]) -> str:
+        """Describe which rule makes which result from what.
+
+        Parameters
+        ----------
+        rules : iterable
+            The workflow's.
+        targets : iterable of str
+            Results.
+
+        Returns
+        -------
+        str
+            JSON of `rftfit.stages.provenance_graph.Graph.packed`.
+        """
+        graph = graph_of(
+            rules, sorted(targets), self.media, lambda what, digest: self._meanings[what, digest]
+        )
+        return json.dumps(graph.packed(), sort_keys=True, separators=(",", ":"))

@@ -114,7 +114,7 @@ def test_a_folder_and_too_large_a_file_are_refused(tmp_path: Path) -> None:
         ("raw: raw", "raw: rau", "config.raw-missing", ["did you mean 'raw'?"]),
         ("raw: raw", "raw: ./", "config.raw-is-root", ["below the campaign's own"]),
         ("raw: raw", 'raw: ""', "config.path", ["not blank"]),
-        ("raw: raw", 'raw: "a\\0b"', "config.path", ["control characters"]),
+        ("raw: raw", 'raw: "a\\0b"', "config.control", ["control characters"]),
         ("run_sheet: runs.csv", "run_sheet: ../runs.csv", "config.path-outside", ["key run_sheet"]),
     ],
 )

@@ -188,7 +188,7 @@ def test_a_blank_cell_that_is_needed(room: Room, column: str) -> None:
             "intruder",
             "c_leg",
             "sheet.intruder-kind",
-            ["shape plate for a plate run: plate, disc"],
+            ["shape plate or disc or flat for a plate run: plate, disc"],
         ),
         (
             "c1",

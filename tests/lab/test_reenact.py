@@ -51,7 +51,8 @@ def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
     assert len(air) == 6
     assert air.items() <= first.items()
     assert summary.n_runs == 186
-    assert summary.n_files == len(first) == 2 * 186 + 1
+    # logs and their sheet, tracks and theirs
+    assert summary.n_files == len(first) == 2 * 186 + 1 + 126 + 1
     assert summary.bytes == sum(len(data) for data in first.values())
     # the whole campaign has 933 runs
     assert summary.bytes / 186 * 933 < 150e6

@@ -135,8 +135,9 @@ def test_summary_counts_runs_and_names_the_worst_flag(inputs: PageInputs, read: 
     assert worst_flag(inputs, "poppy_CP") == ("", 0)
     words = read.words("summary")
     assert "poppy seeds, loose 2 1 " in words
-    # the measured legs of these tables are 0.9 times the prediction of the table
-    assert words.count("+11 % +11 % +11 %") == 4
+    # the measured legs of these tables are 0.9 times the prediction of the table; the peak of a noisy
+    # curve is found within a percent
+    assert len(re.findall(r"\+1[12] % \+1[12] % \+1[12] %", words)) == 4
     assert "saturated throughout" in read.words("dropped")
     assert "1 of 5 runs gave no result" in read.words("dropped")
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import time
 from typing import TYPE_CHECKING
 
@@ -15,6 +17,8 @@ from rftfit.profile.media_fits import AS_PRINTED
 from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from campaigns import Folder
 
 pytestmark = pytest.mark.slow
@@ -119,6 +123,8 @@ def test_every_promised_file_is_there(whole: Folder) -> None:
     promised = [f"alpha/{medium}.csv" for medium in (*MEDIA, *SANDS)]
     promised += ["alpha_tables.xlsx", "coefficients.csv", "coefficients.xlsx", "penetration.csv"]
     figures = [
+        "fig_s1_protocol_poppy_LP",
+        "fig_s2_linearity",
         "fig_2b_stress",
         "fig_2cd_maps_poppy_LP",
         "fig_s4_maps",
@@ -131,6 +137,27 @@ def test_every_promised_file_is_there(whole: Folder) -> None:
 
 
 def test_nothing_is_done_twice(whole: Folder) -> None:
+    assert whole.jobs() == {}
+
+
+def test_snakemakes_own_report_tells_the_runs_numbers(whole: Folder, tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    whole.run("--report", str(page))
+    text = page.read_text(encoding="utf-8")
+    start = text.index("{", text.index('<script id="results">'))
+    items = json.JSONDecoder().raw_decode(text, start)[0]
+    assert 30 < len(items) < 60
+    for name, item in items.items():
+        assert re.search(r"\d", item["caption"]), name
+        assert "system-message" not in item["caption"], name
+    penetration = whole.table("penetration.csv").query("method == 'lsq'")
+    caption = items["results/figures/fig_s7_generic.png"]["caption"]
+    for zeta, chi in zip(penetration["zeta"], penetration["chi"], strict=True):
+        assert f"zeta {zeta:.4f}" in caption
+        assert f"chi {chi:.4f}" in caption
+    runs = whole.table("ledger.csv")["run_id"].nunique()
+    assert f"{runs} runs were used and 0 dropped" in items["results/ledger.csv"]["caption"]
+    # a report leaves nothing to be done again
     assert whole.jobs() == {}
 
 

@@ -1,5 +1,29 @@
 # What several rules need.
 
+from rftfit.report.captions.run import Captions
+from rftfit.stages.chosen import stress_runs
+
+# Snakemake's own report (snakemake --report): the captions get the run's numbers from this object,
+# which reads the results when asked. It stands in the config, since that never makes a job run
+# again as params would.
+config["captions"] = Captions(CONFIG, PLAN.media, stress_runs(PLAN.campaign))
+
+OVERVIEW, MEASUREMENT, PROFILES, LEGS, SANDS = (
+    "1 Overview",
+    "2 Measurement",
+    "3 Force profiles",
+    "4 Legs",
+    "5 Natural sands",
+)
+
+
+report: "../report/workflow.rst"
+
+
+def shown(item, shows, medium="all"):
+    """Labels of one item of the report."""
+    return {"item": item, "medium": medium, "shows": shows}
+
 
 def alpha_tables(media):
     """Alpha tables of these media."""

@@ -6,7 +6,12 @@ rule figure_legs:
         predicted="results/predicted.csv",
         legs=expand("results/legs/{medium}.csv", medium=PLAN.media),
     output:
-        png="results/figures/fig_3_legs_{medium}.png",
+        png=report(
+            "results/figures/fig_3_legs_{medium}.png",
+            caption="../report/fig_3_legs.rst",
+            category=LEGS,
+            labels=shown("Fig. 3D-F", "forces on legs", "{medium}"),
+        ),
         others=multiext("results/figures/fig_3_legs_{medium}", ".pdf", ".svg"),
     log:
         "results/logs/figure_legs/{medium}.log",
@@ -27,7 +32,12 @@ rule figure_leg_media:
         predicted="results/predicted.csv",
         legs=expand("results/legs/{medium}.csv", medium=PLAN.media),
     output:
-        png="results/figures/fig_s5_legs.png",
+        png=report(
+            "results/figures/fig_s5_legs.png",
+            caption="../report/fig_s5_legs.rst",
+            category=LEGS,
+            labels=shown("Fig. S5", "forces on legs"),
+        ),
         others=multiext("results/figures/fig_s5_legs", ".pdf", ".svg"),
     log:
         "results/logs/figure_leg_media.log",
@@ -48,7 +58,12 @@ rule figure_sand_legs:
         predicted="results/predicted.csv",
         legs=expand("results/legs/{medium}.csv", medium=PLAN.media),
     output:
-        png="results/figures/fig_s12_sand_legs.png",
+        png=report(
+            "results/figures/fig_s12_sand_legs.png",
+            caption="../report/fig_s12_sand_legs.rst",
+            category=SANDS,
+            labels=shown("Fig. S12", "forces on legs"),
+        ),
         others=multiext("results/figures/fig_s12_sand_legs", ".pdf", ".svg"),
     log:
         "results/logs/figure_sand_legs.log",
@@ -70,7 +85,12 @@ rule figure_penetration:
         windows=expand("results/windows/{medium}.parquet", medium=PLAN.sands),
         sands="results/sands.csv",
     output:
-        png="results/figures/fig_s11_penetration.png",
+        png=report(
+            "results/figures/fig_s11_penetration.png",
+            caption="../report/fig_s11_penetration.rst",
+            category=SANDS,
+            labels=shown("Fig. S11", "penetration"),
+        ),
         others=multiext("results/figures/fig_s11_penetration", ".pdf", ".svg"),
     log:
         "results/logs/figure_penetration.log",
@@ -93,7 +113,12 @@ rule figure_generic_forces:
         legs=expand("results/legs/{medium}.csv", medium=PLAN.media),
         penetration="results/penetration.csv",
     output:
-        png="results/figures/fig_s8_generic_forces.png",
+        png=report(
+            "results/figures/fig_s8_generic_forces.png",
+            caption="../report/fig_s8_generic_forces.rst",
+            category=LEGS,
+            labels=shown("Fig. S8", "forces over zeta"),
+        ),
         others=multiext("results/figures/fig_s8_generic_forces", ".pdf", ".svg"),
     log:
         "results/logs/figure_generic_forces.log",
@@ -113,7 +138,12 @@ rule figure_peak_errors:
     input:
         errors="results/leg_errors.csv",
     output:
-        png="results/figures/peak_errors.png",
+        png=report(
+            "results/figures/peak_errors.png",
+            caption="../report/peak_errors.rst",
+            category=LEGS,
+            labels=shown("peak errors", "predicted over measured peaks"),
+        ),
         others=multiext("results/figures/peak_errors", ".pdf", ".svg"),
     log:
         "results/logs/figure_peak_errors.log",

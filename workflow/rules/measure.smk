@@ -16,9 +16,21 @@ rule ingest:
     params:
         campaign=CONFIG,
         code=PLAN.code("ingest"),
+        # the content of the logs, whatever their dates say
+        raw=lambda wildcards: PLAN.raw(wildcards.medium),
         rows=lambda wildcards: PLAN.rows(wildcards.medium),
         settings=PLAN.settings(
-            "raw", "dialect", "transducer", "arm", "clock", "intruders", "fit"
+            "raw",
+            "dialect",
+            "force_log",
+            "motion_log",
+            "transducer",
+            "arm",
+            "clock",
+            "surface",
+            "rigid_contact",
+            "intruders",
+            "fit",
         ),
     shell:
         "python -m rftfit ingest config={params.campaign:q} medium={wildcards.medium:q}"
@@ -54,7 +66,12 @@ rule slopes:
         tares="results/tares/{medium}.csv",
     output:
         fits="results/fits/{medium}.csv",
-        alpha="results/alpha/{medium}.csv",
+        alpha=report(
+            "results/alpha/{medium}.csv",
+            caption="../report/alpha.rst",
+            category=PROFILES,
+            labels=shown("table", "alpha", "{medium}"),
+        ),
         windows="results/windows/{medium}.parquet",
         ledger="results/ledger/slopes/{medium}.csv",
     log:
@@ -99,10 +116,16 @@ rule ledger:
             "results/ledger/{stage}/{medium}.csv",
             stage=["ingest", "tare", "slopes", "legs"],
             medium=PLAN.media,
-        ),
+        )
+        + ["results/ledger/robot.csv"] * bool(PLAN.robot_medium),
         runs=expand("results/runs/{medium}.csv", medium=PLAN.media),
     output:
-        ledger="results/ledger.csv",
+        ledger=report(
+            "results/ledger.csv",
+            caption="../report/ledger.rst",
+            category=OVERVIEW,
+            labels=shown("table", "what became of every row"),
+        ),
     log:
         "results/logs/ledger.log",
     conda:
@@ -110,6 +133,10 @@ rule ledger:
     params:
         campaign=CONFIG,
         code=PLAN.code("ledger"),
+        # runs that belong to no medium are read here
+        raw=lambda wildcards: PLAN.raw(""),
+        rows=PLAN.rows(),
+        settings=PLAN.settings("raw", "dialect", "force_log", "motion_log", "media"),
         parts=named("parts"),
         runs=named("runs"),
     shell:

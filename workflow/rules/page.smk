@@ -15,8 +15,17 @@ rule page:
         errors="results/leg_errors.csv",
         sands="results/sands.csv",
         correction="results/sand_correction.csv",
+        robot=expand(
+            "results/robot/{name}",
+            name=["speed.csv", "errors.csv", "optimum.csv", "frames.json"],
+        )
+        * bool(PLAN.robot_medium),
     output:
         report="results/report.html",
+    log:
+        "results/logs/page.log",
+    conda:
+        "../envs/rftfit.yaml"
     params:
         campaign=CONFIG,
         # all stages: the page says which program made the tables
@@ -27,15 +36,12 @@ rule page:
         runs=named("runs"),
         fits=named("fits"),
         legs=named("legs"),
-    log:
-        "results/logs/page.log",
-    conda:
-        "../envs/rftfit.yaml"
+        robot=named("robot"),
     shell:
         "python -m rftfit page config={params.campaign:q} {params.alpha:q} {params.runs:q}"
         " {params.fits:q} {params.legs:q} coefficients={input.coefficients:q}"
         " penetration={input.penetration:q} reproduction={input.reproduction:q}"
         " ledger={input.ledger:q} predicted={input.predicted:q} leg_errors={input.errors:q}"
         " sands={input.sands:q} sand_correction={input.correction:q} code={params.code} settings={params.settings}"
-        " rows={params.rows} report={output.report:q}"
+        " rows={params.rows} {params.robot:q} report={output.report:q}"
         " 2> {log:q}"

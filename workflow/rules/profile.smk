@@ -43,8 +43,18 @@ rule scaling:
         sands=alpha_tables(PLAN.sands),
         media="results/fourier/media.csv",
     output:
-        coefficients="results/coefficients.csv",
-        penetration="results/penetration.csv",
+        coefficients=report(
+            "results/coefficients.csv",
+            caption="../report/coefficients.rst",
+            category=PROFILES,
+            labels=shown("table", "coefficients"),
+        ),
+        penetration=report(
+            "results/penetration.csv",
+            caption="../report/penetration.rst",
+            category=PROFILES,
+            labels=shown("table", "zeta and chi"),
+        ),
     log:
         "results/logs/scaling.log",
     conda:
@@ -68,7 +78,12 @@ rule trials:
         legs=expand("results/legs/{medium}.csv", medium=PLAN.media),
     output:
         predicted="results/predicted.csv",
-        errors="results/leg_errors.csv",
+        errors=report(
+            "results/leg_errors.csv",
+            caption="../report/leg_errors.rst",
+            category=LEGS,
+            labels=shown("table", "errors of every curve"),
+        ),
     log:
         "results/logs/trials.log",
     conda:
@@ -91,7 +106,12 @@ rule sands:
         tared=expand("results/tared/{medium}.parquet", medium=PLAN.sands),
         penetration="results/penetration.csv",
     output:
-        sands="results/sands.csv",
+        sands=report(
+            "results/sands.csv",
+            caption="../report/fig_s11_penetration.rst",
+            category=SANDS,
+            labels=shown("table", "penetration"),
+        ),
     log:
         "results/logs/sands.log",
     conda:
@@ -112,7 +132,12 @@ rule correction:
         legs=expand("results/legs/{medium}.csv", medium=PLAN.sands),
         predicted="results/predicted.csv",
     output:
-        correction="results/sand_correction.csv",
+        correction=report(
+            "results/sand_correction.csv",
+            caption="../report/sand_correction.rst",
+            category=SANDS,
+            labels=shown("table", "correction factors"),
+        ),
     log:
         "results/logs/correction.log",
     conda:
@@ -132,8 +157,15 @@ rule reproduction:
         penetration="results/penetration.csv",
         errors="results/leg_errors.csv",
         legs=expand("results/legs/{medium}.csv", medium=PLAN.media),
+        robot_errors=["results/robot/errors.csv"] * bool(PLAN.robot_medium),
+        robot_optimum=["results/robot/optimum.csv"] * bool(PLAN.robot_medium),
     output:
-        reproduction="results/reproduction.csv",
+        reproduction=report(
+            "results/reproduction.csv",
+            caption="../report/reproduction.rst",
+            category=OVERVIEW,
+            labels=shown("table", "the paper's numbers and ours"),
+        ),
     log:
         "results/logs/reproduction.log",
     conda:
@@ -144,7 +176,10 @@ rule reproduction:
         settings=PLAN.settings("media"),
         alpha=named("alpha"),
         legs=named("legs"),
+        robot_errors=named("robot_errors"),
+        robot_optimum=named("robot_optimum"),
     shell:
         "python -m rftfit reproduction config={params.campaign:q} {params.alpha:q}"
         " coefficients={input.coefficients:q} penetration={input.penetration:q}"
-        " errors={input.errors:q} {params.legs:q} reproduction={output.reproduction:q} 2> {log:q}"
+        " errors={input.errors:q} {params.legs:q} {params.robot_errors:q}"
+        " {params.robot_optimum:q} reproduction={output.reproduction:q} 2> {log:q}"

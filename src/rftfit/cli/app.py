@@ -9,6 +9,7 @@ import typer
 import rftfit
 from rftfit.cli import exit_codes
 from rftfit.cli.check import check
+from rftfit.cli.example import example
 from rftfit.cli.inspect_log import inspect_log
 from rftfit.cli.new import init
 from rftfit.cli.output import say
@@ -16,6 +17,9 @@ from rftfit.cli.predict import predict
 from rftfit.cli.reenact import reenact
 from rftfit.cli.run import run
 from rftfit.cli.scale import scale
+from rftfit.cli.simulate import simulate
+from rftfit.cli.simulate_sweep import sweep
+from rftfit.cli.verify import verify
 
 # one paragraph per code: the help joins the lines of a paragraph
 _EPILOG = "\n\n".join(
@@ -47,6 +51,8 @@ app.command(
     epilog="Example: rftfit run --cores 2\n\n"
     "Example with words for Snakemake itself, after two dashes: rftfit run -- --forceall",
 )(run)
+app.command("verify", epilog="Example: rftfit verify results/coefficients.csv")(verify)
+app.command("example", epilog="Example: rftfit example cmu-sand")(example)
 app.command("scale", epilog="Example: rftfit scale --alpha 0.9 --se 0.02 --output sand.csv")(scale)
 app.command(
     "predict",
@@ -54,6 +60,10 @@ app.command(
     "Example in the field, any outline: rftfit predict --outline scoop.csv --width 5 --path dig.csv "
     "--alpha 0.9",
 )(predict)
+app.command(
+    "simulate", epilog="Example: rftfit simulate --frequency 2 --curvature 1 --medium poppy_LP"
+)(simulate)
+app.command("sweep", epilog="Example: rftfit sweep --cores 2")(sweep)
 
 
 def _show_version(wanted: bool) -> None:

@@ -9,6 +9,7 @@ UNEXPECTED = RftfitError.exit_code
 INPUT_NOT_VALID = InputError.exit_code
 OUTPUT_NOT_WRITTEN = OutputError.exit_code
 WORKFLOW_STOPPED = WorkflowError.exit_code
+NOT_AS_RECORDED = 5
 INTERRUPTED = 130
 PIPE_CLOSED = 141
 
@@ -18,6 +19,7 @@ MEANINGS = {
     INPUT_NOT_VALID: "command line, config, run sheet or log not valid",
     OUTPUT_NOT_WRITTEN: "a result cannot be written",
     WORKFLOW_STOPPED: "the workflow stopped",
+    NOT_AS_RECORDED: "rftfit verify: results are not, or not made from, what is recorded",
     INTERRUPTED: "stopped by Ctrl-C",
     PIPE_CLOSED: "whoever read the output stopped reading",
 }

@@ -41,6 +41,10 @@ def reenact(
     list_faults: Annotated[
         bool, typer.Option("--list-faults", help="List the faults there are and stop.")
     ] = False,
+    spread: Annotated[
+        float,
+        typer.Option(min=0, help="Let beds differ from run to run: standard deviation, N/cm^3."),
+    ] = 0.0,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes that write at once; default: all cores.")
     ] = None,
@@ -57,10 +61,18 @@ def reenact(
 
     places = read_places(config)
     # the sheet is written last and cleared first, so where it is, the logs are
-    if if_missing and places.sheet.is_file():
+    if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
         say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
         return
-    _write(places, seed, media or None, tuple(fault or ()), workers or _cores())
+    _write(places, seed, media or None, tuple(fault or ()), workers or _cores(), spread)
+
+
+def _lacks_tracks(places: Places) -> bool:
+    """Whether the medium of the robot was re-enacted before the robot itself could be."""
+    robot = places.config.robot
+    if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
+        return False
+    return not (places.raw / robot.runs).is_file()
 
 
 def faults_table() -> str:
@@ -77,13 +89,19 @@ def faults_table() -> str:
 
 
 def _write(
-    places: Places, seed: int, media: list[str] | None, faults: tuple[str, ...], workers: int
+    places: Places,
+    seed: int,
+    media: list[str] | None,
+    faults: tuple[str, ...],
+    workers: int,
+    spread: float,
 ) -> None:
     from rftfit.cli.reenacted import MARKER, clear, find_earlier, write_marker
     from rftfit.lab import plan_runs
     from rftfit.lab import reenact as enact
     from rftfit.lab.faults import resolve
     from rftfit.lab.plan import media_of
+    from rftfit.lab.tracks import track_files
 
     if places.sheet.suffix.lower() != ".csv":
         raise InputError(
@@ -102,7 +120,11 @@ def _write(
     earlier = find_earlier(places.raw, places.sheet)
 
     what = f"seed {seed}, media: {', '.join(chosen)}, faults: {', '.join(faults) or 'none'}"
+    if spread:
+        what += f", run-to-run spread: {spread:g} N/cm^3"
     logs = [places.raw / name for run in runs for name in (run.force_log, run.motion_log)]
+    if places.config.robot is not None and places.config.robot.medium in chosen:
+        logs += track_files(places.config, places.raw, seed)
     cleared = clear(earlier)
     if cleared:
         say(f"{count(cleared, 'file')} of the earlier re-enactment cleared.")
@@ -110,7 +132,7 @@ def _write(
     write_marker(places.raw, [*logs, places.sheet], what, complete=False)
     done = enact(
         places.config, places.raw, places.sheet,
-        seed=seed, media=media, faults=faults, workers=workers,
+        seed=seed, media=media, faults=faults, workers=workers, spread=spread,
     )  # fmt: skip
     write_marker(places.raw, [*logs, places.sheet], what, complete=True)
     say(

@@ -12,6 +12,7 @@ from rftfit.cli.output import count, say, table, warn
 from rftfit.errors import InputError, WorkflowError
 
 if TYPE_CHECKING:
+    from rftfit.campaign.load import Campaign
     from rftfit.cli.snakemake_output import Watcher
 
 LOG = Path("results/logs/snakemake.log")
@@ -48,6 +49,7 @@ def run(
     """
     from rftfit.cli.campaign_paths import campaign_root
     from rftfit.cli.results import closing_lines
+    from rftfit.cli.run_changes import say_changes
     from rftfit.cli.snakemake_process import find_snakefile
 
     targets, extra = _split(words or [])
@@ -65,12 +67,14 @@ def run(
         *("--rerun-incomplete", "--keep-going", "--scheduler", "greedy", "--nocolor"),
         *extra,
     ]
-    _check(config)
+    campaign = _check(config)
     if unlock:
         _unlock(command, root)
     elif dry_run:
+        say_changes(campaign)
         _show_plan(_watch([*command, "--dry-run"], root, None, plain=bool(extra)), root)
     else:
+        say_changes(campaign)
         watcher = _watch(command, root, root / LOG, plain=bool(extra))
         if watcher.nothing_to_do:
             say("Nothing to do: all results are up to date.")
@@ -92,7 +96,7 @@ def _split(words: list[str]) -> tuple[list[str], list[str]]:
     return words[:first], words[first:]
 
 
-def _check(config: Path) -> None:
+def _check(config: Path) -> Campaign:
     from rftfit.campaign.load import check_campaign
     from rftfit.campaign.problems import CampaignError
 
@@ -101,6 +105,7 @@ def _check(config: Path) -> None:
         raise CampaignError(problems)
     if problems:
         warn(f"{count(len(problems), 'warning')} on the campaign; `rftfit check` shows them.")
+    return campaign
 
 
 def _watch(command: list[str], root: Path, log: Path | None, *, plain: bool) -> Watcher:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.lab.faults import Fault, resolve
 from rftfit.lab.plan import media_of, plan_runs
+from rftfit.lab.tracks import write_tracks
 from rftfit.lab.worker import Job, write_all
 from rftfit.lab.write import sheet_text
 from rftfit.store import write_text
@@ -28,7 +29,7 @@ class Summary:
     n_runs : int
         Rows of the run sheet.
     n_files : int
-        Logs and the run sheet.
+        Logs, the run sheet, and the robot's tracks with theirs.
     bytes : int
         Size of these files together.
     seconds : float
@@ -53,6 +54,7 @@ def reenact(
     media: Sequence[str] | None = None,
     faults: Sequence[str] = (),
     workers: int = 2,
+    spread: float = 0.0,
 ) -> Summary:
     """Write the logs that the paper's lab would have recorded, and their run sheet.
 
@@ -75,6 +77,9 @@ def reenact(
         ``NAME`` or ``NAME:run_id``, names from `FAULTS`.
     workers : int
         Processes that write at once.
+    spread : float
+        Standard deviation of alpha from one prepared bed to the next, N/cm^3. By default every bed
+        is the same, so that Table S5 comes back as it is.
 
     Returns
     -------
@@ -92,8 +97,12 @@ def reenact(
     runs = plan_runs(config, media)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     damaged = {run.run_id: tuple(f.name for f in found if f.changed == run.run_id) for run in runs}
-    job = Job(config, raw, seed, tuple((run, damaged[run.run_id]) for run in runs))
+    job = Job(config, raw, seed, tuple((run, damaged[run.run_id]) for run in runs), spread)
     n_files, n_bytes = write_all(job, workers)
+    if config.robot is not None and config.robot.medium in chosen:
+        tracks = write_tracks(config, raw, seed)
+        n_files += len(tracks)
+        n_bytes += sum(path.stat().st_size for path in tracks)
     tares = {fault.run_id: fault.other_tare for fault in found if fault.other_tare}
     text = sheet_text(runs, tares)
     # last, so that a sheet never names logs that were not written

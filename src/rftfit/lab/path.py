@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.campaign.config import Config, Leg, Plate
+from rftfit.campaign.config import Config, Leg
 from rftfit.errors import InputError
 from rftfit.lab.plan import plate_of
 
 if TYPE_CHECKING:
+    from rftfit.campaign.shapes import AnyPlate
     from rftfit.lab.plan import Run
 
 FloatArray = npt.NDArray[np.float64]
@@ -83,12 +84,12 @@ class Motion:
     moving: npt.NDArray[np.bool_]
 
 
-def half_extents(plate: Plate, beta_deg: float) -> tuple[float, float]:
+def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:
     """Half the size of a tilted plate along x and along z, thickness included.
 
     Parameters
     ----------
-    plate : Plate
+    plate : Plate, Disc or FlatOutline
     beta_deg : float
 
     Returns

@@ -161,7 +161,32 @@ def cable(run: Run, angle_deg: FloatArray) -> Forces:
     return force_z, force_x
 
 
-def ideal(run: Run, config: Config, raised: bool = False, phase_s: float = 0.0) -> Ideal:
+def bed_of(run: Run, seed: int, spread: float) -> tuple[float, float]:
+    """Draw what alpha of a run's bed is off by: no bed is prepared twice alike.
+
+    Parameters
+    ----------
+    run : Run
+    seed : int
+    spread : float
+        Standard deviation, N/cm^3.
+
+    Returns
+    -------
+    alpha_z, alpha_x : float
+        N/cm^3.
+    """
+    off = spread * _stream(seed, run.run_id, 3).standard_normal(2)
+    return float(off[0]), float(off[1])
+
+
+def ideal(
+    run: Run,
+    config: Config,
+    raised: bool = False,
+    phase_s: float = 0.0,
+    bed: tuple[float, float] = (0.0, 0.0),
+) -> Ideal:
     """Noise-free forces of a run at the force log's sample times.
 
     Parameters
@@ -172,6 +197,8 @@ def ideal(run: Run, config: Config, raised: bool = False, phase_s: float = 0.0) 
         The whole path stays above the surface.
     phase_s : float
         Time of the first sample after the start, s.
+    bed : (float, float)
+        What alpha_z and alpha_x of its bed are off by, N/cm^3.
 
     Returns
     -------
@@ -183,7 +210,7 @@ def ideal(run: Run, config: Config, raised: bool = False, phase_s: float = 0.0) 
     motion = motion_at(parts, phase_s + np.arange(count) / FORCE_HZ)
     nothing = np.zeros(count)
     level = run.direction == "horizontal"
-    law = granular_law(run, config)
+    law = granular_law(run, config, bed)
     granular = felt(law, parts, motion, level) if law else (nothing, nothing)
     if run.leg:
         rod = (nothing, nothing)
@@ -233,7 +260,9 @@ def _noise(random: np.random.Generator, count: int, deviation: float) -> FloatAr
     return np.column_stack(columns)
 
 
-def record(run: Run, config: Config, seed: int, raised: bool = False) -> Recording:
+def record(
+    run: Run, config: Config, seed: int, raised: bool = False, spread: float = 0.0
+) -> Recording:
     """Record a run the way the rig does.
 
     Parameters
@@ -243,13 +272,15 @@ def record(run: Run, config: Config, seed: int, raised: bool = False) -> Recordi
     seed : int
     raised : bool
         The whole path stays above the surface.
+    spread : float
+        Standard deviation of alpha from one prepared bed to the next, N/cm^3.
 
     Returns
     -------
     Recording
     """
     odd = nuisance(run, seed)
-    true = ideal(run, config, raised, odd.force_phase_s)
+    true = ideal(run, config, raised, odd.force_phase_s, bed_of(run, seed, spread))
     motion = true.motion
     count = motion.elapsed_s.size
     drift = odd.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]

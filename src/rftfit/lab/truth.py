@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit import reference
-from rftfit.lab.curves import leg_law, sand_law
+from rftfit.lab.curves import leg_law, sand_law, sand_stress
 from rftfit.lab.path import CLEARANCE_CM, FloatArray, half_extents
 from rftfit.lab.plan import plate_of
 
@@ -137,13 +137,15 @@ def near_walls(
     return factor
 
 
-def plate_law(run: Run, config: Config) -> Law:
+def plate_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)) -> Law:
     """Force on the plate of a laboratory run: alpha of Table S5 times depth times area.
 
     Parameters
     ----------
     run : Run
     config : Config
+    bed : (float, float)
+        What alpha_z and alpha_x of this run's bed are off by, N/cm^3.
 
     Returns
     -------
@@ -154,7 +156,7 @@ def plate_law(run: Run, config: Config) -> Law:
     _, half_z = half_extents(plate, beta)
 
     def law(part: Segment, x_cm: FloatArray, z_cm: FloatArray, _: FloatArray) -> Forces:
-        alpha_z, alpha_x = alpha_of(run, part.phase)
+        alpha_z, alpha_x = (a + b for a, b in zip(alpha_of(run, part.phase), bed, strict=True))
         load = plate.area_cm2 * submerged_depth(-z_cm, half_z)
         if run.direction == "horizontal" and part.phase == "stroke":
             # the published value IS the mean over the steady part, so no wall factor here
@@ -166,20 +168,61 @@ def plate_law(run: Run, config: Config) -> Law:
     return law
 
 
-def granular_law(run: Run, config: Config) -> Law | None:
+def scaled_law(law: Law, factor: float) -> Law:
+    """Multiply a law by a number: the same force in a bed that is denser as a whole.
+
+    Parameters
+    ----------
+    law : Law
+    factor : float
+
+    Returns
+    -------
+    Law
+    """
+
+    def scaled(part: Segment, x: FloatArray, z: FloatArray, angle: FloatArray) -> Forces:
+        force_z, force_x = law(part, x, z, angle)
+        return factor * force_z, factor * force_x
+
+    return scaled
+
+
+def push_alpha(run: Run) -> float:
+    """alpha_z of a level plate pushed straight down into the medium of a run, N/cm^3.
+
+    Parameters
+    ----------
+    run : Run
+
+    Returns
+    -------
+    float
+        Table S5; of a natural sand, the first centimetre of Fig. S11.
+    """
+    if run.natural:
+        return float(sand_stress(run.published, np.array([1.0]))[0])
+    return table_s5(run.published, 0.0, 90.0)[0]
+
+
+def granular_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)) -> Law | None:
     """Force of the medium on the intruder of any run; None where there is no intruder in a medium.
 
     Parameters
     ----------
     run : Run
     config : Config
+    bed : (float, float)
+        What alpha_z and alpha_x of this run's bed are off by, N/cm^3. Published curves (legs,
+        natural sands) are multiplied by what that makes of a straight push.
 
     Returns
     -------
     Law or None
     """
-    if run.kind == "leg":
-        return leg_law(run)
-    if run.kind == "plate":
-        return sand_law(run, config) if run.natural else plate_law(run, config)
-    return None
+    if run.kind == "plate" and not run.natural:
+        return plate_law(run, config, bed)
+    if run.kind not in ("leg", "plate"):
+        return None
+    law = leg_law(run) if run.kind == "leg" else sand_law(run, config)
+    return scaled_law(law, 1 + bed[0] / push_alpha(run)) if bed[0] else law

@@ -7,7 +7,7 @@ import pickle
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rftfit.errors import OutputError, RftfitError
@@ -36,16 +36,19 @@ class Job:
         Of the random numbers; those of a run depend on it and on the run_id alone.
     runs : tuple of (Run, tuple of str)
         Each run with the names of its faults.
+    spread : float
+        Standard deviation of alpha from one prepared bed to the next, N/cm^3.
     """
 
     config: Config
     raw: Path
     seed: int
     runs: tuple[tuple[Run, tuple[str, ...]], ...]
+    spread: float = 0.0
 
 
 def run_logs(
-    run: Run, config: Config, seed: int, faults: tuple[str, ...] = ()
+    run: Run, config: Config, seed: int, faults: tuple[str, ...] = (), spread: float = 0.0
 ) -> dict[str, bytes | None]:
     """Make the two logs of a run.
 
@@ -55,13 +58,15 @@ def run_logs(
     config : Config
     seed : int
     faults : tuple of str
+    spread : float
+        Standard deviation of alpha from one prepared bed to the next, N/cm^3.
 
     Returns
     -------
     dict of str to bytes
         Path relative to raw, and content; None where a fault takes the file away.
     """
-    recording = record(run, config, seed, raised="never_touches" in faults)
+    recording = record(run, config, seed, raised="never_touches" in faults, spread=spread)
     if faults:
         recording = damage_recording(faults, recording, config)
     force, motion = log_texts(run, recording, config)
@@ -100,7 +105,7 @@ def write_runs(job: Job) -> tuple[int, int]:
     """
     files = size = 0
     for run, faults in job.runs:
-        for name, content in run_logs(run, job.config, job.seed, faults).items():
+        for name, content in run_logs(run, job.config, job.seed, faults, job.spread).items():
             if content is None:
                 _remove(job.raw / name)
                 continue
@@ -155,9 +160,7 @@ def write_all(job: Job, workers: int) -> tuple[int, int]:
     workers = max(1, min(workers, len(job.runs) // 20))
     if workers == 1 or not sys.executable:
         return write_runs(job)
-    shares = [
-        Job(job.config, job.raw, job.seed, job.runs[number::workers]) for number in range(workers)
-    ]
+    shares = [replace(job, runs=job.runs[number::workers]) for number in range(workers)]
     with ThreadPoolExecutor(workers) as pool:
         counts = list(pool.map(_elsewhere, shares))
     return sum(files for files, _ in counts), sum(size for _, size in counts)

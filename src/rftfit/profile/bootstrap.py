@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,9 +12,13 @@ from rftfit.measure.alpha import column, grid
 from rftfit.measure.fits import COMPONENTS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pandas as pd
 
     from rftfit.conventions import FloatArray
+
+_MANY = 1e6
 
 
 def alpha_draws(
@@ -53,6 +58,89 @@ def alpha_draws(
         noise[:, 0] = noise[:, -1]
         result.append(centre + spread * noise)
     return result[0], result[1]
+
+
+def typical_dof(table: pd.DataFrame, confidence: float) -> float:
+    """Degrees of freedom behind the intervals of an alpha table, their median over the cells.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        Alpha table of one medium.
+    confidence : float
+        Level of the table's intervals.
+
+    Returns
+    -------
+    float
+        At most 1e6; NaN in a table without numbers.
+    """
+    from scipy.special import ndtri, stdtridf
+
+    upper = 0.5 + confidence / 2
+    ratios = []
+    for component in COMPONENTS:
+        half = table[column(component, "_hi")] - table[column(component, "_lo")]
+        ratios.append((half / 2 / table[column(component, "_se")]).to_numpy(float))
+    ratio = np.concatenate(ratios)
+    ratio = ratio[np.isfinite(ratio)]
+    if ratio.size == 0:
+        return float("nan")
+    middle = float(np.median(ratio))
+    # a normal quantile has infinitely many, where the inverse of Student's t ends
+    if middle <= 1.00001 * float(ndtri(upper)):
+        return _MANY
+    return float(min(stdtridf(upper, middle), _MANY))
+
+
+@dataclass(frozen=True)
+class Term:
+    """One of several independent draws that are added up, here a medium's share of a mean.
+
+    Parameters
+    ----------
+    draws : numpy.ndarray, shape (draws, ...)
+    dof : float
+        Of the errors behind them (`typical_dof`).
+    """
+
+    draws: FloatArray
+    dof: float
+
+
+def interval_of_sum(terms: Sequence[Term], confidence: float) -> tuple[FloatArray, FloatArray]:
+    """Percentile interval of a sum of terms that were measured apart.
+
+    The draws of each term are as wide as the Student interval of its own few degrees of freedom. A
+    sum has more of them (Welch and Satterthwaite), so its interval is narrowed accordingly.
+
+    Parameters
+    ----------
+    terms : sequence of Term
+    confidence : float
+
+    Returns
+    -------
+    lo, hi : numpy.ndarray, shape (...)
+    """
+    from scipy.special import ndtri, stdtrit
+
+    upper = 0.5 + confidence / 2
+    normal = float(ndtri(upper))
+    lo, hi = interval(sum(term.draws for term in terms[1:]) + terms[0].draws, confidence)
+    widened = np.array([float(stdtrit(term.dof, upper)) / normal for term in terms])
+    dof = np.array([term.dof for term in terms])
+    drawn = np.stack([term.draws.var(axis=0) for term in terms])
+    shape = (-1, *[1] * (drawn.ndim - 1))
+    variance = drawn / widened.reshape(shape) ** 2
+    total = variance.sum(axis=0)
+    safe = np.where(total > 0, total, 1.0)
+    together = 1 / np.maximum(((variance / safe) ** 2 / dof.reshape(shape)).sum(axis=0), 1 / _MANY)
+    wanted = stdtrit(together, upper) / normal
+    given = np.sqrt(np.where(total > 0, drawn.sum(axis=0) / safe, 1.0))
+    middle = (lo + hi) / 2
+    half = (hi - lo) / 2 * wanted / given
+    return middle - half, middle + half
 
 
 def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray]:

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.measure.alpha import column, grid
-from rftfit.profile.bootstrap import alpha_draws
+from rftfit.profile.bootstrap import Term, alpha_draws, interval_of_sum, typical_dof
 from rftfit.profile.fourier import TERMS, as_array, fit_dft_index, fit_lsq, kept_terms
 from rftfit.profile.scaling import vertical_penetration
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy.typing as npt
     import pandas as pd
 
@@ -48,6 +50,8 @@ class MediumFit:
     alpha_z : float
         Measured alpha_z(0, 90 deg), N/cm^3.
     alpha_z_draws : numpy.ndarray, shape (draws,)
+    dof : float
+        Degrees of freedom behind the errors of alpha.
     reason : str
         Why there are no coefficients; empty if there are.
     """
@@ -60,6 +64,7 @@ class MediumFit:
     draws: FloatArray
     alpha_z: float
     alpha_z_draws: FloatArray
+    dof: float = 1e6
     reason: str = ""
 
     @property
@@ -95,6 +100,25 @@ def fit_media(tables: list[pd.DataFrame], config: Config) -> list[MediumFit]:
     ]
 
 
+def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[FloatArray, FloatArray]:
+    """Interval of M0, the mean over media that were measured apart.
+
+    Parameters
+    ----------
+    fits : sequence of MediumFit
+        Of all media by one method, each with coefficients.
+    confidence : float
+
+    Returns
+    -------
+    lo, hi : numpy.ndarray, shape (9,)
+    """
+    shares = [fit.draws / fit.zeta_draws[:, None] / len(fits) for fit in fits]
+    return interval_of_sum(
+        [Term(share, fit.dof) for share, fit in zip(shares, fits, strict=True)], confidence
+    )
+
+
 def _fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit | None:
     medium = str(table["medium"].iloc[0])
     published = config.media[medium].published_as
@@ -123,6 +147,7 @@ def _fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit |
         _transform(method, many_z, many_x, keep),
         measured,
         many_z[(slice(None), *_VERTICAL)],
+        typical_dof(table, config.fit.confidence),
     )  # fmt: skip
 
 
@@ -139,4 +164,4 @@ def _nothing(medium: str, method: str, draws: int, measured: float, reason: str)
     nan = np.full(len(TERMS), np.nan)
     many = np.full((draws, len(TERMS)), np.nan)
     keep = np.ones(len(TERMS), dtype=bool)
-    return MediumFit(medium, method, nan, keep, nan, many, measured, many[:, 0], reason)
+    return MediumFit(medium, method, nan, keep, nan, many, measured, many[:, 0], reason=reason)

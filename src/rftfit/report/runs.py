@@ -95,11 +95,13 @@ def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
         bins = max(1, points * part.size // (2 * place.size))
         if part.size > 2 * bins:
             width = part.size // bins
+            bins = part.size // width  # so that less than one stretch is left over
             body = part[: bins * width].reshape(bins, width)
             rows = np.arange(bins)
             low = body[rows, y[body].argmin(axis=1)]
             high = body[rows, y[body].argmax(axis=1)]
-            part = np.unique(np.concatenate([part[:1], low, high, part[-1:]]))  # noqa: PLW2901
+            rest = part[bins * width :]
+            part = np.unique(np.concatenate([part[:1], low, high, rest, part[-1:]]))  # noqa: PLW2901
         lines.append(np.column_stack([x[part], y[part]]))
     return lines
 

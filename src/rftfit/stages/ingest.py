@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.campaign.load import load_campaign
+from rftfit.measure.clock import HOUR_S
 from rftfit.measure.ingest import PHASES, RunRefused, Trace, ingest_run
 from rftfit.measure.ledger import Ledger
 from rftfit.measure.pair import load_pairs
+from rftfit.measure.rigid import find_compliance
 from rftfit.store import write_csv, write_parquet
 
 if TYPE_CHECKING:
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.runs import Run
 
@@ -63,24 +66,52 @@ def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Dat
     """
     import pandas as pd
 
+    good, rows, ledger = ingest_traces(campaign, medium)
+    return samples_of(good), pd.DataFrame(rows), ledger
+
+
+def ingest_traces(
+    campaign: Campaign, medium: str
+) -> tuple[list[Trace], list[dict[str, object]], Ledger]:
+    """Read all logs of a medium and keep what clocks and surface were estimated from.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    medium : str
+
+    Returns
+    -------
+    traces : list of Trace
+        Of the runs that could be read.
+    rows : list of dict
+        One for each run of the medium, see `ingest_medium`.
+    ledger : Ledger
+        Everything but the good rows of the strokes.
+    """
     ledger = Ledger()
     good: list[Trace] = []
     rows: list[dict[str, object]] = []
-    for run, pair in load_pairs(campaign, campaign.runs_of(medium)):
+    config = campaign.config
+    runs = campaign.runs_of(medium)
+    compliance = find_compliance(campaign, runs[0]) if config.rigid_contact and runs else None
+    for run, pair in load_pairs(campaign, runs):
         try:
-            trace = ingest_run(campaign.config, run, pair, ledger)
+            trace = ingest_run(config, run, pair, ledger, compliance)
         except RunRefused as refusal:
-            rows.append(_row(run, reason=str(refusal)))
+            rows.append(_row(config, run, reason=str(refusal)))
         else:
             good.append(trace)
-            rows.append(_row(run, trace))
-    return _samples(good), pd.DataFrame(rows), ledger
+            rows.append(_row(config, run, trace))
+    return good, rows, ledger
 
 
-def _row(run: Run, trace: Trace | None = None, reason: str = "") -> dict[str, object]:
+def _row(
+    config: Config, run: Run, trace: Trace | None = None, reason: str = ""
+) -> dict[str, object]:
     known = trace is not None
     step = trace.step_s if trace else np.nan
-    return {
+    row: dict[str, object] = {
         "run_id": run.run_id,
         "kind": run.kind,
         "status": "read" if known else "refused",
@@ -97,10 +128,36 @@ def _row(run: Run, trace: Trace | None = None, reason: str = "") -> dict[str, ob
         "zero_var_x_N2": trace.zero_variance[1] if trace else np.nan,
         "zero_dof": trace.zero_dof if trace else np.nan,
     }
+    # campaigns that do not ask for these keep their table as it was
+    if config.clock.method == "estimate":
+        found = trace.alignment if trace else None
+        # in a table of six digits hours would hide the rest
+        hours = trace.clock.whole_hours if trace else 0
+        row["clock_hours"] = hours if trace else np.nan
+        row["clock_rest_s"] = trace.clock.offset_s - HOUR_S * hours if trace else np.nan
+        row["clock_drift"] = found.drift if found else np.nan
+        row["clock_drift_se"] = found.drift_se if found else np.nan
+        row["clock_explained"] = found.explained if found else np.nan
+    if config.surface.method == "find":
+        surface = trace.surface if trace else None
+        row["surface_z_mm"] = config.arm.surface_z_mm - 10 * surface.depth_cm if surface else np.nan
+        row["surface_se_mm"] = 10 * surface.se_cm if surface else np.nan
+        row["surface_growth_N_per_cm"] = surface.growth_N_per_cm if surface else np.nan
+    return row
 
 
-def _samples(traces: list[Trace]) -> pd.DataFrame:
-    """One long table; names as categories, so that a million rows stay small."""
+def samples_of(traces: list[Trace]) -> pd.DataFrame:
+    """Put the samples of all runs into one long table.
+
+    Parameters
+    ----------
+    traces : list of Trace
+
+    Returns
+    -------
+    pandas.DataFrame
+        Names as categories, so that a million rows stay small.
+    """
     import pandas as pd
 
     def joined(parts: list[np.ndarray]) -> np.ndarray:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from rftfit.campaign.load import load_campaign
 from rftfit.errors import RftfitError
 from rftfit.logs.base import LogError
-from rftfit.logs.registry import dialect
-from rftfit.measure.ledger import COLUMNS, DROPPED, Ledger
+from rftfit.measure.ledger import COLUMNS, DROPPED, LOST, Ledger
+from rftfit.measure.pair import readers
 from rftfit.store import read_csv, write_csv
 
 if TYPE_CHECKING:
@@ -56,9 +56,9 @@ def ledger(config: Path, parts: list[Path], runs: list[Path], ledger: Path) -> N
 
 def _drop_unclaimed(campaign: Campaign, run: Run, book: Ledger) -> None:
     """Account for an in-air run that no leg names; it belongs to no medium and no stage reads it."""
-    for file in (run.force_log, run.motion_log):
+    for file, reader in zip((run.force_log, run.motion_log), readers(campaign.config), strict=True):
         try:
-            rows = dialect(campaign.config.dialect).load(campaign.raw / file).rows
+            rows = sum(log.rows for log in reader.stream(campaign.raw / file))
         except LogError as error:
             rows = error.rows
         book.add(run, file, DROPPED, "in-air run that no leg run names as its tare", rows)
@@ -98,7 +98,9 @@ def check(book: pd.DataFrame, runs: pd.DataFrame) -> None:
         If they differ anywhere.
     """
     read = runs[runs["status"] == "read"].drop_duplicates("run_id").set_index("run_id")
-    counted = book.groupby("run_id")["rows"].sum().reindex(read.index)
+    # lost samples are no lines of any file
+    lines = book[book["fate"] != LOST]
+    counted = lines.groupby("run_id")["rows"].sum().reindex(read.index)
     wanted = read["rows_force"] + read["rows_motion"]
     wrong = counted[counted != wanted]
     if not wrong.empty:

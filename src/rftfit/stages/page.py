@@ -15,7 +15,7 @@ def page(
     config: Path, alpha: list[Path], coefficients: Path, penetration: Path, reproduction: Path,
     ledger: Path, runs: list[Path], fits: list[Path], legs: list[Path], predicted: Path,
     leg_errors: Path, sands: Path, sand_correction: Path, code: str, settings: str, rows: str,
-    report: Path,
+    report: Path, robot: list[Path] | None = None,
 ) -> None:  # fmt: skip
     """Write the report page.
 
@@ -32,6 +32,8 @@ def page(
         Digests of the program's source, of the settings and of the run sheet, for the provenance.
     report : Path
         Written (html).
+    robot : list of Path, optional
+        Read: speeds, errors, optima and pictures of the robot, in this order.
 
     Raises
     ------
@@ -42,6 +44,6 @@ def page(
         config, alpha=alpha, coefficients=coefficients, penetration=penetration,
         reproduction=reproduction, ledger=ledger, runs=runs, fits=fits, legs=legs,
         predicted=[predicted], leg_errors=leg_errors, sands=sands, sand_correction=sand_correction,
-        code=code, digests={"the settings": settings, "the run sheet": rows},
+        code=code, digests={"the settings": settings, "the run sheet": rows}, robot=robot or [],
     )  # fmt: skip
     write_page(inputs, report)

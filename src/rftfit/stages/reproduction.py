@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from rftfit.campaign.load import load_campaign
 from rftfit.store import read_csv, write_csv
 from rftfit.validate.leg_claims import leg_claims
+from rftfit.validate.robot import robot_claims
 from rftfit.validate.slips import slips
 from rftfit.validate.tables import compare_alpha, compare_coefficients, compare_penetration
 
@@ -24,6 +25,8 @@ def reproduction(
     errors: Path,
     legs: list[Path],
     reproduction: Path,
+    robot_errors: list[Path] | None = None,
+    robot_optimum: list[Path] | None = None,
 ) -> None:
     """Write the reproduction table.
 
@@ -37,6 +40,8 @@ def reproduction(
         Read: measured leg curves.
     reproduction : Path
         Written: `item, where, paper, ours, lo, hi, verdict, why`.
+    robot_errors, robot_optimum : list of Path, optional
+        Read: tables of the robot, where the campaign has one.
 
     Raises
     ------
@@ -59,5 +64,7 @@ def reproduction(
     items += compare_penetration(read_csv(penetration), published)
     measured = pd.concat([read_csv(path) for path in legs], ignore_index=True)
     items += leg_claims(read_csv(errors), measured)
+    for compared, best in zip(robot_errors or [], robot_optimum or [], strict=True):
+        items += robot_claims(read_csv(compared), read_csv(best))
     items += slips()
     write_csv(pd.DataFrame([item.row() for item in items]), reproduction)

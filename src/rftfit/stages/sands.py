@@ -64,7 +64,7 @@ def _rows(
     for name, part in tared.groupby("run_id", observed=True, sort=True):
         run = campaign.by_id[str(name)]
         plate = campaign.config.intruders[run.intruder]
-        if plate.shape != "plate" or (run.beta_deg, run.gamma_deg) != (0, 90):
+        if plate.shape == "leg" or (run.beta_deg, run.gamma_deg) != (0, 90):
             continue
         if run.direction != "intrusion":
             continue

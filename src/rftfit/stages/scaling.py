@@ -10,7 +10,7 @@ from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import column
 from rftfit.profile.bootstrap import interval
 from rftfit.profile.fourier import TERMS
-from rftfit.profile.media_fits import AS_PRINTED, MediumFit, fit_media
+from rftfit.profile.media_fits import AS_PRINTED, MediumFit, fit_media, generic_interval
 from rftfit.profile.scaling import generic, scale_new_medium
 from rftfit.reference import coefficients as published_coefficients
 from rftfit.store import read_csv, write_csv
@@ -71,7 +71,7 @@ def _generic_rows(method: str, group: list[MediumFit], config: Config) -> pd.Dat
 
     m0 = generic(np.stack([fit.used for fit in group]))
     draws = generic(np.stack([fit.draws for fit in group], axis=1))
-    lo, hi = interval(draws, config.fit.confidence)
+    lo, hi = generic_interval(group, config.fit.confidence)
     # Table S2 averages the paper's five media; a campaign of others has nothing to compare with
     paper = {fit.medium for fit in group} >= {
         name for name, medium in config.media.items() if medium.role == "laboratory"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from rftfit.measure.fits import COMPONENTS, Fit, Stroke, filed_under, fit_run
 from rftfit.measure.ledger import DROPPED, USED, Ledger
 from rftfit.measure.rows import Why
 from rftfit.measure.strokes import split_runs
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.store import read_csv, read_parquet, write_csv, write_parquet
 
 if TYPE_CHECKING:
@@ -50,7 +52,9 @@ def slopes(
     )
     fit = campaign.config.fit
     write_csv(table, fits)
-    write_csv(alpha_table(table, medium, fit.confidence, len(fit.horizontal_depths_cm)), alpha)
+    depths = len(fit.horizontal_depths_cm)
+    cells = alpha_table(table, medium, fit.confidence, depths, fit.run_to_run_N_per_cm3)
+    write_csv(cells, alpha)
     write_parquet(why, windows)
     write_csv(book.table(), ledger)
 
@@ -86,12 +90,17 @@ def fit_medium(
     no_tare = dict(zip(tares["run_id"], tares["reason"], strict=True))
     confidence = campaign.config.fit.confidence
     rows = []
+    plates = {run.intruder for run in campaign.runs_of(medium) if run.kind == "plate"}
     why = columns["why"].copy()
     for run in campaign.runs_of(medium):
         if run.kind != "plate":
             continue
         fact = facts[run.run_id]
         flags = tuple(filter(None, str(fact["flags"]).split("; ")))
+        if not run.tare_run and run.run_id in where:
+            flags += (NO_TARE_FLAG,)
+        if len(plates) > 1:
+            flags += (f"{run.intruder}, one of {len(plates)} plates in this medium",)
         if run.run_id not in where:
             reason = str(fact["reason"]) or no_tare.get(run.run_id, "")
             beta, gamma, _ = filed_under(run)
@@ -99,7 +108,7 @@ def fit_medium(
             rows.append(_row(run, lost, confidence) | {"note": fact["note"]})
             continue
         part = where[run.run_id]
-        stroke = _stroke(columns, force, part, fact, facts[run.tare_run], flags)
+        stroke = _stroke(columns, force, part, fact, facts.get(run.tare_run), flags)
         fit = fit_run(run, stroke, campaign.config)
         why[part] = fit.why
         # rows dropped by an earlier stage are in that stage's ledger already
@@ -116,11 +125,11 @@ def fit_medium(
 
 def _stroke(
     columns: dict[str, np.ndarray], force: np.ndarray, part: slice,
-    run: Row, tare: Row, flags: tuple[str, ...],
+    run: Row, tare: Row | None, flags: tuple[str, ...],
 ) -> Stroke:  # fmt: skip
     """Put together what the fit of one run needs."""
     depth = columns["depth_cm"][part]
-    pair = (run, tare)
+    pair = (run,) if tare is None else (run, tare)
     # depth changes in a stroke at this speed; an error of the clocks shifts it by speed x error
     seconds = depth.size * float(run["sample_step_s"])
     speed = float(np.ptp(depth)) / seconds
@@ -129,7 +138,8 @@ def _stroke(
         columns["why"][part],
         np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in pair], dtype=float),
         np.array([[fact["zero_dof"]] * 2 for fact in pair], dtype=float),
-        speed * float(run["clock_se_s"]),
+        # so does an error of the surface, where that had to be found
+        math.hypot(speed * float(run["clock_se_s"]), float(run.get("surface_se_mm", 0.0)) / 10),
         flags,
     )  # fmt: skip
 
@@ -138,8 +148,8 @@ def _names_of(c: str) -> list[str]:
     """Columns of one component, in the order of `_row`'s values."""
     return [f"alpha_{c}_N_per_cm3", f"alpha_{c}_se_N_per_cm3", f"alpha_{c}_lo_N_per_cm3",
             f"alpha_{c}_hi_N_per_cm3", f"alpha_{c}_dof", f"alpha_{c}_ols_se_N_per_cm3",
-            f"intercept_{c}_N_per_cm2", f"free_slope_{c}_N_per_cm3", f"nonlinear_{c}_p",
-            f"nonlinear_{c}_ratio"]  # fmt: skip
+            f"alpha_{c}_startup_N_per_cm3", f"intercept_{c}_N_per_cm2",
+            f"free_slope_{c}_N_per_cm3", f"nonlinear_{c}_p", f"nonlinear_{c}_ratio"]  # fmt: skip
 
 
 def _row_names() -> list[str]:
@@ -162,7 +172,7 @@ def _row(run: Run, fit: Fit, confidence: float) -> dict[str, object]:
     row["n_points"] = slope.points
     lo, hi = slope.interval(confidence)
     for i, c in enumerate(COMPONENTS):
-        values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.intercept,
-                  slope.free_slope, slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
+        values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup,
+                  slope.intercept, slope.free_slope, slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
         row |= {name: value[i] for name, value in zip(_names_of(c), values, strict=True)}
     return row

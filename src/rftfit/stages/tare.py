@@ -89,6 +89,11 @@ def tare_medium(
         if run.kind in TARE_KINDS:
             continue
         known = objects.get(run.tare_run)
+        if not run.tare_run and campaign.config.fit.missing_tare == "flag":
+            rows.append({"run_id": name, "tare_run": "", "abscissa": abscissa_of(run),
+                         "valid_from": np.nan, "valid_to": np.nan, "reason": ""})  # fmt: skip
+            parts.append((name, _untared(stroke)))
+            continue
         row = {"run_id": name, "tare_run": run.tare_run, "abscissa": abscissa_of(run),
                "valid_from": np.nan, "valid_to": np.nan, "reason": ""}  # fmt: skip
         if isinstance(known, Tare):
@@ -122,6 +127,16 @@ def _why_no_tare(run: Run, known: TareError | None, why_refused: dict[str, str])
         return f"no tare: {known}"
     why = why_refused.get(run.tare_run) or "it has no stroke"
     return f"no tare: {run.tare_run} cannot be used: {why}"
+
+
+def _untared(stroke: Samples) -> dict[str, np.ndarray]:
+    """Force of a stroke as it is, for campaigns that say so."""
+    nothing = np.zeros(stroke.depth.size)
+    return {
+        "depth_cm": stroke.depth, "x_cm": stroke.x, "path_cm": stroke.path,
+        "angle_deg": stroke.angle_deg, "force_z_N": stroke.force[0], "force_x_N": stroke.force[1],
+        "tare_z_N": nothing, "tare_x_N": nothing, "why": stroke.why,
+    }  # fmt: skip
 
 
 def _subtract(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.campaign.config import Leg
 from rftfit.campaign.load import load_campaign
+from rftfit.measure.alpha import column
 from rftfit.profile.media_fits import MediumFit, fit_media
 from rftfit.store import read_csv, write_csv
 from rftfit.validate.leg_errors import leg_errors
@@ -51,7 +52,28 @@ def trials(
     everything = pd.concat(curves, ignore_index=True)[COLUMNS]
     write_csv(everything, predicted)
     measured = pd.concat([read_csv(path) for path in legs], ignore_index=True)
-    write_csv(leg_errors(measured, everything), errors)
+    spread = {str(t["medium"].iloc[0]): bed_spread(t) for t in (*tables, *map(read_csv, sands))}
+    write_csv(leg_errors(measured, everything, spread, settings.fit.confidence), errors)
+
+
+def bed_spread(table: pd.DataFrame) -> float:
+    """Relative spread of forces from one prepared bed of a medium to the next.
+
+    A bed is looser or denser as a whole: its spread is that of alpha_z(0, 90 deg), relative.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        Alpha table of the medium.
+
+    Returns
+    -------
+    float
+        0 where the spread is not known.
+    """
+    cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
+    ratio = float(cell.get("run_to_run_z_N_per_cm3", 0.0)) / float(cell[column("z")])
+    return ratio if ratio > 0 else 0.0
 
 
 def _legs(config: Config) -> dict[str, Leg]:

@@ -15,6 +15,7 @@ from rftfit.profile.fourier import TERMS
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 from rftfit.report.page.profiles import profiles_of
 from rftfit.report.page.references import references_of
+from rftfit.report.page.robot import robot_data
 from rftfit.report.page.words import PROFILES, leg_name
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def live_data(inputs: PageInputs) -> dict[str, Any]:
                 "force_x_hi_N",
             ),
         ),
+        "robot": robot_data(inputs.robot),
         "references": [
             {
                 "name": reference.name,

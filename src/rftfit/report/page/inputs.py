@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.campaign.load import load_campaign
 from rftfit.report.page.provenance import Provenance, provenance_of
+from rftfit.report.page.robot import RobotTables, read_robot_tables
 from rftfit.store import read_csv
 
 if TYPE_CHECKING:
@@ -35,6 +36,8 @@ class PageInputs:
     predicted, leg_errors, sands, sand_correction : pandas.DataFrame
         Of the trials.
     provenance : Provenance
+    robot : RobotTables, optional
+        None where the campaign has no robot.
     """
 
     config: Config
@@ -51,6 +54,7 @@ class PageInputs:
     sands: pd.DataFrame
     sand_correction: pd.DataFrame
     provenance: Provenance
+    robot: RobotTables | None = None
 
     @property
     def media(self) -> list[str]:
@@ -80,6 +84,7 @@ def read_inputs(
     sand_correction: Path,
     code: str,
     digests: Mapping[str, str],
+    robot: Sequence[Path] = (),
 ) -> PageInputs:
     """Read the tables of a run.
 
@@ -98,6 +103,8 @@ def read_inputs(
         Digest of the program's source, for the provenance.
     digests : mapping of str to str
         Of settings and run sheet, for the provenance.
+    robot : sequence of Path, optional
+        See `rftfit.report.page.robot.read_robot_tables`.
 
     Returns
     -------
@@ -126,6 +133,7 @@ def read_inputs(
         sands=read_csv(sands),
         sand_correction=read_csv(sand_correction),
         provenance=provenance_of(code, digests),
+        robot=read_robot_tables(robot),
     )
 
 

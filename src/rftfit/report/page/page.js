@@ -15,6 +15,7 @@ startPart("maps", startMaps);
 if (Object.keys(data.legs).length && data.media.length) startPart("viewer", startViewer);
 else byId("viewer").hidden = true;
 startPart("calculator", startCalculator);
+if (data.robot) startPart("robot", startRobot);
 
 byId("methods-copy").addEventListener("click", async () => {
   const text = byId("methods-text");

@@ -13,6 +13,7 @@ from rftfit.report.page.data import as_json, live_data
 from rftfit.report.page.fates import row_fates, run_fates
 from rftfit.report.page.methods import paragraphs, references
 from rftfit.report.page.reversal import FLAT, REVERSED, reversals
+from rftfit.report.page.robot import robot_tables
 from rftfit.report.page.words import leg_name, span, value
 from rftfit.store import write_text
 
@@ -30,6 +31,7 @@ SCRIPTS = (
     "curves.js",
     "viewer.js",
     "calculator.js",
+    "robot.js",
     "page.js",
 )
 """Parts of the script, in this order."""
@@ -118,6 +120,7 @@ def context(inputs: PageInputs) -> dict[str, Any]:
         "leg_errors": tables.leg_table(inputs),
         "sands": tables.sand_table(inputs),
         "corrections": tables.correction_table(inputs),
+        "robot": robot_tables(inputs.robot),
         "reproduction": tables.reproduction(inputs.reproduction),
         "reversal": _reversal(inputs),
         "dropped": [

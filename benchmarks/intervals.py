@@ -1,0 +1,82 @@
+"""How often 95 % intervals contain the truth, at every level from alpha to the peak error.
+
+``python benchmarks/intervals.py`` takes 100 campaigns of five media for each way that beds may
+differ, a minute or two; the figures of docs/reliability.md come from ``... intervals.py 2000``, the
+better part of an hour. Campaigns, levels and scenarios are those of the tests (tests/helpers).
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "tests" / "helpers"))
+
+import numpy as np
+from coverage_levels import SCENARIOS, Scenario, cover
+from ensembles import Ensemble, paper_config, simulate
+
+from rftfit.reference import MEDIA
+
+CAMPAIGNS, CHUNK, DRAWS, SEED = 100, 100, 500, 2013
+RESULT = HERE / "results" / "intervals.md"
+Shares = dict[str, np.ndarray]
+
+
+def five_media(first: str, campaigns: int, seed: int) -> list[Ensemble]:
+    """Campaigns of all media; samples are simulated for one, whose errors the others take over."""
+    chain = [simulate(first, campaigns, seed)]
+    for medium in MEDIA:
+        if medium != first:
+            chain.append(chain[-1].as_medium(medium))
+    return sorted(chain, key=lambda ensemble: MEDIA.index(ensemble.medium))
+
+
+def scenario_shares(scenario: Scenario, campaigns: int) -> Shares:
+    """Share of intervals with the truth in them, by level, shape (campaigns,)."""
+    config = paper_config(DRAWS)
+    parts = []
+    for chunk, start in enumerate(range(0, campaigns, CHUNK)):
+        size = min(CHUNK, campaigns - start)
+        media = five_media(MEDIA[chunk % len(MEDIA)], size, SEED + chunk)
+        parts.append(cover(media, scenario, config, SEED + chunk))
+    return {level: np.concatenate([part[level] for part in parts]) for level in parts[0]}
+
+
+def rows(shares: dict[str, Shares]) -> list[str]:
+    """Lines of the table: percent, with the standard error of the simulation."""
+    head = ["| interval of | " + " | ".join(shares) + " |", "|---|" + "---|" * len(shares)]
+    levels = next(iter(shares.values()))
+    return head + [
+        f"| {level} | "
+        + " | ".join(
+            f"{100 * part[level].mean():.1f} ± {100 * part[level].std() / part[level].size ** 0.5:.1f}"
+            for part in shares.values()
+        )
+        + " |"
+        for level in levels
+    ]
+
+
+def main() -> None:
+    """Simulate every scenario and write the table."""
+    campaigns = int(sys.argv[1]) if len(sys.argv) > 1 else CAMPAIGNS
+    shares: dict[str, Shares] = {}
+    for scenario in SCENARIOS:
+        start = time.perf_counter()
+        shares[scenario.name] = scenario_shares(scenario, campaigns)
+        print(f"{scenario.name}: {time.perf_counter() - start:.0f} s", flush=True)
+    text = "\n".join(
+        [f"Coverage of 95 % intervals, percent; {campaigns} campaigns a column.", "", *rows(shares)]
+    )
+    print(text)
+    if campaigns >= 2000:
+        RESULT.write_text(f"{text}\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

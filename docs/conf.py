@@ -1,0 +1,27 @@
+"""How the documentation site is built: ``make docs``."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import version as installed
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "_ext"))
+
+project = "rftfit"
+author = "The rftfit developers"
+release = version = installed("rftfit")
+extensions = ["myst_parser", "offline_math"]
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["_build"]
+myst_enable_extensions = ["deflist", "dollarmath"]
+myst_heading_anchors = 3
+nitpicky = True
+html_theme = "furo"
+html_title = "rftfit"
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_sphinx = False
+html_show_copyright = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]

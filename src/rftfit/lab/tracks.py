@@ -1,0 +1,188 @@
+"""Marker tracks of the robot, re-enacted from the published speeds (Fig. 4C)."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit import reference
+from rftfit.lab.write import fixed
+from rftfit.store import write_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rftfit.campaign.config import Config
+    from rftfit.lab.path import FloatArray
+
+MEDIUM = "poppy_LP"
+"""Published name of the medium that the paper's robot ran on."""
+
+TRIALS = 3
+FRAMES_HZ = 60.0
+
+_STRIDES, _SHORTEST_S = 5.3, 3.0
+_SPEED_SPREAD, _FREQUENCY_SPREAD = 0.03, 0.003
+_MARKER_SD_CM = 0.02
+_BOB_CM, _UNEVEN_CM, _SURGE = 0.25, 0.03, 0.15
+_COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "track", "note")
+
+
+@dataclass(frozen=True)
+class RobotTrial:
+    """One trial of the robot.
+
+    Attributes
+    ----------
+    run_id, condition, medium : str
+    curvature_times_R, frequency_Hz, speed_cm_per_s : float
+        Of this trial: the mean over the trials of a condition is the published speed.
+    track : str
+        File, relative to the folder of the sheet.
+    """
+
+    run_id: str
+    condition: str
+    medium: str
+    curvature_times_R: float
+    frequency_Hz: float
+    speed_cm_per_s: float
+    track: str
+
+
+def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
+    """List the trials of every published condition in which the robot moved.
+
+    Parameters
+    ----------
+    config : Config
+    seed : int
+
+    Returns
+    -------
+    list of RobotTrial
+        Empty where the config has no robot with a sheet of tracks on the published medium.
+    """
+    robot = config.robot
+    if robot is None or robot.runs is None or config.media[robot.medium].published_as != MEDIUM:
+        return []
+    table = reference.load("fig_4c")
+    table = table[table["stride_frequency_Hz"] > 0.01]
+    trials = []
+    for curvature in sorted(set(table["curvature_times_Rprime"].astype(float).tolist())):
+        part = table[table["curvature_times_Rprime"] == curvature]
+        for number, (frequency, speed) in enumerate(
+            zip(part["stride_frequency_Hz"], part["speed_cm_per_s"], strict=True), start=1
+        ):
+            sign = "m" if curvature < 0 else "p"
+            condition = f"k{sign}{abs(100 * curvature):03.0f}_{number}"
+            rng = _random(seed, condition)
+            off = rng.normal(0, _SPEED_SPREAD, TRIALS)
+            own = speed * (1 + off - off.mean())
+            jitter = rng.normal(0, _FREQUENCY_SPREAD, TRIALS)
+            for at in range(TRIALS):
+                run_id = f"robot_{condition}_{'abc'[at]}"
+                trials.append(
+                    RobotTrial(
+                        run_id, condition, robot.medium, curvature,
+                        float(frequency * (1 + jitter[at] - jitter.mean())), float(own[at]),
+                        f"tracks/{run_id}.csv",
+                    )
+                )  # fmt: skip
+    return trials
+
+
+def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Record a marker on the running robot: it bobs twice a stride, unevenly, and surges.
+
+    Parameters
+    ----------
+    trial : RobotTrial
+    seed : int
+
+    Returns
+    -------
+    time_s, x_cm, z_cm : numpy.ndarray, shape (n,)
+    """
+    rng = _random(seed, trial.run_id)
+    duration = max(_STRIDES / trial.frequency_Hz, _SHORTEST_S)
+    time = np.arange(int(duration * FRAMES_HZ) + 1) / FRAMES_HZ
+    turn = 2 * math.pi * trial.frequency_Hz * time + rng.uniform(0, 2 * math.pi)
+    surge = _SURGE * trial.speed_cm_per_s / (4 * math.pi * trial.frequency_Hz)
+    x = trial.speed_cm_per_s * time + surge * np.sin(2 * turn)
+    z = 2.5 + _BOB_CM * np.cos(2 * turn + 0.4) + _UNEVEN_CM * np.cos(turn) - 0.02 * time
+    noise = rng.normal(0, _MARKER_SD_CM, (2, time.size))
+    return time, x + noise[0], z + noise[1]
+
+
+def write_tracks(config: Config, raw: Path, seed: int) -> list[Path]:
+    """Write the tracks and their sheet.
+
+    Parameters
+    ----------
+    config : Config
+    raw : Path
+        Folder of the logs, which the config's ``robot.runs`` is relative to.
+    seed : int
+
+    Returns
+    -------
+    list of Path
+        Files written, the sheet last.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written.
+    """
+    trials = plan_trials(config, seed)
+    paths = track_files(config, raw, seed)
+    for trial, path in zip(trials, paths, strict=False):
+        head = (
+            f"# marker track of trial {trial.run_id}, re-enacted from Fig. 4C\n"
+            "# centre of the body, 60 frames/s; x forward, z up\ntime_s,x_cm,z_cm\n"
+        )
+        write_text(path, head + fixed(list(track(trial, seed)), [4, 3, 3]))
+    if trials:
+        buffer = io.StringIO()
+        sheet = csv.writer(buffer, lineterminator="\n")
+        sheet.writerow(_COLUMNS)
+        for trial in trials:
+            sheet.writerow(
+                [trial.run_id, trial.condition, trial.medium, f"{trial.curvature_times_R:g}", "",
+                 trial.track, "re-enacted from Fig. 4C"]
+            )  # fmt: skip
+        write_text(paths[-1], buffer.getvalue())
+    return paths
+
+
+def track_files(config: Config, raw: Path, seed: int) -> list[Path]:
+    """Name the files that `write_tracks` writes.
+
+    Parameters
+    ----------
+    config : Config
+    raw : Path
+    seed : int
+
+    Returns
+    -------
+    list of Path
+        The sheet last; empty where there are no trials.
+    """
+    trials = plan_trials(config, seed)
+    if not trials or config.robot is None or config.robot.runs is None:
+        return []
+    sheet = raw / config.robot.runs
+    return [*(sheet.parent / trial.track for trial in trials), sheet]
+
+
+def _random(seed: int, name: str) -> np.random.Generator:
+    digest = hashlib.sha256(f"{seed} {name}".encode()).digest()
+    return np.random.default_rng(int.from_bytes(digest[:8], "little"))

@@ -1,0 +1,192 @@
+"""Many runs at once: the paper's sweep of curvature, stride frequency and starting phase."""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.robot.run import Condition, simulate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import pandas as pd
+
+    from rftfit.profile.base import Profile
+    from rftfit.robot.config import Robot
+    from rftfit.robot.run import Run
+
+PHASES_TURNS = (0.0, 1 / 6, 1 / 3)
+"""The three starting phases: alternating tripods repeat every half turn, of which these are thirds."""
+
+COLUMNS = (
+    "curvature_times_R", "frequency_Hz", "phase_turns", "speed_cm_per_s", "speed_sd_cm_per_s",
+    "outcome", "reason", "warning", "strides", "averaged",
+)  # fmt: skip
+
+
+def paper_conditions(every: int = 1) -> list[Condition]:
+    """Conditions of the paper's sweep: R'/r from -1 to 1 by 0.04, 0 to 5 Hz by 0.2, three phases.
+
+    Parameters
+    ----------
+    every : int, optional
+        Take every so many of the curvatures and frequencies only, counted from the middle (the
+        flat leg) and from 5 Hz, and the ends of the curvatures always.
+
+    Returns
+    -------
+    list of Condition
+        By curvature, then frequency, then phase: 3,978 of them by default.
+    """
+    middle = 25
+    curvatures = sorted({0, 2 * middle, *range(middle % every, 2 * middle + 1, every)})
+    frequencies = range(25 % every, 26, every)
+    return [
+        Condition(round(0.2 * frequency, 1), round(0.04 * (index - middle), 2), phase)
+        for index in curvatures
+        for frequency in frequencies
+        for phase in PHASES_TURNS
+    ]
+
+
+def run_all(
+    robot: Robot,
+    profile: Profile,
+    conditions: Sequence[Condition],
+    threads: int | None = None,
+    on_done: Callable[[int, Run], None] | None = None,
+) -> list[Run]:
+    """Run every condition, several at a time; the stepper lets other threads run meanwhile.
+
+    Parameters
+    ----------
+    robot : Robot
+    profile : Profile
+    conditions : sequence of Condition
+    threads : int, optional
+        As many as there are cores by default.
+    on_done : callable, optional
+        Told the index and the run as each is done, in the order of their end, from this thread:
+        for a progress bar, and to keep what is done.
+
+    Returns
+    -------
+    list of Run
+        In the order of the conditions, the same whatever the number of threads.
+    """
+    from concurrent.futures import ThreadPoolExecutor, as_completed
+
+    def one(condition: Condition) -> Run:
+        return simulate(
+            robot, profile, condition.frequency_Hz, condition.curvature_times_R,
+            condition.phase_turns,
+        )  # fmt: skip
+
+    # slow frequencies take longest: begin with them, so that no core idles at the end
+    order = sorted(
+        range(len(conditions)), key=lambda i: abs(conditions[i].frequency_Hz) or math.inf
+    )
+    runs: dict[int, Run] = {}
+    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+        try:
+            waiting = {pool.submit(one, conditions[index]): index for index in order}
+            for done in as_completed(waiting):
+                index = waiting[done]
+                runs[index] = done.result()
+                if on_done is not None:
+                    on_done(index, runs[index])
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return [runs[index] for index in range(len(conditions))]
+
+
+def speed_table(runs: Sequence[Run]) -> pd.DataFrame:
+    """Write runs as a table, a row each.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+
+    Returns
+    -------
+    pandas.DataFrame
+        With `COLUMNS`.
+    """
+    import pandas as pd
+
+    rows = [
+        (
+            run.condition.curvature_times_R, run.condition.frequency_Hz, run.condition.phase_turns,
+            run.speed_cm_per_s, run.speed_sd_cm_per_s, run.outcome, run.reason, run.warning,
+            run.strides, run.averaged,
+        )
+        for run in runs
+    ]  # fmt: skip
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
+    """Mean over the starting phases whose runs are steady.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        From `speed_table`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        `curvature_times_R, frequency_Hz, speed_cm_per_s, speed_lo_cm_per_s, speed_hi_cm_per_s`
+        (mean, least and greatest over phases; NaN where no run is steady), `phases_steady,
+        phases, reason`.
+    """
+    import pandas as pd
+
+    rows = []
+    for (curvature, frequency), runs in table.groupby(["curvature_times_R", "frequency_Hz"]):
+        steady = runs.loc[runs["outcome"] == "steady", "speed_cm_per_s"].to_numpy(float)
+        others = runs.loc[runs["outcome"] != "steady"]
+        reason = "; ".join(
+            f"phase {row.phase_turns:.3g}: {row.outcome}, {row.reason}"
+            for row in others.itertuples()
+        )
+        ends = (steady.mean(), steady.min(), steady.max()) if steady.size else (math.nan,) * 3
+        rows.append((curvature, frequency, *ends, steady.size, len(runs), reason))
+    names = ["curvature_times_R", "frequency_Hz", "speed_cm_per_s", "speed_lo_cm_per_s",
+             "speed_hi_cm_per_s", "phases_steady", "phases", "reason"]  # fmt: skip
+    return pd.DataFrame(rows, columns=names)
+
+
+def best_curvature(curvature: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
+    """Curvature of the highest speed, between the grid's points.
+
+    Parameters
+    ----------
+    curvature, speed : numpy.ndarray, shape (n,)
+        At one frequency, by curvature; NaN where not steady.
+
+    Returns
+    -------
+    curvature, speed : float
+        Top of the parabola, by least squares, through the points within 0.2 of the fastest one;
+        the fastest point itself where there are fewer than four, or no top among them; NaN where
+        nothing is steady.
+    """
+    known = np.isfinite(speed)
+    if not known.any():
+        return math.nan, math.nan
+    curvature, speed = curvature[known], speed[known]
+    top = int(np.argmax(speed))
+    near = np.abs(curvature - curvature[top]) <= 0.2 + 1e-9
+    if near.sum() >= 4:
+        square, slope, level = np.polyfit(curvature[near], speed[near], 2)
+        if square < 0:
+            place = -slope / (2 * square)
+            if curvature[near].min() <= place <= curvature[near].max():
+                return float(place), float(level - slope**2 / (4 * square))
+    return float(curvature[top]), float(speed[top])

@@ -1,0 +1,194 @@
+"""Does the interval of each level, from alpha to the peak error, contain the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from ensembles import AREA_CM2, RUN_TO_RUN, one_log
+
+from rftfit.measure.alpha import column, grid
+from rftfit.predict.outline import leg_outline
+from rftfit.predict.rotation import THETA_DEG, sweep
+from rftfit.profile.bootstrap import interval
+from rftfit.profile.fourier import fit_dft_index, fit_lsq
+from rftfit.profile.media_fits import MediumFit, fit_media, generic_interval
+from rftfit.profile.scaling import generic, vertical_penetration
+from rftfit.profile.table import TableProfile
+from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, alpha_grid
+from rftfit.stages.trials import bed_spread
+from rftfit.validate.leg_errors import leg_errors
+from rftfit.validate.predictions import laboratory_candidates, leg_prediction
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ensembles import Ensemble
+
+    from rftfit.campaign.config import Config
+
+    FloatArray = np.ndarray
+    Inside = dict[str, FloatArray]
+
+BETA, GAMMA = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
+SAMPLES_PER_DEG = 9
+TRUE_RATIO = 1.12
+"""Measured over predicted force of the simulated legs: the model is wrong by as much."""
+
+LEVEL = 0.95
+
+
+def within(lo: FloatArray, truth: FloatArray, hi: FloatArray) -> FloatArray:
+    return np.asarray((lo <= truth) & (truth <= hi))
+
+
+def alpha_inside(table: pd.DataFrame) -> Inside:
+    """Every cell of the grid; beta = -90 degrees repeats 90."""
+    found: dict[str, list[FloatArray]] = {"alpha, slanted": [], "alpha, horizontal": []}
+    for c, truth in zip("zx", alpha_grid(str(table["medium"].iloc[0])), strict=True):
+        inside = within(grid(table, column(c, "_lo")), truth, grid(table, column(c, "_hi")))[1:]
+        found["alpha, slanted"].append(np.delete(inside, 6, axis=1).ravel())
+        found["alpha, horizontal"].append(inside[:, 6])
+    return {name: np.concatenate(parts) for name, parts in found.items()}
+
+
+def true_fit(fit: MediumFit) -> FloatArray:
+    """Coefficients of the true table by the same method, with the same terms."""
+    alpha = alpha_grid(fit.medium)
+    if fit.method == "lsq":
+        return fit_lsq(BETA, GAMMA, *alpha, fit.keep)
+    return np.where(fit.keep, fit_dft_index(GAMMA, *alpha), 0.0)
+
+
+def medium_inside(fit: MediumFit) -> Inside:
+    """Coefficients, zeta and chi of one medium."""
+    true = true_fit(fit)
+    lo, hi = interval(fit.draws, LEVEL)
+    zeta = float(vertical_penetration(true))
+    chi = alpha_grid(fit.medium)[0][3, -1] / zeta
+    own = (np.array([zeta]), *interval(fit.zeta_draws[:, None], LEVEL))
+    ratio = (np.array([chi]), *interval((fit.alpha_z_draws / fit.zeta_draws)[:, None], LEVEL))
+    return {
+        f"M ({fit.method})": within(lo, true, hi)[fit.keep],
+        f"zeta ({fit.method})": within(own[1], own[0], own[2]),
+        f"chi ({fit.method})": within(ratio[1], ratio[0], ratio[2]),
+    }
+
+
+def generic_inside(fits: Sequence[MediumFit]) -> Inside:
+    """Coefficients of M0, of the fits of all media by one method."""
+    true = generic(np.stack([true_fit(fit) for fit in fits]))
+    lo, hi = generic_interval(fits, LEVEL)
+    return {f"M0 ({fits[0].method})": within(lo, true, hi)[true != 0]}
+
+
+def true_curve(medium: str, leg: str, config: Config) -> dict[str, FloatArray]:
+    """Force on a leg by the true table."""
+    item = config.intruders[leg]
+    assert item.shape == "leg"
+    rate = config.arm.leg_speed_rad_per_s
+    force = sweep(TableProfile.published(medium), leg_outline(item), None, item.hip_height_cm, rate)
+    return {"z": force.force_z_N, "x": force.force_x_N}
+
+
+def measured_leg(
+    true: dict[str, FloatArray], medium: str, leg: str, random: np.random.Generator, spread: float
+) -> pd.DataFrame:
+    """Curve of one leg run less its tare, as the leg stage makes it; one bed for the whole run."""
+    count = THETA_DEG.size * SAMPLES_PER_DEG
+    parts = [one_log(random, 2, count) for _ in ("run", "tare")]
+    readings = AREA_CM2 * (parts[0][0] - parts[1][0]).reshape(2, THETA_DEG.size, -1).mean(axis=2)
+    se = AREA_CM2 * np.sqrt(parts[0][1] + parts[1][1])
+    bed = TRUE_RATIO * (1 + random.normal(0, spread))
+    curve = {"medium": medium, "leg": leg, "theta_deg": THETA_DEG}
+    for i, c in enumerate("zx"):
+        curve |= {f"force_{c}_N": bed * true[c] + readings[i], f"zero_se_{c}_N": se[i]}
+    return pd.DataFrame(curve)
+
+
+def leg_inside(
+    table: pd.DataFrame,
+    own: MediumFit,
+    config: Config,
+    random: np.random.Generator,
+    run_to_run: float,
+    leg: str,
+) -> Inside:
+    """Force on a leg against theta by the measured table, and its peak error."""
+    item = config.intruders[leg]
+    assert item.shape == "leg"
+    true = true_curve(own.medium, leg, config)
+    best = next(c for c in laboratory_candidates(table, own, [own], config) if c.name == "table")
+    curve = leg_prediction(best, item, config)
+    inside = []
+    for c in "zx":
+        lo, hi = (curve[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
+        inside.append(within(lo, true[c], hi)[hi - lo > 1e-6])
+    spread = run_to_run / float(alpha_grid(own.medium)[0][3, -1])
+    measured = measured_leg(true, own.medium, leg, random, spread)
+    ours = curve.assign(medium=own.medium, leg=leg, profile="table")
+    errors = leg_errors(measured, ours, {own.medium: bed_spread(table)}, LEVEL)
+    lo, hi = (errors[f"peak_error_{end}_percent"].to_numpy() for end in ("lo", "hi"))
+    truth = np.full(len(errors), 100 * (1 / TRUE_RATIO - 1))
+    return {"leg force": np.concatenate(inside), "peak error": within(lo, truth, hi)}
+
+
+def fits_by_method(tables: Sequence[pd.DataFrame], config: Config) -> dict[str, list[MediumFit]]:
+    """Nine-term fits of all media; the paper's own selection of terms is left to its own tests."""
+    groups: dict[str, list[MediumFit]] = {}
+    for fit in fit_media(list(tables), config):
+        groups.setdefault(fit.method, []).append(fit)
+    return {method: groups[method] for method in ("lsq", "dft-index")}
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """How beds differ, and what the program is told of it."""
+
+    name: str
+    run_to_run: float = 0.0
+    stated: float | None = None
+    repeats: int = 1
+    repeated: tuple[float, ...] = (90.0, -90.0)
+
+
+SCENARIOS = (
+    Scenario("one bed", 0.0),
+    Scenario("spread stated", RUN_TO_RUN, RUN_TO_RUN),
+    Scenario("spread from 24 repeats", RUN_TO_RUN, repeats=3),
+    Scenario("spread from 6 repeats", RUN_TO_RUN, repeats=2, repeated=(90.0,)),
+)
+
+
+def cover(
+    ensembles: Sequence[Ensemble], scenario: Scenario, config: Config, seed: int, legs: bool = True
+) -> dict[str, FloatArray]:
+    """Share of intervals that contain the truth, by level, shape (campaigns,).
+
+    One campaign takes each medium once; alpha and legs are those of one medium after the other.
+    """
+    random = np.random.default_rng([seed, 1])
+    found: dict[str, list[float]] = {}
+    many = [
+        ensemble.tables(
+            seed, scenario.run_to_run, scenario.stated, scenario.repeats, scenario.repeated
+        )
+        for ensemble in ensembles
+    ]
+    for number, tables in enumerate(zip(*many, strict=True)):
+        turn = number % len(tables)
+        fits = fits_by_method(tables, config)
+        parts = [alpha_inside(tables[turn])]
+        for group in fits.values():
+            parts += [medium_inside(group[turn])]
+            parts += [generic_inside(group)] if len(group) > 1 else []
+        if legs:
+            leg = LEGS[number // len(tables) % len(LEGS)]
+            own = fits["lsq"][turn]
+            parts.append(leg_inside(tables[turn], own, config, random, scenario.run_to_run, leg))
+        for part in parts:
+            for level, inside in part.items():
+                found.setdefault(level, []).append(float(inside.mean()))
+    return {level: np.array(shares) for level, shares in found.items()}

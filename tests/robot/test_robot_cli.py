@@ -1,0 +1,164 @@
+"""``rftfit simulate`` and ``rftfit sweep`` as a user meets them."""
+
+from __future__ import annotations
+
+import io
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+
+from rftfit.cli.main import main
+from rftfit.report.robot_animation import gif_bytes, mp4_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+BASE = (
+    "simulate",
+    "--frequency",
+    "5",
+    "--curvature",
+    "1",
+    "--medium",
+    "poppy_LP",
+    "--profile",
+    "fourier",
+)
+
+
+@pytest.fixture
+def call(
+    capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., tuple[int, str, str]]:
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words: str) -> tuple[int, str, str]:
+        code = main(list(words))
+        said = capfd.readouterr()
+        assert "Traceback" not in said.out + said.err
+        return code, said.out, said.err
+
+    return run
+
+
+def test_numbers_files_and_warning(
+    call: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
+    code, out, err = call(*BASE, "--json", "--no-animation", "--output", "o")
+    assert code == 0
+    found = json.loads(out)
+    assert found["outcome"] == "steady"
+    assert 50 < found["speed_cm_per_s"] < 100
+    assert "leg tips turn at 1" in err
+    assert found["warning"] in err
+    table = pd.read_csv(tmp_path / "o" / "motion.csv", comment="#")
+    wanted = {"time_s", "z_cm", "pitch_deg", "velocity_x_cm_per_s", "force_z_tripod_1_N",
+              "force_x_tripod_2_N"}  # fmt: skip
+    assert wanted <= set(table.columns)
+    last = table.iloc[-2 * 200 :]
+    run, time = (float(np.ptp(last[name])) for name in ("x_cm", "time_s"))
+    assert run / time == pytest.approx(found["speed_cm_per_s"], rel=0.02)
+    # the ground carries the robot's weight
+    lift = last[[name for name in table.columns if name.startswith("force_z")]].sum(axis=1)
+    assert lift.mean() == pytest.approx(0.150 * 9.80665, rel=0.03)
+    with Image.open(tmp_path / "o" / "motion.png") as figure:
+        assert figure.size[0] > 500
+    assert sorted(path.name for path in (tmp_path / "o").iterdir()) == ["motion.csv", "motion.png"]
+
+
+def test_animation_and_text(call: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
+    code, out, _ = call(*BASE)
+    assert code == 0
+    assert "Speed: " in out
+    assert "Outcome: steady after" in out
+    movie: Any
+    with Image.open(tmp_path / "simulation" / "animation.gif") as movie:
+        frames = movie.n_frames
+        first = np.asarray(movie.convert("RGB"))
+        movie.seek(frames // 4)
+        later = np.asarray(movie.convert("RGB"))
+    assert frames == 50
+    assert (first != later).any(axis=-1).mean() > 0.01
+    # arrows are red
+    assert ((first[..., 0] > 150) & (first[..., 1] < 80) & (first[..., 2] < 80)).sum() > 20
+    # a second run may overwrite its own files
+    assert call(*BASE, "--no-animation")[0] == 0
+
+
+def test_files_of_others_stay(call: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
+    (tmp_path / "simulation").mkdir()
+    (tmp_path / "simulation" / "motion.png").write_bytes(b"mine")
+    code, out, err = call(*BASE, "--no-animation")
+    assert (code, out) == (2, "")
+    assert "would be overwritten" in err
+    (tmp_path / "simulation" / "motion.csv").write_text("mine\n", encoding="utf-8")
+    assert call(*BASE, "--no-animation")[0] == 2
+    assert (tmp_path / "simulation" / "motion.csv").read_text("utf-8") == "mine\n"
+    assert call(*BASE, "--no-animation", "--force")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--curvature", "1.5"), "allowed: -1 (reversed c-leg) to 1"),
+        (("--frequency", "2,5"), "write a decimal point: 2.5"),
+        (("--medium", "popy_LP"), "did you mean 'poppy_LP'?"),
+        (("--profile", "tabel"), "did you mean 'table'?"),
+        (("--alpha", "0.5"), "allowed: one of --medium NAME"),
+        (("--robot", "none.yaml"), "the file does not exist"),
+        (("--frequency", "1000"), "allowed: 0 to 100 Hz"),
+    ],
+)
+def test_bad_words(
+    call: Callable[..., tuple[int, str, str]], words: tuple[str, ...], message: str, tmp_path: Path
+) -> None:
+    code, _, err = call(*BASE, *words)
+    assert code == 2
+    assert message in " ".join(err.replace("│", " ").split())
+    assert not (tmp_path / "simulation").exists()
+
+
+def test_a_robot_that_does_not_get_going(
+    call: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
+    robot = tmp_path / "heavy.yaml"
+    text = (
+        "title: anvil\nbody:\n  mass_g: 90000\n  inertia_g_cm2: 2000000\n  plates:\n"
+        "    belly: {from_cm: [-6.5, -1.0], to_cm: [6.5, -1.0], width_cm: 2}\n"
+        "legs:\n  max_length_cm: 4.1\n  width_cm: 1.0\n  hips:\n"
+        "    - {x_cm: 0, z_cm: -1, phase_turns: 0}\n"
+    )
+    robot.write_text(text, encoding="utf-8")
+    code, out, err = call(*BASE, "--robot", "heavy.yaml", "--json", "--no-animation")
+    assert code == 0
+    found = json.loads(out)
+    assert found["outcome"] in ("buried", "tipped")
+    assert found["speed_cm_per_s"] is None
+    assert f"no steady speed: {found['outcome']}" in err
+
+
+def test_sweep_needs_a_robot(call: Callable[..., tuple[int, str, str]]) -> None:
+    code, _, err = call("sweep", "--profile", "tabel")
+    assert code == 2
+    assert "did you mean 'table'?" in err
+    code, _, err = call("sweep", "--config", "none/config.yaml")
+    assert code == 2
+    assert "does not exist" in err
+
+
+def test_same_pictures_same_bytes() -> None:
+    shots = [np.full((20, 31, 3), 40 * i, dtype=np.uint8) for i in range(4)]
+    assert gif_bytes(shots, 0.05) == gif_bytes(shots, 0.05)
+    movie: Any
+    with Image.open(io.BytesIO(gif_bytes(shots, 0.05))) as movie:
+        assert (movie.n_frames, movie.info["duration"]) == (4, 50)
+
+
+def test_no_ffmpeg_no_movie(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert mp4_bytes([np.zeros((4, 4, 3), np.uint8)], 0.1) is None

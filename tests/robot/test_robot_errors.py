@@ -1,0 +1,201 @@
+"""Measured speeds, errors, optima and what the paper says of them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.reference import load
+from rftfit.robot.calibrate import NAMED
+from rftfit.robot.errors import (
+    ERRORS,
+    MEASURED,
+    measured_speeds,
+    published_speeds,
+    share_within,
+    speed_errors,
+)
+from rftfit.validate.robot import robot_claims
+from rftfit.validate.robot_optimum import COLUMNS, interval, optima
+
+PLACES = list(NAMED.values())
+
+
+def trials() -> pd.DataFrame:
+    rows = [
+        ("a", "c1", "poppy_LP", 1.0, 1.95, 20.0, "used", ""),
+        ("b", "c1", "poppy_LP", 1.0, 1.96, 22.0, "used", ""),
+        ("c", "c1", "poppy_LP", 1.0, math.nan, math.nan, "refused", "2 strides"),
+        ("d", "c2", "poppy_LP", 0.6, 1.95, 10.0, "used", ""),
+        ("e", "c3", "poppy_LP", 0.0, math.nan, math.nan, "refused", "time runs backwards"),
+    ]
+    names = ["run_id", "condition", "medium", "curvature_times_R", "frequency_Hz",
+             "speed_cm_per_s", "status", "reason"]  # fmt: skip
+    return pd.DataFrame(rows, columns=names)
+
+
+def test_trials_become_conditions() -> None:
+    table: Any = measured_speeds(trials(), PLACES).set_index("condition")
+    assert [*table.reset_index().columns] == MEASURED
+    assert table.loc["c1", "speed_cm_per_s"] == pytest.approx(21.0)
+    assert table.loc["c1", "speed_sd_cm_per_s"] == pytest.approx(math.sqrt(2))
+    assert table.loc["c1", "trials"] == 2
+    assert table.loc["c1", "reason"] == "c: 2 strides"
+    assert list(table["calibrated"]) == ["yes", "no", "no"]
+    assert math.isnan(table.loc["c2", "speed_sd_cm_per_s"])
+    assert math.isnan(table.loc["c3", "speed_cm_per_s"])
+    assert table.loc["c3", "trials"] == 0
+
+
+def test_published_speeds_stand_in() -> None:
+    table = published_speeds("poppies", PLACES)
+    figure = load("fig_4c")
+    assert len(table) == (figure["stride_frequency_Hz"] > 0.01).sum() == 42
+    assert table["condition"].is_unique
+    assert set(table["medium"]) == {"poppies"}
+    assert (table["calibrated"] == "yes").sum() == 3
+    assert table["speed_cm_per_s"].sum() == pytest.approx(figure["speed_cm_per_s"].sum() - 7 * 0.02)
+
+
+def simulated(factor: float, profile: str = "table") -> pd.DataFrame:
+    table = published_speeds("poppy_LP")
+    speed = table["speed_cm_per_s"] * factor
+    return pd.DataFrame(
+        {
+            "profile": profile, "curvature_times_R": table["curvature_times_R"],
+            "frequency_Hz": table["frequency_Hz"], "speed_cm_per_s": speed,
+            "speed_lo_cm_per_s": speed - 1, "speed_hi_cm_per_s": speed + 1, "reason": "",
+        }
+    )  # fmt: skip
+
+
+def test_errors_by_hand() -> None:
+    measured = published_speeds("poppy_LP", PLACES)
+    runs = simulated(1.25)
+    runs.loc[0, "speed_cm_per_s"] = math.nan
+    runs.loc[0, "reason"] = "tipped"
+    errors = speed_errors(measured, runs.drop(index=1))
+    assert list(errors.columns) == ERRORS
+    assert len(errors) == 42
+    np.testing.assert_allclose(errors["error_percent"].iloc[2:], 25.0)
+    assert errors["reason"].iloc[0] == "tipped"
+    assert errors["reason"].iloc[1] == "this condition was not simulated"
+    # what has no speed is outside, not left out
+    assert share_within(errors, 20) == (0, 42)
+    assert share_within(errors, 35) == (40, 42)
+
+
+def test_a_condition_that_was_not_measured_is_not_counted() -> None:
+    measured = measured_speeds(trials())
+    errors = speed_errors(measured, simulated(1.0).iloc[:0].assign(profile="table"))
+    assert errors.empty
+    runs = pd.DataFrame(
+        {"profile": ["table"], "curvature_times_R": [0.6], "frequency_Hz": [1.95],
+         "speed_cm_per_s": [10.5], "speed_lo_cm_per_s": [10.5], "speed_hi_cm_per_s": [10.5],
+         "reason": [""]}
+    )  # fmt: skip
+    errors = speed_errors(measured, runs)
+    assert share_within(errors, 20) == (1, 2)
+    assert "time runs backwards" in errors["reason"].iloc[2]
+
+
+def sweep(
+    top: float, frequency: float = 5.0, step: float = 0.04, noise: float = 0.0
+) -> pd.DataFrame:
+    rng = np.random.default_rng(3)
+    curvatures = np.round(np.arange(-1, 1 + step / 2, step), 2)
+    rows = [
+        ("poppy_LP", "table", k, frequency, phase, 70 - 40 * (k - top) ** 2 + rng.normal(0, noise),
+         "steady")
+        for k in curvatures
+        for phase in (0.0, 1 / 6, 1 / 3)
+    ]  # fmt: skip
+    names = ["medium", "profile", "curvature_times_R", "frequency_Hz", "phase_turns",
+             "speed_cm_per_s", "outcome"]  # fmt: skip
+    return pd.DataFrame(rows, columns=names)
+
+
+def test_the_top_of_a_parabola_comes_back() -> None:
+    found = optima(sweep(0.43), [5.0]).iloc[0]
+    assert list(optima(sweep(0.43)).columns) == COLUMNS
+    assert found["best_curvature_times_R"] == pytest.approx(0.43, abs=1e-6)
+    assert found["speed_cm_per_s"] == pytest.approx(70, abs=1e-6)
+    assert found["calibrated"] == "yes"
+    # exact points: half a step to either side
+    assert found["best_curvature_hi"] - found["best_curvature_lo"] == pytest.approx(0.04)
+
+
+def test_intervals_grow_with_scatter_and_cover() -> None:
+    widths = []
+    for noise in (0.05, 3.0):
+        found = optima(sweep(0.43, noise=noise)).iloc[0]
+        assert found["best_curvature_lo"] <= 0.43 <= found["best_curvature_hi"]
+        widths.append(found["best_curvature_hi"] - found["best_curvature_lo"])
+    assert widths[1] > 2 * widths[0]
+
+
+def test_a_top_at_the_end_or_on_a_coarse_grid() -> None:
+    end = optima(sweep(1.4)).iloc[0]
+    assert (end["best_curvature_times_R"], end["best_curvature_hi"]) == (1.0, 1.0)
+    assert end["best_curvature_lo"] <= 0.96
+    coarse = optima(sweep(0.43, step=0.2)).iloc[0]
+    assert coarse["best_curvature_lo"] <= 0.43 <= coarse["best_curvature_hi"]
+    lo, hi = interval(np.array([0.0, 0.5, 1.0]), [np.ones(1), np.full(1, 2.0), np.ones(1)], 0.5)
+    assert (lo, hi) == (0.0, 1.0)
+
+
+def test_runs_that_are_not_steady_are_left_out() -> None:
+    table = sweep(0.43)
+    fallen = table["curvature_times_R"] > 0.5
+    table.loc[fallen, "outcome"] = "tipped"
+    table.loc[fallen, "speed_cm_per_s"] = 500.0
+    found = optima(table).iloc[0]
+    assert found["fastest_speed_cm_per_s"] < 71
+    assert "no steady run at 13 curvatures" in found["reason"]
+    few = table[table["curvature_times_R"] > 0.9]
+    assert optima(few).empty
+
+
+def claims(factor: float, top: float = 0.86, profile: str = "table") -> Any:
+    errors = speed_errors(published_speeds("poppy_LP", PLACES), simulated(factor, profile))
+    items = robot_claims(errors, optima(sweep(top), [5.0]))
+    return pd.DataFrame([item.row() for item in items]).set_index("item")
+
+
+@pytest.mark.parametrize(
+    ("factor", "shares", "verdicts"),
+    [
+        (1.1, [100, 100], ["same", "same"]),
+        (1.3, [0, 100], ["differs", "same"]),
+        (1.5, [0, 0], ["differs", "differs"]),
+    ],
+)
+def test_shares_beside_the_papers(factor: float, shares: list[float], verdicts: list[str]) -> None:
+    table = claims(factor)
+    lines = [f"robot, measured table: speeds within {p} %, % of conditions" for p in (20, 35)]
+    assert list(table.loc[lines, "ours"]) == shares
+    assert list(table.loc[lines, "paper"]) == [90, 100]
+    assert list(table.loc[lines, "verdict"]) == verdicts
+    assert "of the 39 that the robot was not calibrated on" in table.loc[lines[0], "why"]
+
+
+def test_depth_only_is_expected_to_fail_and_says_why() -> None:
+    table = claims(2.0, profile="depth_only")
+    line = table.loc["robot, depth only: speeds within 20 %, % of conditions"]
+    assert line["verdict"] == "same"
+    assert "outside: " in line["why"]
+    assert claims(1.0, profile="depth_only").iloc[0]["verdict"] == "differs"
+
+
+def test_best_curvature_beside_the_papers() -> None:
+    near, far = claims(1.0, 0.84), claims(1.0, 0.4)
+    name = "robot: best curvature R'/r at 5 Hz"
+    assert near.loc[name, "verdict"] == "same"
+    assert far.loc[name, "verdict"] == "differs"
+    assert "calibrated on this number" in near.loc[name, "why"]
+    speed = near.loc["robot: speed at the best curvature, 5 Hz, cm/s"]
+    assert (speed["paper"], speed["verdict"]) == (72.0, "same")

@@ -1,0 +1,210 @@
+"""Balances of momentum and energy, statics, symmetry, and the order of the methods."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from robotsteps import step
+
+from rftfit.profile.nine_terms import FourierProfile
+from rftfit.robot import plain
+from rftfit.robot.config import Robot
+from rftfit.robot.parts import NEWTON_IN_G_CM_PER_S2, assemble
+from rftfit.robot.run import simulate
+
+if TYPE_CHECKING:
+    from rftfit.profile.base import Profile
+    from rftfit.robot.run import Run
+
+G = 980.665
+ERG_PER_N_CM = NEWTON_IN_G_CM_PER_S2
+
+
+def with_plate(width_cm: float = 4.0, length_cm: float = 6.0) -> Robot:
+    """A single level plate as the body; its one leg is too short to touch anything."""
+    plate = {"from_cm": [-length_cm / 2, 0.0], "to_cm": [length_cm / 2, 0.0], "width_cm": width_cm}
+    return Robot.model_validate(
+        {
+            "title": "plate",
+            "body": {"mass_g": 150.0, "inertia_g_cm2": 2080.0, "plates": {"plate": plate}},
+            "legs": {
+                "max_length_cm": 1e-9,
+                "width_cm": 1e-9,
+                "hips": [{"x_cm": 0.0, "z_cm": 0.0, "phase_turns": 0.0}],
+            },
+        }
+    )
+
+
+def test_free_flight(robot: Robot, table: Profile) -> None:
+    # thrown high with turning legs: no force but weight, whatever the legs do
+    parts = assemble(robot, 1.0)
+    state = np.array([0.0, 500.0, 0.1, 30.0, 100.0, 2.0])
+    for rk4 in (False, True):
+        end = step(table, parts, state, 0.0, 30.0, 1e-4, 5000, rk4)
+        time = 0.5
+        np.testing.assert_allclose(end[3:], [30.0, 100.0 - G * time, 2.0], rtol=1e-12)
+        np.testing.assert_allclose(end[[0, 2]], [30.0 * time, 0.1 + 2.0 * time], rtol=1e-12)
+        fall = 500.0 + 100.0 * time - G * time**2 / 2
+        np.testing.assert_allclose(end[1], fall, rtol=1e-12 if rk4 else 1e-4)
+        energy = [
+            150 * (s[3:5] @ s[3:5] / 2 + G * s[1]) + 2080 * s[5] ** 2 / 2 for s in (state, end)
+        ]
+        np.testing.assert_allclose(energy[1], energy[0], rtol=1e-12 if rk4 else 1e-4)
+
+
+def together(forces: dict[str, np.ndarray]) -> np.ndarray:
+    return np.asarray(np.sum(list(forces.values()), axis=0))
+
+
+def each_step(robot: Robot, profile: Profile, curvature: float, frequency: float) -> Run:
+    """Three strides by semi-implicit Euler, a sample before every step."""
+    steps = round(1 / frequency / robot.numerics.step_s)
+    return simulate(robot, profile, frequency, curvature, samples_per_stride=steps, strides=3)
+
+
+@pytest.mark.parametrize(("curvature", "frequency"), [(1.0, 2.0), (0.0, 4.0), (-1.0, 1.0)])
+def test_momentum_and_energy_with_sand(
+    robot: Robot, profile: Profile, curvature: float, frequency: float
+) -> None:
+    s = each_step(robot, profile, curvature, frequency).series
+    assert s is not None
+    mass, inertia = robot.body.mass_g, robot.body.inertia_g_cm2
+    step_s, spin = s.time_s[1], np.radians(s.pitch_rate_deg_per_s)
+    force_x = ERG_PER_N_CM * together(s.force_x_N)[:-1]
+    force_z = ERG_PER_N_CM * together(s.force_z_N)[:-1]
+    moment = ERG_PER_N_CM * s.moment_N_cm[:-1]
+    # the impulse of all forces is the change of momentum
+    for force, momentum in (
+        (force_x, mass * s.velocity_x_cm_per_s),
+        (force_z - mass * G, mass * s.velocity_z_cm_per_s),
+        (moment, inertia * spin),
+    ):
+        impulse = step_s * np.cumsum(force)
+        scale = np.abs(momentum).max()
+        np.testing.assert_allclose(impulse, momentum[1:] - momentum[0], atol=1e-8 * scale)
+    # the granular forces' work on the rigid body is the change of its energy, weight included
+    vx, vz, turning = (
+        (rate[1:] + rate[:-1]) / 2 for rate in (s.velocity_x_cm_per_s, s.velocity_z_cm_per_s, spin)
+    )
+    work = step_s * np.cumsum(force_x * vx + force_z * vz + moment * turning)
+    speed = s.velocity_x_cm_per_s**2 + s.velocity_z_cm_per_s**2
+    energy = mass * (speed / 2 + G * s.z_cm) + inertia * spin**2 / 2
+    scale = np.abs(energy - energy[0]).max()
+    # height goes with the velocity at the end of a step, not with that of its middle
+    slip = mass * G * step_s * np.ptp(s.velocity_z_cm_per_s)
+    assert slip < 0.01 * scale
+    np.testing.assert_allclose(work, energy[1:] - energy[0], atol=slip)
+
+
+def test_granular_work_is_energy_less_drive(robot: Robot, table: Profile) -> None:
+    # power of the granular force, element by element, from the twin
+    s = each_step(robot, table, 1.0, 2.0).series
+    assert s is not None
+    parts, rate, every = assemble(robot, 1.0), 4 * math.pi, 250
+    mass, inertia, spin = 150.0, 2080.0, np.radians(s.pitch_rate_deg_per_s)
+    for index in range(0, len(s.time_s), every):
+        state, turn = s.states[index], math.radians(s.leg_angle_deg[index])
+        power = 0.0
+        for elements, forces in zip(
+            plain.place(parts, state, turn, rate),
+            plain.forces(table, parts, state, turn, rate),
+            strict=True,
+        ):
+            x, z = forces[..., 2] - elements[..., 0], forces[..., 3] - elements[..., 1]
+            turning = state[5] + (rate if elements.shape[0] > 1 else 0.0)
+            vx, vz = elements[..., 6] + turning * z, elements[..., 7] - turning * x
+            power += float((forces[..., 1] * vx + forces[..., 0] * vz).sum())
+        at = slice(index, index + 1)
+        on_body = together(s.force_x_N)[at] * s.velocity_x_cm_per_s[at]
+        on_body += together(s.force_z_N)[at] * s.velocity_z_cm_per_s[at]
+        on_body += s.moment_N_cm[at] * spin[at]
+        drive = s.drive_moment_N_cm[at] * rate
+        np.testing.assert_allclose(power, (on_body - drive)[0], atol=1e-9)
+    # sand takes energy: over whole strides the drive has to give more than it gets back
+    drive_work = np.trapezoid(s.drive_moment_N_cm * rate, s.time_s)
+    speed = s.velocity_x_cm_per_s**2 + s.velocity_z_cm_per_s**2
+    energy = (mass * (speed / 2 + G * s.z_cm) + inertia * spin**2 / 2) / ERG_PER_N_CM
+    assert drive_work > energy[-1] - energy[0]
+    assert drive_work > 0
+
+
+@pytest.mark.parametrize("drop_cm", [0.0, 1.0, 5.0])
+def test_dropped_plate_comes_to_rest(table: Profile, drop_cm: float) -> None:
+    # weight times fall = half of alpha times area times depth squared
+    robot, weight_N = with_plate(), 150.0 * G / NEWTON_IN_G_CM_PER_S2
+    alpha, area = float(table.alpha(0.0, math.pi / 2)[0]), 24.0
+    stiffness = alpha * area
+    depth = (weight_N + math.sqrt(weight_N**2 + 2 * stiffness * weight_N * drop_cm)) / stiffness
+    parts = assemble(robot, 0.0)
+    creeps = []
+    for step_s in (2e-5, 1e-5):
+        state = np.array([0.0, drop_cm, 0.0, 0.0, 0.0, 0.0])
+        heights = []
+        for _ in range(600):
+            state = step(table, parts, state, 0.0, 0.0, step_s, round(1e-3 / step_s))
+            heights.append(state[1])
+        np.testing.assert_allclose(-min(heights), depth, rtol=2e-3)
+        assert abs(state[2]) < 1e-6
+        # it then stays there, but for what the force's jump at no velocity makes of a finite step
+        creeps.append(heights[-1] - heights[-101])
+    assert np.abs(creeps).max() < 0.01 * depth
+    np.testing.assert_allclose(creeps[0] / creeps[1], 2, atol=0.4)
+
+
+def test_plate_let_down_slowly_floats_at_its_depth(table: Profile) -> None:
+    # at the depth where alpha |z| A is the weight, a plate that sinks slowly goes no faster
+    robot, weight_N = with_plate(), 150.0 * G / NEWTON_IN_G_CM_PER_S2
+    depth = weight_N / (float(table.alpha(0.0, math.pi / 2)[0]) * 24.0)
+    state = np.array([0.0, -depth, 0.0, 0.0, -1e-6, 0.0])
+    end = step(table, assemble(robot, 0.0), state, 0.0, 0.0, 1e-6, 1)
+    assert abs(end[4] - state[4]) < 1e-12
+    higher = state + np.array([0, 0.01, 0, 0, 0, 0])
+    assert step(table, assemble(robot, 0.0), higher, 0.0, 0.0, 1e-6, 1)[4] < state[4]
+
+
+def mirrored(robot: Robot) -> Robot:
+    data = robot.model_dump()
+    for plate in data["body"]["plates"].values():
+        for end in ("from_cm", "to_cm"):
+            plate[end] = (-plate[end][0], plate[end][1])
+    for hip in data["legs"]["hips"]:
+        hip["x_cm"], hip["phase_turns"] = -hip["x_cm"], -hip["phase_turns"] % 1
+    return Robot.model_validate(data)
+
+
+@pytest.mark.parametrize("curvature", [1.0, 0.0, -0.6])
+def test_mirror_image(robot: Robot, profile: Profile, curvature: float) -> None:
+    # reversed legs that turn the other way, on the mirrored body, do the mirror image of the run
+    data = robot.model_dump()
+    data["legs"]["hips"][0]["x_cm"] = 4.0  # a robot that is not its own mirror image
+    robot = Robot.model_validate(data)
+    one = simulate(robot, profile, 2.0, curvature, 0.1, samples_per_stride=20, strides=1)
+    two = simulate(
+        mirrored(robot), profile, -2.0, -curvature, -0.1, samples_per_stride=20, strides=1
+    )
+    assert one.series is not None
+    assert two.series is not None
+    early = slice(0, 12)
+    np.testing.assert_allclose(one.series.x_cm[early], -two.series.x_cm[early], atol=2e-5)
+    np.testing.assert_allclose(one.series.z_cm[early], two.series.z_cm[early], atol=2e-5)
+    np.testing.assert_allclose(one.series.pitch_deg[early], -two.series.pitch_deg[early], atol=1e-3)
+
+
+def test_order_of_the_methods(robot: Robot, nine: FourierProfile) -> None:
+    # wholly in the sand and always moving on, the forces are smooth
+    parts = assemble(robot, 0.5)
+    state = np.array([0.0, -20.0, 0.0, 400.0, -150.0, 3.0])
+    weak = FourierProfile(nine.coefficients / 30)
+
+    def end(steps: int, rk4: bool) -> np.ndarray:
+        return step(weak, parts, state, 0.0, 6.0, 0.016 / steps, steps, rk4=rk4)
+
+    best = end(4096, True)
+    for rk4, order in ((False, 1), (True, 4)):
+        errors = [np.abs(end(steps, rk4) - best).max() for steps in (8, 16, 32)]
+        ratios = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+        np.testing.assert_allclose(ratios, order, atol=0.3)

@@ -1,0 +1,216 @@
+"""Runs: how they begin, end, and are judged."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rftfit.profile.nine_terms import FourierProfile
+from rftfit.robot import plain
+from rftfit.robot.config import Numerics, Robot
+from rftfit.robot.convergence import step_convergence
+from rftfit.robot.elements import element_series
+from rftfit.robot.parts import assemble
+from rftfit.robot.run import Condition, simulate, start_state
+from rftfit.robot.steady import OUTCOMES, fallen, highest_point, irregular, settled
+
+if TYPE_CHECKING:
+    from rftfit.profile.base import Profile
+    from rftfit.profile.table import TableProfile
+
+
+def changed(robot: Robot, **numerics: object) -> Robot:
+    settings = robot.numerics.model_dump() | numerics
+    return robot.model_copy(update={"numerics": Numerics.model_validate(settings)})
+
+
+def test_it_begins_touching_the_surface(robot: Robot) -> None:
+    for curvature in (1.0, 0.0, -0.4):
+        for phase in (0.0, 0.21, 0.5):
+            for drop in (0.0, 2.0):
+                settings = changed(robot, drop_cm=drop)
+                parts = assemble(settings, curvature)
+                state = start_state(settings, parts, phase)
+                assert (state[[0, 2, 3, 4, 5]] == 0).all()
+                groups = plain.place(parts, state, 2 * math.pi * phase, 0.0)
+                every = np.concatenate([group.reshape(-1, 8) for group in groups])
+                lowest = (every[:, 1] - every[:, 4] * np.abs(every[:, 3])).min()
+                np.testing.assert_allclose(lowest, drop, atol=1e-12)
+
+
+def test_steady_run(robot: Robot, table: TableProfile) -> None:
+    run = simulate(robot, table, 2.0, 1.0)
+    assert (run.outcome, run.reason, run.warning) == ("steady", "", "")
+    assert run.outcome in OUTCOMES
+    assert run.strides == len(run.stride_speeds_cm_per_s) >= 3
+    last = run.stride_speeds_cm_per_s[-run.averaged :]
+    np.testing.assert_allclose(run.speed_cm_per_s, last.mean())
+    # the transient is left out, and what is averaged is what goes on for ever
+    assert run.stride_speeds_cm_per_s[0] < 0.95 * run.speed_cm_per_s
+    longer = simulate(robot, table, 2.0, 1.0, strides=run.strides + 10)
+    np.testing.assert_allclose(
+        longer.stride_speeds_cm_per_s[-5:], run.speed_cm_per_s, rtol=robot.numerics.settled_share
+    )
+    assert run.series is None
+
+
+def test_standing_still(robot: Robot, table: TableProfile) -> None:
+    run = simulate(robot, table, 0.0, 1.0)
+    assert run.outcome == "steady"
+    assert abs(run.speed_cm_per_s) < 0.2
+    assert run.warning == ""
+
+
+@pytest.mark.parametrize(("frequency", "warned"), [(3.8, False), (3.95, True), (-5.0, True)])
+def test_fast_legs_are_warned_about(
+    robot: Robot, nine: FourierProfile, frequency: float, warned: bool
+) -> None:
+    # 2 pi f 4.1 cm passes 1 m/s at 3.88 Hz
+    run = simulate(robot, nine, frequency, 0.0, strides=1)
+    assert bool(run.warning) == warned
+    if warned:
+        assert f"{2 * math.pi * abs(frequency) * 4.1:.0f} cm/s" in run.warning
+
+
+def test_tipped(robot: Robot, nine: FourierProfile) -> None:
+    # a short body high above close hips: the drive turns it over
+    data = robot.model_dump()
+    for plate in data["body"]["plates"].values():
+        for end in ("from_cm", "to_cm"):
+            plate[end] = (plate[end][0] / 4, plate[end][1] - 3)
+    for hip in data["legs"]["hips"]:
+        hip["x_cm"], hip["z_cm"] = hip["x_cm"] / 5, hip["z_cm"] - 3
+    run = simulate(Robot.model_validate(data), nine, 1.0, 1.0)
+    assert run.outcome == "tipped"
+    assert "degrees after stride" in run.reason
+    assert math.isnan(run.speed_cm_per_s)
+    assert run.averaged == 0
+
+
+def test_buried(robot: Robot, nine: FourierProfile) -> None:
+    # a medium that does not bear it
+    run = simulate(robot, FourierProfile(nine.coefficients / 100), 1.0, 1.0)
+    assert run.outcome == "buried"
+    assert "below the surface" in run.reason
+    assert math.isnan(run.speed_cm_per_s)
+
+
+def test_what_settled_means() -> None:
+    numerics = Numerics()
+    even = np.zeros((8, 6))
+    even[:, 0] = 10.0 * np.arange(8)
+    assert settled(even, 2, 1.0, numerics)
+    assert not settled(even[:6], 2, 1.0, numerics)  # its first two strides are the transient
+    for column, much, little in ((0, 0.2, 0.05), (1, 0.06, 0.04), (2, 0.02, 0.01)):
+        for change, expected in ((much, False), (little, True)):
+            moved = even.copy()
+            moved[-1, column] += change
+            assert settled(moved, 2, 1.0, numerics) == expected, (column, change)
+
+
+def test_irregular_runs() -> None:
+    numerics = Numerics()
+    bouncing = np.tile([20.0, 30.0, 25.0], 8)
+    verdict = irregular(bouncing, numerics)
+    assert (verdict.outcome, verdict.averaged) == ("steady", 16)
+    assert "irregular strides" in verdict.reason
+    verdict = irregular(np.linspace(10, 30, 24), numerics)
+    assert (verdict.outcome, verdict.averaged) == ("not steady", 0)
+    assert "cm/s" in verdict.reason
+    assert irregular(np.ones(2), numerics).outcome == "not steady"
+
+
+def test_fallen(robot: Robot) -> None:
+    parts, numerics = assemble(robot, 1.0), robot.numerics
+    ends = np.zeros((2, 6))
+    ends[:, 1] = 3.0
+    assert fallen(parts, ends, numerics) is None
+    np.testing.assert_allclose(highest_point(parts, ends[-1]), 3.0 + 2.0)
+    for column, value, outcome in (
+        (2, 1.6, "tipped"), (2, -1.6, "tipped"), (1, -2.1, "buried"), (1, math.nan, "not steady"),
+    ):  # fmt: skip
+        worse = ends.copy()
+        worse[-1, column] = value
+        verdict = fallen(parts, worse, numerics)
+        assert verdict is not None
+        assert verdict.outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("condition", "words"),
+    [
+        ((101.0, 0.0), ["frequency", "101"]),
+        ((math.nan, 1.1), ["frequency", "nan", "curvature", "1.1"]),
+        ((1.0, 0.0, math.inf), ["phase", "inf"]),
+    ],
+)
+def test_conditions_out_of_range(condition: tuple[float, ...], words: list[str]) -> None:
+    with pytest.raises(ValueError, match="found") as caught:
+        Condition(*condition)
+    assert all(word in str(caught.value) for word in words)
+
+
+def test_series(robot: Robot, table: TableProfile) -> None:
+    run = simulate(robot, table, 2.0, 1.0, 1 / 6, samples_per_stride=50)
+    s = run.series
+    assert s is not None
+    assert s.groups == ("belly", "front", "rear", "tripod_1", "tripod_2")
+    assert len(s.time_s) == 50 * run.strides
+    np.testing.assert_allclose(np.diff(s.time_s), 0.5 / 50)
+    np.testing.assert_allclose(s.leg_angle_deg[:3], [60.0, 67.2, 74.4])
+    assert (s.time_s[0], s.x_cm[0], s.pitch_deg[0]) == (0, 0, 0)
+    # in the mean over steady strides the ground bears the weight and neither speeds up nor turns
+    last = slice(-50 * run.averaged, None)
+    weight_N = 150 * 980.665e-5
+    lift = sum(s.force_z_N[name][last].mean() for name in s.groups)
+    thrust = sum(s.force_x_N[name][last].mean() for name in s.groups)
+    np.testing.assert_allclose(lift, weight_N, rtol=0.03)
+    assert abs(thrust) < 0.03 * weight_N
+    assert s.drive_moment_N_cm[last].mean() > 0
+    # the two tripods do the same, half a stride apart
+    one, two = s.force_z_N["tripod_1"][-25:], s.force_z_N["tripod_2"][-50:-25]
+    np.testing.assert_allclose(one, two, atol=0.05 * one.max())
+    table_of = s.table()
+    assert list(table_of.columns[:3]) == ["time_s", "x_cm", "z_cm"]
+    assert {"force_z_belly_N", "force_x_tripod_2_N"} <= set(table_of.columns)
+    # samples change nothing but the number of steps to a stride
+    bare = simulate(robot, table, 2.0, 1.0, 1 / 6)
+    np.testing.assert_allclose(bare.speed_cm_per_s, run.speed_cm_per_s, rtol=1e-9)
+
+
+def test_elements_over_time(robot: Robot, table: TableProfile) -> None:
+    run = simulate(robot, table, 2.0, 1.0, samples_per_stride=20, strides=2)
+    assert run.series is not None
+    groups = element_series(robot, table, run, every=4)
+    assert tuple(groups) == run.series.groups
+    legs, belly = groups["tripod_1"], groups["belly"]
+    assert legs.ends_x_cm.shape == (10, 3, 30, 2)
+    assert belly.force_z_N.shape == (10, 1, 30)
+    for name, group in groups.items():
+        np.testing.assert_allclose(
+            group.force_z_N.sum(axis=(1, 2)), run.series.force_z_N[name][::4], atol=1e-9
+        )
+    # one element begins where the one before ends, and the leg begins at its hip
+    np.testing.assert_allclose(legs.ends_x_cm[:, :, :-1, 1], legs.ends_x_cm[:, :, 1:, 0], atol=0.02)
+    front = run.series.x_cm[::4] + 5.5 * np.cos(np.radians(run.series.pitch_deg[::4]))
+    assert np.abs(legs.ends_x_cm[:, 0, 0, 0] - front).max() < 0.75
+    with pytest.raises(ValueError, match="samples_per_stride"):
+        element_series(robot, table, simulate(robot, table, 2.0, 1.0, strides=1))
+
+
+def test_speed_converges_with_the_step(robot: Robot, table: Profile) -> None:
+    conditions = [Condition(2.0, 1.0), Condition(4.0, 0.0)]
+    report = step_convergence(robot, table, conditions, (4e-4, 1e-4), finest_s=5e-5)
+    assert (report["outcome"] == "steady").all()
+    assert len(report) == 8
+    ours = report[(report["method"] == "semi_implicit_euler") & (report["step_s"] == 1e-4)]
+    assert ours["difference_percent"].abs().max() < 0.5
+    assert report["difference_percent"].abs().max() < 2
+
+
+def test_stack_of_draws_is_refused(robot: Robot, nine: FourierProfile) -> None:
+    with pytest.raises(ValueError, match="stack of draws"):
+        simulate(robot, FourierProfile(np.stack([nine.coefficients] * 2)), 2.0, 1.0)

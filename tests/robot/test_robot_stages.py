@@ -1,0 +1,315 @@
+"""The robot's stages: tracks to speeds, a sweep that can be interrupted, tables."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from rftfit import reference
+from rftfit.__main__ import main
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import load_campaign
+from rftfit.campaign.problems import CampaignError
+from rftfit.errors import InputError
+from rftfit.lab.tracks import TRIALS, plan_trials, write_tracks
+from rftfit.profile.nine_terms import FourierProfile
+from rftfit.profile.table import TableProfile
+from rftfit.robot.configfile import paper_robot
+from rftfit.robot.run import Condition
+from rftfit.robot.sweep import run_all, speed_table
+from rftfit.stages.robot import SWEEPS, conditions_of, robot_measured, robot_tables
+from rftfit.stages.robot_profiles import robot_profile
+from rftfit.stages.robot_store import Store, fill, forget_others, key
+from rftfit.store import read_csv, write_csv
+from rftfit.workflow import Plan
+
+if TYPE_CHECKING:
+    from rftfit.robot.run import Run
+
+PROJECT = Path(__file__).parents[2]
+SHEET = (
+    "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
+    "p1,plate,poppy_LP,plate,intrusion,0,90,p1_f.csv,p1_m.csv\n"
+)
+
+
+@pytest.fixture(scope="module")
+def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("robot é")
+    (root / "config").mkdir()
+    shutil.copy(PROJECT / "config" / "config.yaml", root / "config")
+    raw = root / "raw" / "paper"
+    raw.mkdir(parents=True)
+    (raw / "runs.csv").write_text(SHEET, encoding="utf-8")
+    config = Config(**yaml.safe_load((root / "config" / "config.yaml").read_text("utf-8")))
+    write_tracks(config, raw, 2013)
+    return root
+
+
+@pytest.fixture
+def root(made_once: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(made_once, tmp_path / "campaign é"))
+
+
+def measured(root: Path) -> tuple[Any, Any, Any]:
+    out = [root / "results" / f"{name}.csv" for name in ("tracks", "measured", "ledger")]
+    robot_measured(root / "config" / "config.yaml", *out)
+    trials, speeds, ledger = (read_csv(path) for path in out)
+    return trials, speeds, ledger
+
+
+def test_from_tracks_to_the_published_speeds(root: Path) -> None:
+    trials, speeds, ledger = measured(root)
+    figure = reference.load("fig_4c")
+    figure = figure[figure["stride_frequency_Hz"] > 0.01]
+    assert (len(trials), len(speeds)) == (42 * TRIALS, 42)
+    assert set(trials["status"]) == {"used"}
+    order = speeds.sort_values(["curvature_times_R", "frequency_Hz"])
+    np.testing.assert_allclose(order["speed_cm_per_s"], figure["speed_cm_per_s"], rtol=0.005)
+    np.testing.assert_allclose(order["frequency_Hz"], figure["stride_frequency_Hz"], rtol=0.01)
+    assert (speeds["calibrated"] == "yes").sum() == 3
+    assert (order["speed_sd_cm_per_s"] > 0).all()
+    lines = 0
+    for path in (root / "raw" / "paper" / "robot" / "tracks").iterdir():
+        lines += sum(1 for line in path.read_text("utf-8").splitlines() if line[0].isdigit())
+    assert ledger["rows"].sum() == lines
+
+
+def test_same_seed_same_tracks(root: Path, tmp_path: Path) -> None:
+    config = load_campaign(root / "config" / "config.yaml").config
+    first = write_tracks(config, tmp_path / "a", 1)
+    second = write_tracks(config, tmp_path / "b", 1)
+    assert [p.read_bytes() for p in first] == [p.read_bytes() for p in second]
+    assert len({trial.run_id for trial in plan_trials(config, 1)}) == 42 * TRIALS
+
+
+def test_bad_tracks_are_refused_and_accounted_for(root: Path) -> None:
+    folder = root / "raw" / "paper" / "robot" / "tracks"
+    names = [f"robot_kp100_3_{letter}" for letter in "abc"]
+    texts = [(folder / f"{name}.csv").read_text("utf-8").splitlines() for name in names]
+    texts[0] = texts[0][:40]
+    texts[1][50], texts[1][60] = texts[1][60], texts[1][50]
+    texts[2][100] = "nan,nan,nan"
+    for name, lines in zip(names, texts, strict=True):
+        (folder / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (folder / "robot_kp100_4_a.csv").unlink()
+    trials, speeds, ledger = measured(root)
+    table = trials.set_index("run_id")
+    assert (
+        "at least 3 are needed" in table.loc[names[0], "reason"]
+        or "no stride" in (table.loc[names[0], "reason"])
+    )
+    assert "runs backwards" in table.loc[names[1], "reason"]
+    assert table.loc[names[2], "status"] == "used"
+    assert "does not exist" in table.loc["robot_kp100_4_a", "reason"]
+    counted = ledger.groupby("run_id")["rows"].sum()
+    assert list(counted[names]) == [len(lines) - 3 for lines in texts]
+    assert counted["robot_kp100_4_a"] == 0
+    one = ledger[(ledger["run_id"] == names[2]) & (ledger["fate"] == "dropped")]
+    assert list(one["rows"]) == [1]
+    speeds = speeds.set_index("condition")
+    assert speeds.loc["kp100_3", "trials"] == 1
+    assert names[0] in speeds.loc["kp100_3", "reason"]
+
+
+def edit(root: Path, **robot: object) -> None:
+    path = root / "config" / "config.yaml"
+    data = yaml.safe_load(path.read_text("utf-8"))
+    data["robot"] = robot or None
+    if not robot:
+        del data["robot"]
+    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+
+
+def test_without_tracks_the_figure_stands_in(root: Path) -> None:
+    edit(root, medium="poppy_LP")
+    trials, speeds, ledger = measured(root)
+    assert (len(trials), len(speeds), len(ledger)) == (0, 42, 0)
+    assert set(speeds["source"]) == {"Fig. 4C"}
+    edit(root, medium="poppy_CP")
+    (root / "raw" / "paper" / "runs.csv").write_text(SHEET.replace("_LP", "_CP"), encoding="utf-8")
+    assert measured(root)[1].empty
+
+
+def test_a_campaign_without_a_robot(root: Path) -> None:
+    edit(root)
+    plan = Plan(root / "config" / "config.yaml")
+    assert (plan.robot_medium, plan.robot_files) == ("", [])
+    with pytest.raises(InputError, match="no section robot"):
+        measured(root)
+
+
+def test_what_the_workflow_reads(root: Path) -> None:
+    plan = Plan(root / "config" / "config.yaml")
+    assert plan.robot_medium == "poppy_LP"
+    assert len(plan.robot_files) == 1 + 42 * TRIALS
+    assert all((root / file).is_file() for file in plan.robot_files)
+
+
+@pytest.mark.parametrize(
+    ("robot", "words"),
+    [
+        ({"medium": "poppy"}, "found 'poppy'; allowed: a medium of the role laboratory"),
+        ({"medium": "yuma"}, "found 'yuma'; allowed"),
+        ({"medium": "poppy_LP", "runs": "robot/rums.csv"}, "did you mean 'robot/runs.csv'"),
+        ({"medium": "poppy_LP", "file": "../robot.yaml"}, "allowed: a file that exists"),
+        ({"medium": "poppy_LP", "fil": "x"}, "did you mean 'file'"),
+    ],
+)
+def test_bad_sections_of_the_config(root: Path, robot: dict[str, str], words: str) -> None:
+    edit(root, **robot)
+    with pytest.raises(CampaignError) as caught:
+        load_campaign(root / "config" / "config.yaml")
+    assert words in str(caught.value)
+
+
+def test_an_own_robot_is_not_calibrated(root: Path) -> None:
+    text = (PROJECT / "config" / "robot.yaml").read_text("utf-8")
+    (root / "config" / "mine.yaml").write_text(text.replace("mass_g: 150", "mass_g: 160"), "utf-8")
+    edit(root, medium="poppy_LP", file="config/mine.yaml")
+    assert set(measured(root)[1]["calibrated"]) == {"no"}
+
+
+# --- the sweep ---------------------------------------------------------------------------------------
+
+FEW = [Condition(5.0, k, phase) for k in (0.6, 0.8) for phase in (0.0, 1 / 3)]
+
+
+@pytest.fixture(scope="module")
+def straight() -> tuple[FourierProfile, list[Run]]:
+    values = np.array([reference.coefficients("poppy_LP")[t] for t in
+                       ("A00", "A10", "B11", "B01", "Bm1", "C11", "C01", "Cm1", "D10")])  # fmt: skip
+    profile = FourierProfile(values)
+    return profile, run_all(paper_robot(), profile, FEW, 1)
+
+
+def test_an_interrupted_sweep_goes_on(
+    tmp_path: Path, straight: tuple[FourierProfile, list[Run]]
+) -> None:
+    profile, runs = straight
+    folder = tmp_path / "table-0123"
+
+    def stop(done: int, _: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fill(Store.load(folder), paper_robot(), profile, FEW, 1, stop)
+    again = Store.load(folder)
+    assert len(again.rows) == 2
+    told: list[tuple[int, int]] = []
+    fill(again, paper_robot(), profile, FEW, 1, lambda *how_far: told.append(how_far))
+    assert told == [(2, 4), (3, 4), (4, 4)]
+    whole = Store.load(folder)
+    write_csv(whole.table(FEW), tmp_path / "resumed.csv")
+    write_csv(speed_table(runs), tmp_path / "at_once.csv")
+    assert (tmp_path / "resumed.csv").read_bytes() == (tmp_path / "at_once.csv").read_bytes()
+
+
+def test_a_damaged_part_is_made_again(
+    tmp_path: Path, straight: tuple[FourierProfile, list[Run]]
+) -> None:
+    store = Store(tmp_path / "table-1")
+    store.add(speed_table(straight[1]))
+    store.write({0.6, 0.8})
+    (tmp_path / "table-1" / "curvature_+0.6.csv").write_text("nonsense\n1\n", encoding="utf-8")
+    assert {row[0] for row in Store.load(store.folder).rows} == {0.8}
+    (tmp_path / "table-2").mkdir()
+    (tmp_path / "generic-2").mkdir()
+    forget_others(store.folder)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["generic-2", "table-1"]
+
+
+def test_conditions_of_the_sweeps() -> None:
+    table = pd.DataFrame(
+        {"curvature_times_R": [0.6, 1.0, 0.0], "frequency_Hz": [2.01, 5.0, np.nan]}
+    )
+    full, reduced = (conditions_of(name, table) for name in reversed(SWEEPS))
+    assert len({key(one) for one in full}) == len(full) == 51 * 26 * 3 + 3
+    assert {key(one) for one in reduced} < {key(one) for one in full}
+    fine = [c for c in reduced if c.frequency_Hz == 5 and c.curvature_times_R > 0.4]
+    assert len(fine) == 15
+    assert any((c.curvature_times_R, c.frequency_Hz) == (0.6, 2.01) for c in reduced)
+    with pytest.raises(InputError, match="allowed: robot, robot_full"):
+        conditions_of("half", table)
+
+
+def test_tables(root: Path, straight: tuple[FourierProfile, list[Run]]) -> None:
+    out = root / "results"
+    seen = pd.DataFrame(
+        {"condition": ["a", "b"], "medium": "poppy_LP", "curvature_times_R": [0.6, 0.9],
+         "frequency_Hz": 5.0, "frequency_sd_Hz": np.nan, "speed_cm_per_s": [50.0, 60.0],
+         "speed_sd_cm_per_s": 1.0, "trials": 3, "calibrated": ["yes", "no"],
+         "source": "marker tracks", "reason": ""}
+    )  # fmt: skip
+    write_csv(seen, out / "measured.csv")
+    table = speed_table(straight[1])
+    table.insert(0, "profile", "table")
+    table.insert(1, "medium", "poppy_LP")
+    write_csv(table, out / "runs.csv")
+    paths = [out / f"{name}.csv" for name in ("speed", "optimum", "errors")]
+    robot_tables(root / "config" / "config.yaml", out / "measured.csv", [out / "runs.csv"], *paths)
+    speed, optimum, errors = (read_csv(path) for path in paths)
+    assert list(speed["calibrated"]) == ["yes", "yes", "no", "no"]
+    assert optimum.empty  # two curvatures are no sweep
+    mean = np.mean([run.speed_cm_per_s for run in straight[1][:2]])
+    assert errors["simulated_cm_per_s"].iloc[0] == pytest.approx(mean, rel=1e-4)
+    assert errors["error_percent"].iloc[0] == pytest.approx(100 * (mean / 50 - 1), rel=1e-3)
+    assert errors["reason"].iloc[1] == "this condition was not simulated"
+
+
+# --- profiles ------------------------------------------------------------------------------------------
+
+
+def tables() -> tuple[pd.DataFrame, pd.DataFrame]:
+    alpha = reference.load("table_s5")
+    alpha = alpha[alpha["medium"] == "poppy_LP"].assign(reason="")
+    rows = [
+        ("lsq", medium, term, value, True, "")
+        for medium in ("poppy_LP", "generic")
+        for term, value in reference.coefficients(medium).items()
+        if term != "zeta"
+    ]
+    names = ["method", "medium", "coefficient", "value_N_per_cm3", "kept", "reason"]
+    return alpha, pd.DataFrame(rows, columns=names)
+
+
+def test_profiles_from_the_tables() -> None:
+    alpha, values = tables()
+    beta, gamma = np.radians([0.0, 30.0]), np.radians([90.0, 45.0])
+    table = robot_profile("table", "poppy_LP", alpha, values, "lsq")
+    np.testing.assert_allclose(
+        table.alpha(beta, gamma), TableProfile.published("poppy_LP").alpha(beta, gamma)
+    )
+    own = robot_profile("fourier", "poppy_LP", alpha, values, "lsq")
+    generic = robot_profile("generic", "poppy_LP", alpha, values, "lsq")
+    np.testing.assert_allclose(
+        generic.alpha(0, np.pi / 2)[0], own.alpha(0, np.pi / 2)[0], rtol=0.01
+    )
+    depth = robot_profile("depth_only", "poppy_LP", alpha, values, "lsq")
+    assert depth.alpha(0, np.pi / 2)[1] == pytest.approx(0)
+    with pytest.raises(InputError, match="allowed: table, generic, depth_only, fourier"):
+        robot_profile("tabel", "poppy_LP", alpha, values, "lsq")
+
+
+def test_a_missing_fit_is_a_reason_not_a_number() -> None:
+    alpha, values = tables()
+    lost = robot_profile("generic", "poppy_LP", alpha, values[values["medium"] == "generic"], "lsq")
+    assert np.isnan(lost.alpha(0, 1)[0])
+    assert lost.reason == "no nine-term fit (lsq) of poppy_LP"
+    values.loc[values["coefficient"] == "B01", "kept"] = False
+    less = robot_profile("fourier", "poppy_LP", alpha, values, "lsq")
+    assert less.alpha(0, np.pi / 2)[0] < 0.2
+
+
+def test_stages_can_be_started_by_name(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [f"{name}={root / 'r' / name}.csv" for name in ("trials", "measured", "ledger")]
+    assert main(["robot_measured", f"config={root / 'config' / 'config.yaml'}", *words]) == 0
+    assert main(["robot_sweep", "profile=table"]) == 2
+    assert "must be given once" in capsys.readouterr().err

@@ -1,0 +1,115 @@
+"""The sweep, its tables, and the best curvature."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rftfit.robot.run import Condition
+from rftfit.robot.sweep import (
+    COLUMNS,
+    PHASES_TURNS,
+    best_curvature,
+    mean_speed,
+    paper_conditions,
+    run_all,
+    speed_table,
+)
+
+if TYPE_CHECKING:
+    from rftfit.profile.nine_terms import FourierProfile
+    from rftfit.robot.config import Robot
+    from rftfit.robot.run import Run
+
+
+def test_the_papers_sweep() -> None:
+    every = paper_conditions()
+    assert len(every) == len(set(every)) == 51 * 26 * 3
+    curvatures = sorted({c.curvature_times_R for c in every})
+    frequencies = sorted({c.frequency_Hz for c in every})
+    np.testing.assert_allclose(curvatures, np.linspace(-1, 1, 51), atol=1e-9)
+    np.testing.assert_allclose(frequencies, np.linspace(0, 5, 26), atol=1e-9)
+    assert {c.phase_turns for c in every} == set(PHASES_TURNS)
+
+
+@pytest.mark.parametrize("every", [2, 3, 4, 7])
+def test_reduced_sweep_is_part_of_the_whole(every: int) -> None:
+    some = paper_conditions(every)
+    assert set(some) <= set(paper_conditions())
+    assert {0.0, 1.0, -1.0} <= {c.curvature_times_R for c in some}
+    assert 5.0 in {c.frequency_Hz for c in some}
+    assert len(some) < 2 * 3978 / every**2
+
+
+CONDITIONS = [
+    Condition(frequency, curvature, phase)
+    for curvature in (1.0, 0.0)
+    for frequency in (4.0, 5.0)
+    for phase in PHASES_TURNS
+]
+
+
+def test_runs_do_not_depend_on_threads(robot: Robot, nine: FourierProfile) -> None:
+    told: list[int] = []
+
+    def note(index: int, run: Run) -> None:
+        assert run.condition == CONDITIONS[index]
+        told.append(index)
+
+    two = run_all(robot, nine, CONDITIONS, threads=2, on_done=note)
+    one = run_all(robot, nine, CONDITIONS, threads=1)
+    assert sorted(told) == list(range(len(CONDITIONS)))
+    assert [run.condition for run in two] == CONDITIONS
+    assert [run.speed_cm_per_s for run in two] == [run.speed_cm_per_s for run in one]
+
+
+def test_interrupting_keeps_what_is_done(robot: Robot, nine: FourierProfile) -> None:
+    done: list[int] = []
+
+    def stop(index: int, _: Run) -> None:
+        done.append(index)
+        if len(done) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_all(robot, nine, CONDITIONS, threads=1, on_done=stop)
+    assert len(done) == 3
+
+
+def test_tables(robot: Robot, nine: FourierProfile) -> None:
+    table = speed_table(run_all(robot, nine, CONDITIONS))
+    assert tuple(table.columns) == COLUMNS
+    assert (table["outcome"] == "steady").all()
+    means = mean_speed(table)
+    assert len(means) == 4
+    assert (means["phases_steady"] == 3).all()
+    assert (means["speed_lo_cm_per_s"] <= means["speed_cm_per_s"]).all()
+    assert (means["speed_cm_per_s"] <= means["speed_hi_cm_per_s"]).all()
+    # legs begin at another angle, and end in the same gait
+    assert (means["speed_hi_cm_per_s"] < 1.02 * means["speed_lo_cm_per_s"]).all()
+    fallen = table.copy()
+    fallen["outcome"] = ["tipped", *["steady"] * 2, *["buried"] * 3, *["steady"] * 6]
+    fallen["reason"] = ["pitch 95 degrees", *[""] * 11]
+    fallen["speed_cm_per_s"] = table["speed_cm_per_s"].where(fallen["outcome"] == "steady")
+    means = mean_speed(fallen)
+    assert means["curvature_times_R"].tolist() == [0.0, 0.0, 1.0, 1.0]
+    assert means["frequency_Hz"].tolist() == [4.0, 5.0, 4.0, 5.0]
+    assert means["phases_steady"].tolist() == [3, 3, 2, 0]
+    assert means["reason"].tolist()[:3] == ["", "", "phase 0: tipped, pitch 95 degrees"]
+    speeds = means["speed_cm_per_s"].tolist()
+    np.testing.assert_allclose(speeds[2], table["speed_cm_per_s"].to_numpy()[1:3].mean())
+    assert math.isnan(speeds[3])
+
+
+def test_best_curvature() -> None:
+    curvature = np.linspace(-1, 1, 51)
+    place, speed = best_curvature(curvature, 70 - 30 * (curvature - 0.61) ** 2)
+    np.testing.assert_allclose([place, speed], [0.61, 70])
+    # no top inside: the end itself
+    assert best_curvature(curvature, 3 * curvature) == (1.0, 3.0)
+    holed = np.where(np.abs(curvature) < 0.5, math.nan, curvature)
+    assert best_curvature(curvature, holed) == (1.0, 1.0)
+    assert all(map(math.isnan, best_curvature(curvature, np.full(51, math.nan))))

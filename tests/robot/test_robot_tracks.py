@@ -1,0 +1,225 @@
+"""Marker tracks and their sheet: read, judged, and every row accounted for."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rftfit.robot.sheet import COLUMNS, read_trials
+from rftfit.robot.strides import pace, stride_frequency
+from rftfit.robot.tracks import Track, TrackError, read_track
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def running(
+    frequency: float = 2.0,
+    speed: float = 25.0,
+    strides: float = 6.4,
+    uneven: float = 0.03,
+    noise: float = 0.02,
+    rate: float = 100.0,
+) -> Track:
+    """A robot whose body bobs twice a stride and surges."""
+    rng = np.random.default_rng(5)
+    time = np.arange(int(strides / frequency * rate)) / rate
+    turn = 2 * np.pi * frequency * time + 0.7
+    x = speed * time + 1.1 * np.sin(2 * turn) + rng.normal(0, noise, time.size)
+    z = 2 + 0.3 * np.cos(2 * turn) + uneven * np.cos(turn) + rng.normal(0, noise, time.size)
+    return Track(time, x, z, time.size)
+
+
+def written(folder: Path, rows: list[str], header: str = "time_s,x_cm,z_cm") -> Path:
+    path = folder / "track.csv"
+    path.write_text("# a comment\n" + "\n".join([header, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("frequency", [0.343, 1.2, 2.0, 4.9])
+@pytest.mark.parametrize("strides", [3.2, 5.3, 11.7])
+def test_frequency_and_speed_come_back(frequency: float, strides: float) -> None:
+    found = pace(running(frequency, strides=strides))
+    assert found.frequency_from == "track"
+    assert found.frequency_Hz == pytest.approx(frequency, rel=0.01)
+    # a plain end-to-end slope would be off by up to 10 %: the surge is 1.1 cm
+    assert found.speed_cm_per_s == pytest.approx(25.0, rel=0.01)
+    assert found.flags == ()
+
+
+def test_a_given_frequency_is_taken() -> None:
+    found = pace(running(2.0), frequency_Hz=1.9)
+    assert (found.frequency_Hz, found.frequency_from) == (1.9, "sheet")
+
+
+def test_speed_does_not_hang_on_where_a_stride_is_cut() -> None:
+    speeds = [pace(running(2.0, strides=3.1 + part / 8)).speed_cm_per_s for part in range(8)]
+    assert np.ptp(speeds) < 0.3
+
+
+def test_outliers_do_not_change_the_frequency() -> None:
+    track = running(2.0)
+    track.z_cm[::37] += 30.0
+    assert stride_frequency(track)[0] == pytest.approx(2.0, rel=0.01)
+
+
+def test_x_serves_where_z_is_still() -> None:
+    track = running(2.0)
+    track.z_cm[:] = 2.0
+    assert stride_frequency(track)[0] == pytest.approx(2.0, rel=0.01)
+
+
+def test_an_uneven_gait_is_doubted() -> None:
+    frequency, doubt = stride_frequency(running(2.0, uneven=0.5))
+    assert frequency == pytest.approx(1.0, rel=0.02)
+    assert "frequency_Hz of the sheet decides" in doubt
+    assert "2 and not 1" in doubt or "2.0" in doubt or "stride frequency is 2" in doubt
+
+
+def test_a_robot_that_speeds_up_is_flagged() -> None:
+    track = running(2.0)
+    track.x_cm[:] += 6.0 * track.time_s**2
+    assert any("speed changes" in flag for flag in pace(track).flags)
+
+
+@pytest.mark.parametrize(
+    ("track", "frequency", "words"),
+    [
+        (running(1.0, strides=2.5), 1.0, "2.49 strides of 1 Hz"),
+        (running(2.0, strides=0.7), 2.0, "strides of 2 Hz"),
+        (running(2.0, strides=0.1), 2.0, "usable rows; a track has at least 30"),
+    ],
+)
+def test_too_short(track: Track, frequency: float, words: str) -> None:
+    with pytest.raises(TrackError, match=words):
+        pace(track, frequency)
+
+
+def test_noise_has_no_stride() -> None:
+    rng = np.random.default_rng(1)
+    time = np.arange(400) / 100
+    still = Track(time, rng.normal(0, 1, 400), rng.normal(0, 1, 400), 400)
+    with pytest.raises(TrackError, match="no stride frequency shows"):
+        pace(still)
+
+
+def cut(track: Track, start_s: float, length_s: float) -> Track:
+    keep = (track.time_s < start_s) | (track.time_s >= start_s + length_s)
+    return Track(track.time_s[keep], track.x_cm[keep], track.z_cm[keep], track.rows)
+
+
+def test_gaps() -> None:
+    small = pace(cut(running(2.0), 1.0, 0.1))
+    assert small.speed_cm_per_s == pytest.approx(25.0, rel=0.01)
+    assert small.flags == ("1 gap, the longest 0.11 s",)
+    with pytest.raises(TrackError, match=r"of a stride; allowed: up to 0\.25"):
+        pace(cut(running(2.0), 1.0, 0.3))
+
+
+def test_units_of_the_header(tmp_path: Path) -> None:
+    rows = [f"{10 * i};{i};{2 * i}" for i in range(3)]
+    track = read_track(written(tmp_path, rows, "Time [ms];X (mm);z_in"))
+    np.testing.assert_allclose(track.time_s, [0, 0.01, 0.02])
+    np.testing.assert_allclose(track.x_cm, [0, 0.1, 0.2])
+    np.testing.assert_allclose(track.z_cm, [0, 5.08, 10.16])
+
+
+def test_every_row_is_accounted_for(tmp_path: Path) -> None:
+    rows = ["0,0,1", "0.1,nan,1", "0.2,,1", "0.3,1,x", "0.4,2,1", "0.5,3", ",3,1", "0.7,4,1"]
+    track = read_track(written(tmp_path, rows))
+    assert track.rows == 8
+    assert track.dropped == {"no number for x": 2, "no number for z": 2, "no number for time": 1}
+    assert track.time_s.size + sum(track.dropped.values()) == track.rows
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (["0,0,0", "0.2,1,1", "0.1,2,1"], "runs backwards in row 5: 0.1 after 0.2"),
+        (["0,0,0", "0,1,1"], "stands still in row 4"),
+        (["nan,0,0", ",1,1"], "none of the 2 rows"),
+        ([], "none of the 0 rows"),
+    ],
+)
+def test_bad_rows_are_refused(tmp_path: Path, rows: list[str], words: str) -> None:
+    with pytest.raises(TrackError, match=words) as caught:
+        read_track(written(tmp_path, rows))
+    assert caught.value.rows == len(rows)
+    assert str(caught.value).startswith("track.csv: ")
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("time_s,x_cm", "no column for z"),
+        ("time_s,x_furlong,z_cm", "x_furlong: no such unit"),
+        ("t,x,z", "no column for time and x and z"),
+        ("time_s,x_cm,x_mm,z_cm", "two columns for x"),
+    ],
+)
+def test_bad_headers_are_refused(tmp_path: Path, header: str, words: str) -> None:
+    with pytest.raises(TrackError, match=words):
+        read_track(written(tmp_path, ["0,0,0,0"], header))
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    for name, data in (("empty.csv", b""), ("binary.csv", b"\xff\xfe\x00\x01")):
+        path = tmp_path / name
+        path.write_bytes(data)
+        with pytest.raises(TrackError):
+            read_track(path)
+    with pytest.raises(TrackError, match="does not exist"):
+        read_track(tmp_path / "none.csv")
+
+
+HEADER = ",".join(COLUMNS)
+GOOD = "a1,c1,poppy_LP,1,,tracks/a1.csv,"
+
+
+def sheet(tmp_path: Path, *rows: str, header: str = HEADER) -> tuple[list[str], list[str]]:
+    path = tmp_path / "runs.csv"
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    trials, problems = read_trials(path, "runs.csv", "poppy_LP", {"plate_1"})
+    return [trial.run_id for trial in trials], [str(problem) for problem in problems]
+
+
+def test_a_good_sheet(tmp_path: Path) -> None:
+    names, problems = sheet(tmp_path, GOOD, "a2,c1,poppy_LP,1.0,2.5,a2.csv,again")
+    assert (names, problems) == (["a1", "a2"], [])
+    trials, _ = read_trials(tmp_path / "runs.csv", "runs.csv", "poppy_LP")
+    assert math.isnan(trials[0].frequency_Hz)
+    assert trials[1].frequency_Hz == 2.5
+
+
+def test_all_faults_of_a_sheet_at_once(tmp_path: Path) -> None:
+    names, problems = sheet(
+        tmp_path,
+        GOOD,
+        "A1,c2,poppy_LP,0,,tracks/b.csv,",
+        "b1,c1,poppy_LP,0.5,,tracks/c.csv,",
+        "b2,c2,poppy_CP,2,fast,tracks/d.csv,",
+        "b3,,poppy_LP,0,-1,../e.csv,",
+        "plate_1,c4,poppy_LP,0,,tracks/a1.csv,",
+        "b5,c5,poppy_LP,0,,,",
+    )
+    assert names == ["a1"]
+    text = "\n".join(problems)
+    for words in (
+        "row 3, column run_id: found 'A1'", "row 2 has this one", "as in row 2 of the same condition",
+        "found 'poppy_CP'; allowed: poppy_LP", "found '2'; allowed: -1 to 1",
+        "found 'fast'; allowed: above 0", "found '../e.csv'", "row 6, column condition: this cell is",
+        "no run of the campaign's run sheet has", "row 8, column track: this cell is blank",
+    ):  # fmt: skip
+        assert words in text, words
+
+
+def test_columns_of_a_sheet(tmp_path: Path) -> None:
+    _, problems = sheet(
+        tmp_path, GOOD, header=HEADER.replace("curvature_times_R", "curvature_tmes_R")
+    )
+    assert any("did you mean 'curvature_times_R'" in text for text in problems)
+    assert any("curvature_times_R: this column is missing" in text for text in problems)
+    assert "no trials yet" in sheet(tmp_path)[1][0]
