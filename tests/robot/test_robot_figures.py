@@ -163,6 +163,18 @@ def test_optimum_is_drawn_where_it_is() -> None:
         draw_optimum(runs, best, "none")
 
 
+def test_a_sweep_without_a_steady_run_says_why() -> None:
+    runs = speeds()
+    lost = runs["profile"] == "table"
+    runs.loc[lost, "speed_cm_per_s"] = np.nan
+    runs.loc[lost, "reason"] = "no alpha at (beta, gamma) in degrees (30, 90)"
+    best = optima(speeds())
+    figure = draw_optimum(runs, best[best["profile"] != "table"])
+    assert inside(figure) == []
+    assert "(30, 90)" in figure.texts[0].get_text()
+    assert inside(draw_speeds(runs, compared().iloc[:0], ["table"])) == []
+
+
 def test_motion_over_two_strides(motion: pd.DataFrame) -> None:
     figure = draw_motion(motion)
     assert inside(figure) == []

@@ -95,16 +95,17 @@ def draw_speeds(
     height = 5.4 if single else 6.2
     figure = style.new_figure(width, _TOP_CM + height + _FOOT_CM + (1.55 if single else 1.25))
     drawn = speed[speed["profile"].isin(names)]
-    top = (
-        float(np.nanmax([drawn["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()])) * 1.06
-    )
+    # where no run was steady, zero stands in for the speeds
+    highest = [drawn["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()]
+    lowest = float(np.nan_to_num(drawn["speed_cm_per_s"].min()))
+    top = float(np.nan_to_num(highest).max() * 1.06) or 1.0
     for column, name in enumerate(names):
         left = _LEFT_CM + column * (panel + _GAP_CM)
         axes = style.axes_cm(figure, left, _TOP_CM, panel, height)
         part = errors[errors["profile"] == name]
         _speed_panel(axes, speed[speed["profile"] == name], part, looks)
         axes.set_xlim(0, 5.15)
-        axes.set_ylim(min(0.0, float(np.nanmin(drawn["speed_cm_per_s"])) * 1.05), top)
+        axes.set_ylim(min(0.0, lowest * 1.05), top)
         axes.set_xlabel(FREQUENCY_LABEL)
         axes.set_title(f"{PROFILE_TITLES.get(name, labels.plain(name))}", loc="left", fontsize=7.5)
         axes.text(0.03, 0.97, _shares(part), transform=axes.transAxes, va="top", fontsize=6)
@@ -202,8 +203,10 @@ def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "tab
     table = grid.pivot_table(
         index="frequency_Hz", columns="curvature_times_R", values="speed_cm_per_s"
     )
-    if table.empty:
+    if own.empty:
         raise InputError(f"there is no sweep of profile {profile!r} to draw")
+    if table.empty:
+        return _without_speed(own, profile)
     figure = style.new_figure(style.DOUBLE_CM, 7.9)
     left = style.axes_cm(figure, 1.25, 0.75, 6.4, 6.1)
     whole = table.dropna(axis="columns")
@@ -226,6 +229,19 @@ def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "tab
     figure.colorbar(image, cax=bar, label=SPEED_LABEL)
     right = style.axes_cm(figure, 10.9, 0.75, 7.2, 6.1)
     _curves(right, grid, best)
+    return figure
+
+
+def _without_speed(own: pd.DataFrame, profile: str) -> Figure:
+    """Draw, in place of a map, why there is no speed to show."""
+    reasons = own["reason"].value_counts()
+    why = labels.plain(str(reasons.index[0])) if len(reasons) else "no reason was recorded"
+    figure = style.new_figure(style.DOUBLE_CM, 2.4)
+    figure.text(
+        0.03, 0.5,
+        f"{PROFILE_TITLES.get(profile, labels.plain(profile))}: no run of the sweep has a steady "
+        f"speed\n{why}", va="center", fontsize=7,
+    )  # fmt: skip
     return figure
 
 

@@ -13,7 +13,13 @@ if TYPE_CHECKING:
 
     from rftfit.report.page.inputs import PageInputs
 
-_USED_AS = {"plate": "slope", "leg": "leg curve", "rod": "tare", "leg_air": "tare"}
+_USED_AS = {
+    "plate": "slope",
+    "leg": "leg curve",
+    "rod": "tare",
+    "leg_air": "tare",
+    "robot": "mean speed",
+}
 _ROUTINE = {
     why.text
     for why in Why
