@@ -33,3 +33,9 @@ def alpha_tables(media):
 def named(name):
     """Words name=path for each of a rule's input files of that name."""
     return lambda wildcards, input: [f"{name}={path}" for path in input.get(name, [])]
+
+
+def recorded_results(wildcards):
+    """All results that the workflow makes by default, but the record itself."""
+    own = set(rules.provenance.output)
+    return [path for path in rules.all.input if path not in own]

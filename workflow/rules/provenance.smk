@@ -1,12 +1,6 @@
 # The record at the end: what every result was made from. `rftfit verify` reads it.
 
 
-def recorded_results(wildcards):
-    """All results that the workflow makes by default, but the record itself."""
-    own = set(rules.provenance.output)
-    return [path for path in rules.all.input if path not in own]
-
-
 rule provenance:
     input:
         recorded_results,
