@@ -16,10 +16,11 @@ from rftfit.cli.scale_intervals import (
     coefficients_with_interval,
     scale_from,
 )
-from rftfit.cli.scale_sources import Reference, from_results, published
+from rftfit.cli.scale_sources import from_results
 from rftfit.errors import InputError
 from rftfit.profile.fourier import TERMS, evaluate
 from rftfit.profile.new_medium import with_interval
+from rftfit.profile.reference_media import Reference, published
 
 if TYPE_CHECKING:
     from collections.abc import Callable

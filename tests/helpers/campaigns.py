@@ -71,12 +71,34 @@ class Folder:
         }
 
 
-def make_campaign(root: Path, media: tuple[str, ...] = (), faults: tuple[str, ...] = ()) -> Folder:
-    """Write the demonstration campaign, or some media of it, into a new folder."""
+def make_campaign(
+    root: Path,
+    media: tuple[str, ...] = (),
+    faults: tuple[str, ...] = (),
+    *,
+    plates_only: bool = False,
+) -> Folder:
+    """Write the demonstration campaign, or a part of it, into a new folder.
+
+    Parameters
+    ----------
+    root : Path
+    media : tuple of str, optional
+        Only these; the robot stays where its medium does.
+    faults : tuple of str, optional
+        As for `rftfit.lab.reenact`.
+    plates_only : bool, optional
+        Without legs and robot.
+    """
     (root / "config").mkdir(parents=True)
     values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    if media:
-        values["media"] = {name: values["media"][name] for name in media}
+    if media or plates_only:
+        values["media"] = {name: values["media"][name] for name in media or values["media"]}
+        if plates_only or values["robot"]["medium"] not in values["media"]:
+            del values["robot"]
+        if plates_only:
+            shapes = values["intruders"].items()
+            values["intruders"] = {name: item for name, item in shapes if item["shape"] == "plate"}
         text = yaml.safe_dump(values, sort_keys=False)
         (root / "config" / "config.yaml").write_text(text, encoding="utf-8")
     else:

@@ -16,7 +16,6 @@ from rftfit.cli.scale_intervals import (
     coefficients_with_interval,
     scale_from,
 )
-from rftfit.cli.scale_sources import published
 from rftfit.measure.slope import student_quantile
 from rftfit.predict.forces import forces_on_elements
 from rftfit.predict.outline import leg_outline
@@ -24,6 +23,7 @@ from rftfit.predict.rotation import THETA_DEG, rotation_poses, sweep, sweep_draw
 from rftfit.profile.depth_only import DepthOnlyProfile
 from rftfit.profile.new_medium import with_interval
 from rftfit.profile.nine_terms import FourierProfile
+from rftfit.profile.reference_media import published
 from rftfit.profile.table import TableProfile
 from rftfit.report.page.page import render, write_page
 from rftfit.report.page.profiles import zeta_of
@@ -141,7 +141,7 @@ def test_calculator_equals_rftfit_scale(
     browser: Chromium, inputs: PageInputs, which: str, se: float
 ) -> None:
     reference = published() if which == "print" else references_of(inputs)[0]
-    scaled = scale_from(reference, 0.42, se, 0.95)  # type: ignore[arg-type]
+    scaled = scale_from(reference, 0.42, se, 0.95)
     place = 1 if which == "print" else 0
     beta, gamma = np.meshgrid(np.radians([-60, 0, 30]), np.radians([-45, 0, 90]), indexing="ij")
     found = browser.evaluate(
@@ -157,9 +157,9 @@ def test_calculator_equals_rftfit_scale(
     np.testing.assert_allclose(found["s"]["zeta"], zeta, rtol=1e-9)
     chi = [scaled.chi, scaled.chi_lo, scaled.chi_hi]
     np.testing.assert_allclose(found["s"]["chi"], chi, rtol=1e-9)
-    wanted = np.stack(coefficients_with_interval(scaled, reference, 0.95), -1)  # type: ignore[arg-type]
+    wanted = np.stack(coefficients_with_interval(scaled, reference, 0.95), -1)
     np.testing.assert_allclose(numbers(found["m"]), wanted, atol=1e-9)
-    pair = alpha_with_interval(scaled, reference, beta.ravel(), gamma.ravel(), 0.95)  # type: ignore[arg-type]
+    pair = alpha_with_interval(scaled, reference, beta.ravel(), gamma.ravel(), 0.95)
     both = np.stack([np.stack(one, -1) for one in pair], 1)
     np.testing.assert_allclose(numbers(found["alpha"]), both, atol=1e-9)
     legs = [item for item in inputs.config.intruders.values() if isinstance(item, Leg)]
@@ -250,7 +250,7 @@ def test_field_calculator_by_keyboard(browser: Chromium, inputs: PageInputs) -> 
     result = "document.querySelector('#calc-numbers').textContent"
     browser.click("#calc-alpha")
     browser.type_text("0.689")
-    scaled = scale_from(references_of(inputs)[0], 0.689, 0.0, 0.95)  # type: ignore[arg-type]
+    scaled = scale_from(references_of(inputs)[0], 0.689, 0.0, 0.95)
     text = browser.evaluate(result)
     assert f"{scaled.zeta:.4f}" in text
     assert f"{scaled.zeta_lo:.4f} to {scaled.zeta_hi:.4f}" in text

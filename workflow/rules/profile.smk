@@ -173,7 +173,7 @@ rule reproduction:
     params:
         campaign=CONFIG,
         code=PLAN.code("reproduction"),
-        settings=PLAN.settings("media"),
+        settings=PLAN.settings("fourier", "media"),
         alpha=named("alpha"),
         legs=named("legs"),
         robot_errors=named("robot_errors"),

@@ -182,7 +182,7 @@ def _scale(
     from rftfit.cli.predict_sources import from_test
     from rftfit.cli.predict_summary import find_peaks
     from rftfit.cli.scale_intervals import scale_from
-    from rftfit.cli.scale_sources import published
+    from rftfit.profile.reference_media import published
 
     reference, motion = published(), make_motion(None, None)
     scalings, parts = {}, []

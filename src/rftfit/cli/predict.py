@@ -188,7 +188,8 @@ def _source(
 ) -> Source:  # fmt: skip
     from rftfit.cli.predict_results import from_campaign
     from rftfit.cli.predict_sources import from_print, from_test
-    from rftfit.cli.scale_sources import from_results, published
+    from rftfit.cli.scale_sources import from_results
+    from rftfit.profile.reference_media import published
 
     if alpha is not None:
         reference = published() if results is None else from_results(results, method or "lsq")

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from rftfit.conventions import FloatArray
     from rftfit.profile.base import Profile
+    from rftfit.profile.reference_media import Reference
 
 _GENERIC = "generic"
 _AGAIN = "make these tables again with `rftfit run`"
@@ -50,18 +51,22 @@ def from_campaign(folder: Path, medium: str, kind: str, method: str, confidence:
     InputError
         If a table is missing or damaged, or does not have the medium or method.
     """
+    from rftfit.cli.scale_sources import from_results
     from rftfit.profile.depth_only import DepthOnlyProfile
+    from rftfit.profile.reference_media import published
     from rftfit.profile.table import TableProfile
 
     own = f"{folder.as_posix()}, {medium}"
     table = _alpha_table(folder, medium)
     if kind in ("fourier", "generic"):
+        if kind == "generic" and _from_print(folder, medium, method):
+            return _by_its_test(folder, medium, table, published(), confidence)
         fits = _Fits(folder, method, confidence)
         if kind == "fourier":
             return fits.nine_terms(medium, table, own)
         if medium in fits.media:
             return fits.scaled(medium, own)
-        return _by_its_test(folder, medium, table, method, confidence)
+        return _by_its_test(folder, medium, table, from_results(folder, method), confidence)
     measured = TableProfile.from_table(table, f"alpha table of {own}")
     many: Profile = TableProfile(*_draws(table, confidence))
     if kind == "depth-only":
@@ -71,10 +76,21 @@ def from_campaign(folder: Path, medium: str, kind: str, method: str, confidence:
     return Source(measured.name, measured, many)
 
 
+def _from_print(folder: Path, medium: str, method: str) -> bool:
+    """Whether the campaign scaled this medium with the published ones."""
+    from rftfit.profile.reference_media import routine, table_rows
+
+    try:
+        rows = table_rows(folder / "penetration.csv")
+    except (OSError, ValueError):
+        return False
+    wanted = (routine(method, printed=True), medium)
+    return any((row.get("method"), row.get("medium")) == wanted for row in rows)
+
+
 def _by_its_test(
-    folder: Path, medium: str, table: pd.DataFrame, method: str, confidence: float
+    folder: Path, medium: str, table: pd.DataFrame, reference: Reference, confidence: float
 ) -> Source:
-    from rftfit.cli.scale_sources import from_results
     from rftfit.measure.alpha import column
     from rftfit.profile.nine_terms import FourierProfile
 
@@ -90,7 +106,7 @@ def _by_its_test(
         raise InputError(
             f"{_alpha_path(folder, medium)}: alpha at (0, 90) deg has no standard error; {_AGAIN}"
         )
-    return from_test(from_results(folder, method), alpha, se, confidence)
+    return from_test(reference, alpha, se, confidence)
 
 
 class _Fits:
@@ -221,8 +237,13 @@ def _read(path: Path, needed: tuple[str, ...], numbers: tuple[str, ...]) -> pd.D
         raise InputError(f"{path}: there is no such table; `rftfit run` makes it")
     table = read_csv(path)
     lacking = [name for name in needed if name not in table]
-    if lacking or table.empty:
-        raise InputError(f"{path}: no column {', '.join(lacking)}, or no rows; {_AGAIN}")
+    if lacking:
+        raise InputError(f"{path}: no column {', '.join(lacking)}; {_AGAIN}")
+    if table.empty:
+        raise InputError(
+            f"{path}: no rows; a campaign without a medium measured over the grid has none, and "
+            "--profile generic needs one penetration test only"
+        )
     for name in numbers:
         if table[name].dtype.kind not in "if" or np.isinf(table[name]).any():
             raise InputError(f"{path}: column {name} does not hold numbers only; {_AGAIN}")

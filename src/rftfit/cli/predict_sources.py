@@ -10,8 +10,8 @@ from rftfit.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rftfit.cli.scale_sources import Reference
     from rftfit.profile.base import Profile
+    from rftfit.profile.reference_media import Reference
     from rftfit.profile.scaling import Scaled
 
 PROFILES = ("table", "fourier", "generic", "depth-only")

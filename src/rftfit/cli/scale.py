@@ -13,8 +13,8 @@ from rftfit.cli.output import say, table, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.cli.scale_sources import Reference
     from rftfit.profile.new_medium import Interval
+    from rftfit.profile.reference_media import Reference
     from rftfit.profile.scaling import Scaled
 
 _PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)
@@ -88,9 +88,10 @@ def scale(
     published grid as csv.
     """
     from rftfit.cli.scale_intervals import coefficients_with_interval, scale_from
-    from rftfit.cli.scale_sources import from_results, published
+    from rftfit.cli.scale_sources import from_results
     from rftfit.cli.scale_table import MARK, table_text
     from rftfit.cli.target import check_target
+    from rftfit.profile.reference_media import published
     from rftfit.store import write_text
 
     check_test(alpha, se, confidence)

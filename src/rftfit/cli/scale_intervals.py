@@ -11,8 +11,8 @@ from rftfit.profile.new_medium import Interval, with_interval
 from rftfit.profile.scaling import scale_new_medium
 
 if TYPE_CHECKING:
-    from rftfit.cli.scale_sources import Reference
     from rftfit.conventions import FloatArray
+    from rftfit.profile.reference_media import Reference
     from rftfit.profile.scaling import Scaled
 
 

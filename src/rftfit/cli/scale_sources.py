@@ -1,69 +1,21 @@
-"""Where the scaling routine's chi and generic coefficients come from: print, or a campaign's results."""
+"""The scaling routine's chi and generic coefficients from a campaign's results."""
 
 from __future__ import annotations
 
 import csv
 import math
-from dataclasses import dataclass
-from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit.errors import InputError
 from rftfit.profile.fourier import TERMS
-from rftfit.profile.scaling import vertical_penetration
+from rftfit.profile.reference_media import GENERIC, reference_from, routine, table_rows
 
 if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable
     from pathlib import Path
 
-    from rftfit.conventions import FloatArray
-
-GENERIC = "generic"
-
-
-@dataclass(frozen=True)
-class Reference:
-    """What a new medium is scaled from.
-
-    Attributes
-    ----------
-    name : str
-        For people: which tables.
-    media : tuple of str
-    chi : numpy.ndarray, shape (media,)
-    m0 : numpy.ndarray, shape (9,)
-        Generic coefficients.
-    scaled : numpy.ndarray, shape (media, 9)
-        M / zeta of each medium: their scatter about `m0` is that of a further medium.
-    """
-
-    name: str
-    media: tuple[str, ...]
-    chi: FloatArray
-    m0: FloatArray
-    scaled: FloatArray
-
-
-def published() -> Reference:
-    """Chi of Table S3 and coefficients of Table S2, as printed.
-
-    Returns
-    -------
-    Reference
-    """
-    # read here, not as data frames: pandas alone takes longer to import than this command to run
-    folder = files("rftfit.reference")
-    chi = {
-        row["medium"]: float(row["value"])
-        for row in _rows(folder.joinpath("table_s3.csv"))
-        if row["quantity"] == "chi"
-    }
-    printed: dict[str, dict[str, float]] = {}
-    for row in _rows(folder.joinpath("table_s2.csv")):
-        printed.setdefault(row["medium"], {})[row["coefficient"]] = float(row["value"])
-    return _reference("published Tables S2 and S3", chi, printed)
+    from rftfit.profile.reference_media import Reference
 
 
 def from_results(folder: Path, method: str) -> Reference:
@@ -111,29 +63,17 @@ def from_results(folder: Path, method: str) -> Reference:
                 f"{coefficients}: no value by {method!r} for {medium}: {', '.join(lacking)}; make "
                 "these tables again with `rftfit run`"
             )
-    return _reference(f"{folder.as_posix()}, method {method}", chi, fitted)
-
-
-def _reference(
-    name: str, chi: dict[str, float], coefficients: dict[str, dict[str, float]]
-) -> Reference:
     values = {
-        medium: np.array([terms[term] for term in TERMS]) for medium, terms in coefficients.items()
+        medium: np.array([terms[term] for term in TERMS])
+        for medium, terms in fitted.items()
+        if medium in (GENERIC, *chi)
     }
-    own = np.stack([values[medium] for medium in chi])
-    # the printed zeta is rounded on its own: the sum keeps alpha_z(0, 90 deg) of each profile at 1
-    scaled = own / vertical_penetration(own)[:, None]
-    return Reference(name, tuple(chi), np.array(list(chi.values())), values[GENERIC], scaled)
-
-
-def _rows(source: Path | Traversable) -> list[dict[str, str]]:
-    lines = source.read_text(encoding="utf-8").splitlines()
-    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    return reference_from(f"{folder.as_posix()}, method {method}", chi, values)
 
 
 def _of_method(path: Path, method: str, needed: tuple[str, ...]) -> list[dict[str, str]]:
     try:
-        rows = _rows(path)
+        rows = table_rows(path)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such table; `rftfit run` makes it") from None
     except (OSError, ValueError, csv.Error) as error:
@@ -143,6 +83,11 @@ def _of_method(path: Path, method: str, needed: tuple[str, ...]) -> list[dict[st
         raise InputError(f"{path}: no column {', '.join(lacking)}, or no rows")
     chosen = [row for row in rows if row["method"] == method]
     if not chosen:
+        if any(row["method"] == routine(method, printed=True) for row in rows):
+            raise InputError(
+                f"{path}: this campaign has no medium fitted by {method!r}, its sands are scaled "
+                "with the published five; without --results these are used here too"
+            )
         known = ", ".join(dict.fromkeys(row["method"] for row in rows))
         raise InputError(f"{path}: no rows of the method {method!r}; allowed: {known}")
     return chosen

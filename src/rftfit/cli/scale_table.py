@@ -11,7 +11,7 @@ from rftfit.cli.scale_intervals import alpha_with_interval
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:
-    from rftfit.cli.scale_sources import Reference
+    from rftfit.profile.reference_media import Reference
     from rftfit.profile.scaling import Scaled
 
 MARK = "# alpha table written by rftfit scale"

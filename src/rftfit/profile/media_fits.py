@@ -10,7 +10,8 @@ import numpy as np
 from rftfit.measure.alpha import column, grid
 from rftfit.profile.bootstrap import Term, alpha_draws, interval_of_sum, typical_dof
 from rftfit.profile.fourier import TERMS, as_array, fit_dft_index, fit_lsq, kept_terms
-from rftfit.profile.scaling import vertical_penetration
+from rftfit.profile.reference_media import GENERIC, Reference, published, reference_from
+from rftfit.profile.scaling import generic, vertical_penetration
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients
 
 if TYPE_CHECKING:
@@ -98,6 +99,30 @@ def fit_media(tables: list[pd.DataFrame], config: Config) -> list[MediumFit]:
         for table in tables
         if (fit := _fit_medium(table, config, method)) is not None
     ]
+
+
+def reference_of(fits: Sequence[MediumFit], config: Config) -> Reference:
+    """Choose what the natural sands of a campaign are scaled from.
+
+    Parameters
+    ----------
+    fits : sequence of MediumFit
+        Of the laboratory media; those by other methods than the config's do not count.
+    config : Config
+
+    Returns
+    -------
+    Reference
+        The campaign's own media; the published five where none of them has a usable grid.
+    """
+    method = config.fourier.method
+    own = [fit for fit in fits if fit.method == method and not fit.reason]
+    if not own:
+        return published()
+    values = {fit.medium: fit.used for fit in own}
+    chi = {fit.medium: fit.alpha_z / fit.zeta for fit in own}
+    m0 = generic(np.stack([fit.used for fit in own]))
+    return reference_from(f"this campaign, method {method}", chi, values | {GENERIC: m0})
 
 
 def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[FloatArray, FloatArray]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.errors import InputError
+from rftfit.profile.reference_media import routines
 from rftfit.report import curves, labels, style
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def draw_generic_forces(
         With ``method, medium, zeta`` (dimensionless, the number of N/cm^3).
     media : sequence of str, optional
         By default those with a row of this method: the laboratory media. Natural sands are
-        looked up under ``scaling routine (<method>)``.
+        looked up under `rftfit.profile.reference_media.routines`.
     method : str
         ``lsq`` or ``dft-index``.
     titles : mapping of str to str, optional
@@ -99,7 +100,7 @@ def draw_generic_forces(
 
 
 def _zetas(penetration: pd.DataFrame, method: str, media: Sequence[str] | None) -> dict[str, float]:
-    names = (method, f"scaling routine ({method})")
+    names = (method, *routines(method))
     tables = [penetration[penetration["method"] == name] for name in names]
     if media is None:
         media = [str(name) for name in tables[0]["medium"]]

@@ -235,6 +235,10 @@ def write_coefficient_workbook(
             "b is beta, g is gamma.",
             _SIGNS,
         ]
+        if coefficients.empty:
+            lines.append(
+                "No medium was measured over the grid of angles: there are no coefficients."
+            )
         book.about("Fourier coefficients", lines)
         for method in coefficients["method"].unique():
             rows = coefficients[coefficients["method"] == method]

@@ -9,6 +9,7 @@ from rftfit.errors import InputError
 from rftfit.profile.fourier import evaluate
 from rftfit.report.generic import draw_generic
 from rftfit.report.maps import draw_fit_maps, draw_maps
+from rftfit.report.missing import draw_missing
 from rftfit.report.quality import draw_quality
 from rftfit.report.saving import save
 from rftfit.report.stress import draw_stress
@@ -127,9 +128,11 @@ def figure_fit(config: Path, alpha: list[Path], coefficients: Path, png: Path) -
     """
     campaign = load_campaign(config)
     method = campaign.config.fourier.method
-    figure = draw_fit_maps(
-        _tables(alpha), read_csv(coefficients), evaluate, method, _titles(campaign)
-    )
+    values = read_csv(coefficients)
+    if not has_fit(values, method, "value_N_per_cm3"):
+        figure = draw_missing(f"no nine-term fit by {method}", why_no_fit(values, method))
+    else:
+        figure = draw_fit_maps(_tables(alpha), values, evaluate, method, _titles(campaign))
     save(figure, base_of(png))
 
 
@@ -153,11 +156,51 @@ def figure_generic(
         If an input is not valid or a result cannot be written.
     """
     campaign = load_campaign(config)
-    figure = draw_generic(
-        read_csv(coefficients), read_csv(penetration), _tables(alpha), evaluate,
-        campaign.config.fourier.method, _titles(campaign),
-    )  # fmt: skip
+    method, scaled = campaign.config.fourier.method, read_csv(penetration)
+    if not has_fit(scaled, method, "zeta"):
+        figure = draw_missing(f"no generic profile by {method}", why_no_fit(scaled, method))
+    else:
+        figure = draw_generic(
+            read_csv(coefficients), scaled, _tables(alpha), evaluate, method, _titles(campaign)
+        )
     save(figure, base_of(png))
+
+
+def has_fit(table: pd.DataFrame, method: str, column: str) -> bool:
+    """Whether any laboratory medium could be fitted.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        Coefficients or penetration.
+    method : str
+        Of the fit.
+    column : str
+        Whose number tells.
+
+    Returns
+    -------
+    bool
+    """
+    return bool(table.loc[table["method"] == method, column].notna().any())
+
+
+def why_no_fit(table: pd.DataFrame, method: str) -> list[str]:
+    """Say of every laboratory medium why it could not be fitted.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        Coefficients or penetration.
+    method : str
+        Of the fit.
+
+    Returns
+    -------
+    list of str
+    """
+    rows = table[table["method"] == method].drop_duplicates("medium")
+    return [f"{m}: {why}" for m, why in zip(rows["medium"], rows["reason"], strict=True)]
 
 
 def quality(config: Path, medium: str, tared: Path, windows: Path, fits: Path, png: Path) -> None:

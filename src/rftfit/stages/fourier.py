@@ -24,6 +24,11 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
 
 
+COLUMNS = ["method", "medium", "coefficient", "value_N_per_cm3", "se", "lo", "hi", "relative_to_A00",
+           "kept", "kept_by_bic", "published", "misfit_rms_N_per_cm3", "reason"]  # fmt: skip
+TERM_COLUMNS = ["medium", "term", "kept_by_bic", "one_of_the_nine"]
+
+
 def fourier(config: Path, alpha: list[Path], coefficients: Path, terms: Path) -> None:
     """Fit the nine terms to the alpha table of every laboratory medium.
 
@@ -33,7 +38,8 @@ def fourier(config: Path, alpha: list[Path], coefficients: Path, terms: Path) ->
     alpha : list of Path
         Read: alpha tables.
     coefficients, terms : Path
-        Written: coefficients with intervals, and which harmonics an information criterion keeps.
+        Written: coefficients with intervals, and which harmonics an information criterion keeps;
+        without rows where no medium was measured over the grid.
 
     Raises
     ------
@@ -49,13 +55,13 @@ def fourier(config: Path, alpha: list[Path], coefficients: Path, terms: Path) ->
     for fit in fit_media(tables, campaign.config):
         table = next(t for t in tables if t["medium"].iloc[0] == fit.medium)
         rows += coefficient_rows(fit, campaign.config, table, bic[fit.medium])
-    write_csv(pd.DataFrame(rows), coefficients)
+    write_csv(pd.DataFrame(rows, columns=COLUMNS), coefficients)
     listed = [
         {"medium": medium, "term": term, "kept_by_bic": kept, "one_of_the_nine": term in TERMS}
         for medium, selection in bic.items()
         for term, kept in selection.items()
     ]
-    write_csv(pd.DataFrame(listed), terms)
+    write_csv(pd.DataFrame(listed, columns=TERM_COLUMNS), terms)
 
 
 def _bic(table: pd.DataFrame) -> dict[str, bool]:

@@ -12,9 +12,10 @@ from rftfit.report.generic_forces import draw_generic_forces
 from rftfit.report.leg_media import draw_leg_media
 from rftfit.report.legs import draw_legs
 from rftfit.report.media_overview import draw_peak_errors
+from rftfit.report.missing import draw_missing
 from rftfit.report.sands import draw_penetration
 from rftfit.report.saving import save
-from rftfit.stages.figures import base_of
+from rftfit.stages.figures import base_of, has_fit, why_no_fit
 from rftfit.stages.samples import stress_samples
 from rftfit.store import read_csv, read_parquet
 
@@ -174,11 +175,15 @@ def figure_generic_forces(
         If an input is not valid or a result cannot be written.
     """
     campaign = load_campaign(config)
-    figure = draw_generic_forces(
-        read_csv(predicted), _joined(legs), read_csv(penetration),
-        method=campaign.config.fourier.method, titles=_titles(campaign),
-        confidence=campaign.config.fit.confidence,
-    )  # fmt: skip
+    method, scaled = campaign.config.fourier.method, read_csv(penetration)
+    if not has_fit(scaled, method, "zeta"):
+        what = f"no zeta by {method}, so forces cannot be scaled"
+        figure = draw_missing(what, why_no_fit(scaled, method))
+    else:
+        figure = draw_generic_forces(
+            read_csv(predicted), _joined(legs), scaled, method=method, titles=_titles(campaign),
+            confidence=campaign.config.fit.confidence,
+        )  # fmt: skip
     save(figure, base_of(png))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.load import load_campaign
+from rftfit.profile.reference_media import routine
 from rftfit.store import read_csv, write_csv
 from rftfit.validate.leg_claims import leg_claims
 from rftfit.validate.robot import robot_claims
@@ -61,9 +62,12 @@ def reproduction(
     items: list[Item] = []
     items += compare_alpha(tables, published)
     items += compare_coefficients(values, published)
-    items += compare_penetration(read_csv(penetration), published)
+    scaled = read_csv(penetration)
+    items += compare_penetration(scaled, published)
     measured = pd.concat([read_csv(path) for path in legs], ignore_index=True)
-    items += leg_claims(read_csv(errors), measured)
+    printed = (scaled["method"] == routine(settings.fourier.method, printed=True)).any()
+    chi_of = "the published" if printed else "this campaign's"
+    items += leg_claims(read_csv(errors), measured, chi_of)
     for compared, best in zip(robot_errors or [], robot_optimum or [], strict=True):
         items += robot_claims(read_csv(compared), read_csv(best))
     items += slips()

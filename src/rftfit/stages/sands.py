@@ -8,6 +8,7 @@ import numpy as np
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.slope import fit_slope
+from rftfit.profile.reference_media import published, routine
 from rftfit.profile.scaling import scale_new_medium
 from rftfit.store import read_csv, read_parquet, write_csv
 from rftfit.validate.sands import bend_of, linear_end
@@ -35,7 +36,7 @@ def sands(
     runs, tared : list of Path
         Read: errors of the zeros, and tared strokes, of each sand.
     penetration : Path
-        Read: for chi of the reference media.
+        Read: for chi of the reference media, which may be the published five.
     sands : Path
         Written (`COLUMNS`).
 
@@ -48,11 +49,14 @@ def sands(
 
     campaign = load_campaign(config)
     table = read_csv(penetration)
-    chi = (
-        table.loc[table["method"] == campaign.config.fourier.method, "chi"].dropna().to_numpy(float)
-    )
+    method, note = campaign.config.fourier.method, ""
+    chi = table.loc[table["method"] == method, "chi"].dropna().to_numpy(float)
+    if (table["method"] == routine(method, printed=True)).any():
+        chi, note = published().chi, published().note
     zeros = {row["run_id"]: row for path in runs for row in read_csv(path).to_dict("records")}
     rows = [row for path in tared for row in _rows(campaign, read_parquet(path), zeros, chi)]
+    for row in rows:
+        row["reason"] = row["reason"] or note
     write_csv(pd.DataFrame(rows, columns=COLUMNS), sands)
 
 

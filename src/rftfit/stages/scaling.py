@@ -10,7 +10,14 @@ from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import column
 from rftfit.profile.bootstrap import interval
 from rftfit.profile.fourier import TERMS
-from rftfit.profile.media_fits import AS_PRINTED, MediumFit, fit_media, generic_interval
+from rftfit.profile.media_fits import (
+    AS_PRINTED,
+    MediumFit,
+    fit_media,
+    generic_interval,
+    reference_of,
+)
+from rftfit.profile.reference_media import GENERIC, Reference, routine
 from rftfit.profile.scaling import generic, scale_new_medium
 from rftfit.reference import coefficients as published_coefficients
 from rftfit.store import read_csv, write_csv
@@ -22,7 +29,13 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.config import Config
 
-GENERIC = "generic"
+COLUMNS = [
+    "method", "medium",
+    *(f"alpha_z_{name}{end}_N_per_cm3" for name in ("measured", "fit") for end in ("", "_lo", "_hi")),
+    *(f"{name}{end}" for name in ("chi", "zeta") for end in ("", "_lo", "_hi")),
+    "reason",
+]  # fmt: skip
+"""Of the penetration table."""
 
 
 def scaling(
@@ -30,6 +43,9 @@ def scaling(
     coefficients: Path, penetration: Path,
 ) -> None:  # fmt: skip
     """Scale the media onto one another.
+
+    Natural sands are scaled with the campaign's own media; where none of these has a usable grid,
+    with the published five, as the table says.
 
     Parameters
     ----------
@@ -60,10 +76,10 @@ def scaling(
     rows = [_penetration_row(fit, settings) for fit in fits]
     for method, group in groups.items():
         parts.append(_generic_rows(method, group, settings))
-    reference = groups.get(settings.fourier.method, [])
+    reference = reference_of(fits, settings)
     rows += [_sand_row(read_csv(path), reference, settings) for path in sands]
     write_csv(pd.concat(parts, ignore_index=True)[list(media.columns)], coefficients)
-    write_csv(pd.DataFrame(rows), penetration)
+    write_csv(pd.DataFrame(rows, columns=COLUMNS), penetration)
 
 
 def _generic_rows(method: str, group: list[MediumFit], config: Config) -> pd.DataFrame:
@@ -112,26 +128,25 @@ def _penetration_row(fit: MediumFit, config: Config) -> dict[str, object]:
     return row | {"reason": fit.reason}
 
 
-def _sand_row(table: pd.DataFrame, reference: list[MediumFit], config: Config) -> dict[str, object]:
-    """Zeta of a natural sand by the scaling routine with this campaign's chi and M0."""
-    method = f"scaling routine ({config.fourier.method})"
+def _sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[str, object]:
+    """Zeta of a natural sand by the scaling routine."""
+    method = routine(config.fourier.method, printed=reference.printed)
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
     cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
     for quantity in ("", "_lo", "_hi"):
         row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
-    chi = np.array([fit.alpha_z / fit.zeta for fit in reference])
     try:
-        m0 = generic(np.stack([fit.used for fit in reference])) if reference else np.full(9, np.nan)
         scaled = scale_new_medium(
             float(cell[column("z")]),
             float(cell[column("z", "_se")]),
-            chi,
-            m0,
+            reference.chi,
+            reference.m0,
             config.fit.confidence,
         )
     except ValueError as error:
         return row | {"reason": str(cell["reason"]) or str(error)}
     return row | {
         "chi": scaled.chi, "chi_lo": scaled.chi_lo, "chi_hi": scaled.chi_hi,
-        "zeta": scaled.zeta, "zeta_lo": scaled.zeta_lo, "zeta_hi": scaled.zeta_hi, "reason": "",
+        "zeta": scaled.zeta, "zeta_lo": scaled.zeta_lo, "zeta_hi": scaled.zeta_hi,
+        "reason": reference.note,
     }  # fmt: skip

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x")]
+
+
 def symmetry(alpha: list[Path], extended: Path) -> None:
     """Symmetrise and extend the alpha table of every medium.
 
@@ -24,7 +27,7 @@ def symmetry(alpha: list[Path], extended: Path) -> None:
         Read: alpha tables.
     extended : Path
         Written: `medium, beta_deg, gamma_deg, alpha_z_N_per_cm3, alpha_x_N_per_cm3` with gamma
-        from -180 to 180 degrees.
+        from -180 to 180 degrees; without rows where no medium was measured over the grid.
 
     Raises
     ------
@@ -50,4 +53,5 @@ def symmetry(alpha: list[Path], extended: Path) -> None:
                 }
             )
         )
-    write_csv(pd.concat(parts, ignore_index=True), extended)
+    nothing = pd.DataFrame(columns=COLUMNS)
+    write_csv(pd.concat(parts, ignore_index=True) if parts else nothing, extended)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rftfit.campaign.config import Leg
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import column
-from rftfit.profile.media_fits import MediumFit, fit_media
+from rftfit.profile.media_fits import MediumFit, fit_media, reference_of
 from rftfit.store import read_csv, write_csv
 from rftfit.validate.leg_errors import leg_errors
 from rftfit.validate.predictions import laboratory_candidates, leg_prediction, sand_prediction
@@ -48,12 +48,18 @@ def trials(
     tables = [read_csv(path) for path in alpha]
     fits = [f for f in fit_media(tables, settings) if f.method == settings.fourier.method]
     curves = [laboratory_curves(table, fits, settings) for table in tables]
-    curves += [sand_curves(read_csv(path), fits, settings) for path in sands]
+    beds = [read_csv(path) for path in sands]
+    curves += [sand_curves(table, fits, settings) for table in beds]
     everything = pd.concat(curves, ignore_index=True)[COLUMNS]
     write_csv(everything, predicted)
     measured = pd.concat([read_csv(path) for path in legs], ignore_index=True)
-    spread = {str(t["medium"].iloc[0]): bed_spread(t) for t in (*tables, *map(read_csv, sands))}
-    write_csv(leg_errors(measured, everything, spread, settings.fit.confidence), errors)
+    spread = {str(t["medium"].iloc[0]): bed_spread(t) for t in (*tables, *beds)}
+    compared = leg_errors(measured, everything, spread, settings.fit.confidence)
+    # a curve from the published media says so in this table too
+    names = [str(t["medium"].iloc[0]) for t in beds]
+    silent = compared["medium"].isin(names) & (compared["reason"] == "")
+    compared.loc[silent, "reason"] = reference_of(fits, settings).note
+    write_csv(compared, errors)
 
 
 def bed_spread(table: pd.DataFrame) -> float:
@@ -119,7 +125,7 @@ def sand_curves(table: pd.DataFrame, fits: list[MediumFit], config: Config) -> p
     table : pandas.DataFrame
         Its alpha table.
     fits : list of MediumFit
-        Of the reference media.
+        Of the laboratory media; without a usable one the published five serve.
     config : Config
 
     Returns
@@ -130,7 +136,7 @@ def sand_curves(table: pd.DataFrame, fits: list[MediumFit], config: Config) -> p
     import pandas as pd
 
     medium = str(table["medium"].iloc[0])
-    reference = [fit for fit in fits if not fit.reason]
+    reference = reference_of(fits, config)
     try:
         parts = [
             sand_prediction(table, reference, leg, config).assign(

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 C_LEG, FLAT, REVERSED = "c_leg", "flat_leg", "reversed_c_leg"
 
 
-def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame) -> list[Item]:
+def leg_claims(
+    errors: pd.DataFrame, measured: pd.DataFrame, chi_of: str = "this campaign's"
+) -> list[Item]:
     """Compare the paper's statements on leg forces with this campaign.
 
     Parameters
@@ -24,6 +26,8 @@ def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame) -> list[Item]:
         Of the trials stage.
     measured : pandas.DataFrame
         Measured leg curves.
+    chi_of : str, optional
+        Whose chi the natural sands were scaled with.
 
     Returns
     -------
@@ -44,7 +48,7 @@ def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame) -> list[Item]:
     generic = by_profile.get("generic")
     if generic is not None:
         laboratory = set(by_profile["table"]["medium"]) if "table" in by_profile else set()
-        items += _sands(generic[~generic["medium"].isin(laboratory)])
+        items += _sands(generic[~generic["medium"].isin(laboratory)], chi_of)
     return items
 
 
@@ -111,19 +115,19 @@ def _suction(measured: pd.DataFrame) -> list[Item]:
     ]  # fmt: skip
 
 
-def _sands(generic: pd.DataFrame) -> list[Item]:
+def _sands(generic: pd.DataFrame, chi_of: str) -> list[Item]:
     c_leg = generic[generic["leg"] == C_LEG].set_index("medium")
     items = [
         _item(f"{medium}: c-leg peak lift overpredicted by the scaled generic profile, %",
               "text, Fig. S12", 35, float(row["peak_error_percent"]),
               abs(float(row["peak_error_percent"]) - 35) <= 10,
-              "zeta by this campaign's chi; the paper's figure used 0.87 alpha_z, its text 0.8")
+              f"zeta by {chi_of} chi; the paper's figure used 0.87 alpha_z, its text 0.8")
         for medium, row in c_leg.iterrows()
     ]  # fmt: skip
     peaks = generic.pivot_table(index="medium", columns="leg", values="peak_measured_N")
     for medium in peaks.index:
         sieved = f"{medium}_sieved"
-        if sieved in peaks.index:
+        if sieved in peaks.index and C_LEG in peaks.columns:
             drop = 100 * (1 - peaks.loc[sieved] / peaks.loc[medium])
             value = float(drop[C_LEG])
             listed = ", ".join(f"{leg} {part:.0f} %" for leg, part in drop.items())

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 COMPONENTS = ("z", "x")
+NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
+           "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "rms_error_N",
+           "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
+COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "reason"]
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
 
@@ -62,7 +66,7 @@ def leg_errors(
             spread = (bed_spread or {}).get(str(medium), 0.0)
             found = _compare(own, part, component, spread, confidence)
             rows.append(name | {"component": component} | found)
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _compare(
@@ -72,10 +76,7 @@ def _compare(
     spread: float,
     confidence: float,
 ) -> dict[str, float | str]:
-    names = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
-             "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "rms_error_N", "rms_relative_to_peak", "r2", "theta_from_deg",
-             "theta_to_deg")  # fmt: skip
-    row: dict[str, float | str] = dict.fromkeys(names, math.nan) | {"reason": ""}
+    row: dict[str, float | str] = dict.fromkeys(NUMBERS, math.nan) | {"reason": ""}
     if measured is None:
         return row | {"reason": "no measured curve"}
     both = measured.merge(predicted, on="theta_deg", suffixes=("_measured", ""))

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rftfit.predict.forces import Forces
     from rftfit.profile.base import Profile
     from rftfit.profile.media_fits import MediumFit
+    from rftfit.profile.reference_media import Reference
 
 PROFILES = ("table", "fourier", "generic", "depth_only")
 
@@ -110,7 +111,7 @@ def leg_prediction(candidate: Candidate, leg: Leg, config: Config) -> pd.DataFra
 
 
 def sand_prediction(
-    table: pd.DataFrame, reference: list[MediumFit], leg: Leg, config: Config
+    table: pd.DataFrame, reference: Reference, leg: Leg, config: Config
 ) -> pd.DataFrame:
     """Force on a turning leg in a medium known by one penetration test.
 
@@ -121,15 +122,15 @@ def sand_prediction(
     ----------
     table : pandas.DataFrame
         Its alpha table, of which only (0, 90 deg) is used.
-    reference : list of MediumFit
-        At least two.
+    reference : Reference
+        Of at least two media.
     leg : Leg
     config : Config
 
     Returns
     -------
     pandas.DataFrame
-        As `leg_prediction`.
+        As `leg_prediction`; `reason` says where the published media serve as reference.
 
     Raises
     ------
@@ -137,20 +138,18 @@ def sand_prediction(
         If there is no such test or there are fewer than two reference media.
     """
     cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
-    own = np.stack([fit.used / fit.zeta for fit in reference]) if reference else np.empty((0, 9))
-    chi = np.array([fit.alpha_z / fit.zeta for fit in reference])
-    m0 = own.mean(axis=0) if reference else np.full(9, np.nan)
-    level = config.fit.confidence
+    m0, level = reference.m0, config.fit.confidence
     scaled = scale_new_medium(
-        float(cell[column("z")]), float(cell[column("z", "_se")]), chi, m0, level
+        float(cell[column("z")]), float(cell[column("z", "_se")]), reference.chi, m0, level
     )
     outline, rate = leg_outline(leg), config.arm.leg_speed_rad_per_s
     best = sweep(FourierProfile(scaled.zeta * m0), outline, None, leg.hip_height_cm, rate)
     unit = sweep(FourierProfile(m0), outline, None, leg.hip_height_cm, rate)
-    each = sweep_draws(FourierProfile(own), outline, None, leg.hip_height_cm, rate)
+    each = sweep_draws(FourierProfile(reference.scaled), outline, None, leg.hip_height_cm, rate)
     z = with_interval(scaled, unit.force_z_N, each.force_z_N, level)
     x = with_interval(scaled, unit.force_x_N, each.force_x_N, level)
-    return _frame(best, z[1:], x[1:])
+    frame = _frame(best, z[1:], x[1:])
+    return frame if best.reason else frame.assign(reason=reference.note)
 
 
 def _frame(

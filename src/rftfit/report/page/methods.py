@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 from rftfit.campaign.config import Leg, Plate
 from rftfit.predict.outline import ELEMENTS
+from rftfit.profile.reference_media import published
 from rftfit.report.page.fates import run_fates
+from rftfit.report.page.references import scaled_from_print
 from rftfit.report.page.words import leg_name, value
 
 if TYPE_CHECKING:
@@ -98,17 +100,28 @@ def _model(inputs: PageInputs) -> str:
     scaled = ""
     if chi.size > 1:
         scaled = (
-            f" The ratio chi of measured to fitted alpha_z(0, 90 deg) was {value(chi.mean(), 2)} "
+            f"The ratio chi of measured to fitted alpha_z(0, 90 deg) was {value(chi.mean(), 2)} "
             f"+- {value(chi.std(ddof=1), 2)} (mean and standard deviation of {chi.size} media); "
             "a further medium was scaled from one vertical penetration test by zeta = "
             "alpha_z(0, 90 deg) / chi, with an interval from the scatter between the media."
         )
+    if scaled_from_print(inputs):
+        chi = published().chi
+        scaled = (
+            "Natural sands were scaled from one vertical penetration test by zeta = "
+            f"alpha_z(0, 90 deg) / chi, with the mean chi ({value(chi.mean(), 2)}) and the generic "
+            f"coefficients of the {chi.size} media of ref. 1 (Tables S3 and S2), and an interval from "
+            "the scatter between these media."
+        )
+    if inputs.coefficients.empty:
+        return scaled or "No medium was measured over the grid of angles, so nothing was fitted."
     return (
         f"The measured alpha was fitted with the nine-term Fourier series of ref. 1 by {how}; "
         f"terms above {config.fourier.threshold:g} A00 were kept. The scaling factor zeta of a "
         "medium is its fitted alpha_z(0, 90 deg) in N/cm^3, and the generic coefficients are the "
         f"mean of the media's coefficients over their zeta. Intervals are percentiles of "
-        f"{config.fourier.draws} parametric bootstrap draws (seed {config.fourier.seed})." + scaled
+        f"{config.fourier.draws} parametric bootstrap draws (seed {config.fourier.seed})."
+        + (f" {scaled}" if scaled else "")
     )
 
 
@@ -135,11 +148,15 @@ def _trial(inputs: PageInputs) -> str:
                 f"{value(peak.max(), 0)} % for all {len(peak)} pairs of leg and medium (median "
                 f"{value(peak.median(), 0)} %)."
             )
+    laboratory = [name for name in inputs.media if inputs.config.media[name].role == "laboratory"]
+    source = (
+        "interpolated from the measured table" if laboratory else "of the scaled generic profile"
+    )
     return (
         f"Model legs ({names}; maximal length {first.max_length_cm:g} cm, width "
         f"{first.width_cm:g} cm, axle {first.hip_height_cm:g} cm above the surface, "
         f"{inputs.config.arm.leg_speed_rad_per_s:g} rad/s) were turned through the medium; the "
         f"force in air at the same angle was subtracted. Forces were predicted by summing alpha "
-        f"|z| dA over {ELEMENTS} elements a leg, alpha interpolated from the measured table, "
+        f"|z| dA over {ELEMENTS} elements a leg, alpha {source}, "
         f"clipping elements at the surface.{result} {software}"
     )

@@ -12,6 +12,7 @@ from rftfit.report.page import tables
 from rftfit.report.page.data import as_json, live_data
 from rftfit.report.page.fates import row_fates, run_fates
 from rftfit.report.page.methods import paragraphs, references
+from rftfit.report.page.references import scaled_from_print
 from rftfit.report.page.reversal import FLAT, REVERSED, reversals
 from rftfit.report.page.robot import robot_tables
 from rftfit.report.page.words import leg_name, span, value
@@ -117,6 +118,7 @@ def context(inputs: PageInputs) -> dict[str, Any]:
         ],
         "coefficients": [tables.coefficient_table(inputs, method) for method in methods],
         "scaling": tables.scaling(inputs),
+        "from_print": [inputs.titles[medium] for medium in scaled_from_print(inputs)],
         "leg_errors": tables.leg_table(inputs),
         "sands": tables.sand_table(inputs),
         "corrections": tables.correction_table(inputs),

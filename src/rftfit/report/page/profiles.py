@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.profile.depth_only import DepthOnlyProfile
+from rftfit.profile.reference_media import routines
 from rftfit.profile.table import TableProfile
-from rftfit.report.page.references import GENERIC, used_coefficients
+from rftfit.report.page.references import generic_of, used_coefficients
 
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
@@ -45,7 +46,7 @@ def profiles_of(inputs: PageInputs, medium: str) -> dict[str, dict[str, Any]]:
         own = used_coefficients(inputs.coefficients, method, medium)
         if np.isfinite(own).all():
             found["fourier"] = {"kind": "fourier", "values": own.tolist()}
-    zeta, m0 = zeta_of(inputs, medium), used_coefficients(inputs.coefficients, method, GENERIC)
+    zeta, m0 = zeta_of(inputs, medium), generic_of(inputs, medium)
     if np.isfinite(zeta) and np.isfinite(m0).all():
         found["generic"] = {"kind": "fourier", "values": (zeta * m0).tolist()}
     if "table" in found:
@@ -69,10 +70,10 @@ def zeta_of(inputs: PageInputs, medium: str) -> float:
         NaN where the penetration table has none.
     """
     method: str = inputs.config.fourier.method
-    if inputs.config.media[medium].role != "laboratory":
-        method = f"scaling routine ({method})"
+    laboratory = inputs.config.media[medium].role == "laboratory"
+    names = [method] if laboratory else routines(method)
     table = inputs.penetration
-    rows = table[(table["method"] == method) & (table["medium"] == medium)]
+    rows = table[table["method"].isin(names) & (table["medium"] == medium)]
     return float(rows["zeta"].iloc[0]) if len(rows) else float("nan")
 
 

@@ -2,47 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit.profile.fourier import TERMS
-from rftfit.profile.scaling import vertical_penetration
-from rftfit.reference import load
+from rftfit.profile.reference_media import (
+    GENERIC,
+    Reference,
+    published,
+    reference_from,
+    routine,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
 
     from rftfit.conventions import FloatArray
     from rftfit.report.page.inputs import PageInputs
-
-GENERIC = "generic"
-
-
-@dataclass(frozen=True)
-class Reference:
-    """Reference media of the scaling routine.
-
-    Parameters
-    ----------
-    name : str
-        For people.
-    media : tuple of str
-    chi : numpy.ndarray, shape (media,)
-    m0 : numpy.ndarray, shape (9,)
-        Generic coefficients.
-    scaled : numpy.ndarray, shape (media, 9)
-        Coefficients of each medium over its zeta.
-    """
-
-    name: str
-    media: tuple[str, ...]
-    chi: FloatArray
-    m0: FloatArray
-    scaled: FloatArray
 
 
 def references_of(inputs: PageInputs) -> list[Reference]:
@@ -69,29 +46,47 @@ def references_of(inputs: PageInputs) -> list[Reference]:
     }
     whole = all(np.isfinite(own).all() for own in values.values())
     found = (
-        [_reference(f"this campaign, method {method}", chi, values)]
+        [reference_from(f"this campaign, method {method}", chi, values)]
         if whole and len(chi) > 1
         else []
     )
     return [*found, published()]
 
 
-def published() -> Reference:
-    """Chi of Table S3 and coefficients of Table S2, as printed.
+def generic_of(inputs: PageInputs, medium: str) -> FloatArray:
+    """Find the generic coefficients that a medium is scaled from, by the configured fit.
+
+    Parameters
+    ----------
+    inputs : PageInputs
+    medium : str
 
     Returns
     -------
-    Reference
+    numpy.ndarray, shape (9,)
+        NaN where there are none.
     """
-    chi_rows, printed = load("table_s3"), load("table_s2")
-    chi_rows = chi_rows[chi_rows["quantity"] == "chi"]
-    chi = {str(m): float(v) for m, v in zip(chi_rows["medium"], chi_rows["value"], strict=True)}
-    values = {}
-    for medium in (GENERIC, *chi):
-        rows = printed[printed["medium"] == medium]
-        own = dict(zip(rows["coefficient"], rows["value"].astype(float), strict=True))
-        values[medium] = np.array([own[term] for term in TERMS])
-    return _reference("published Tables S2 and S3", chi, values)
+    method = inputs.config.fourier.method
+    if medium in scaled_from_print(inputs):
+        return published().m0
+    return used_coefficients(inputs.coefficients, method, GENERIC)
+
+
+def scaled_from_print(inputs: PageInputs) -> list[str]:
+    """List the natural sands that were scaled with the published media.
+
+    Parameters
+    ----------
+    inputs : PageInputs
+
+    Returns
+    -------
+    list of str
+        Empty where the campaign has a usable medium of its own.
+    """
+    rows = inputs.penetration
+    method = routine(inputs.config.fourier.method, printed=True)
+    return [str(medium) for medium in rows.loc[rows["method"] == method, "medium"]]
 
 
 def used_coefficients(table: pd.DataFrame, method: str, medium: str) -> FloatArray:
@@ -117,10 +112,3 @@ def used_coefficients(table: pd.DataFrame, method: str, medium: str) -> FloatArr
         for row in rows.to_dict("records")
     }
     return np.array([found.get(term, np.nan) for term in TERMS])
-
-
-def _reference(name: str, chi: Mapping[str, float], values: Mapping[str, FloatArray]) -> Reference:
-    own = np.stack([values[medium] for medium in chi])
-    # the printed zeta is rounded on its own: the sum keeps alpha_z(0, 90 deg) of each profile at 1
-    scaled = own / vertical_penetration(own)[:, None]
-    return Reference(name, tuple(chi), np.array(list(chi.values())), values[GENERIC], scaled)

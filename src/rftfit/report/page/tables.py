@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from rftfit.profile.fourier import TERMS
+from rftfit.profile.reference_media import PRINTED_NOTE, routines
 from rftfit.report.page.fates import run_fates, worst_flag
 from rftfit.report.page.words import (
     PROFILES,
@@ -107,7 +108,7 @@ def scaling(inputs: PageInputs) -> list[Row]:
     return [
         {
             "method": text(row["method"]),
-            "first": row["method"] in (method, f"scaling routine ({method})"),
+            "first": row["method"] in (method, *routines(method)),
             "title": inputs.titles.get(str(row["medium"]), text(row["medium"])),
             "measured": _with_span(row, "alpha_z_measured", "_N_per_cm3"),
             "fit": (
@@ -147,7 +148,8 @@ def leg_table(inputs: PageInputs) -> list[Row]:
             "rms": value(row["rms_error_N"], 2),
             "relative": percent(100 * as_float(row["rms_relative_to_peak"])).lstrip("+"),
             "r2": value(row["r2"], 2),
-            "reason": text(row.get("reason")),
+            # what the section on scaling says once for all
+            "reason": text(row.get("reason")).replace(PRINTED_NOTE, ""),
         }
         for row in sorted(inputs.leg_errors.to_dict("records"), key=_leg_order(inputs))
     ]
@@ -255,7 +257,7 @@ def _leg_order(inputs: PageInputs) -> Callable[[Row], tuple[int, int, int, bool]
 def _scaling_row(inputs: PageInputs, medium: str) -> Row:
     method = inputs.config.fourier.method
     table = inputs.penetration[inputs.penetration["medium"] == medium]
-    rows = table[table["method"].isin([method, f"scaling routine ({method})"])]
+    rows = table[table["method"].isin([method, *routines(method)])]
     return dict(rows.iloc[0]) if len(rows) else {}
 
 

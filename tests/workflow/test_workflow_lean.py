@@ -1,0 +1,220 @@
+"""Campaigns that lack what the demonstration has: a sand alone, plates in one medium, no whole grid."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from campaigns import make_campaign
+
+from rftfit.measure.alpha import column, grid
+from rftfit.profile.reference_media import PRINTED_NOTE, published
+from rftfit.reference import LEGS, alpha_grid
+from rftfit.stages.figures import figure_fit, figure_generic
+from rftfit.stages.fourier import fourier
+from rftfit.stages.leg_figures import figure_generic_forces
+from rftfit.stages.scaling import scaling
+from rftfit.stages.trials import trials
+from rftfit.store import read_csv, write_csv
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from campaigns import Folder
+
+CONFIG = "config/config.yaml"
+
+pytestmark = pytest.mark.slow
+
+LABORATORY_FIGURES = ("fig_2cd", "fig_3", "fig_s1_", "fig_s2", "fig_s4", "fig_s5", "fig_s6", "fig_s7", "fig_s8", "tare")  # fmt: skip
+
+
+def rftfit(folder: Folder, *words: str) -> str:
+    command = [sys.executable, "-m", "rftfit.cli.main", *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder.root)
+    assert "Traceback" not in done.stdout + done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def run_twice(folder: Folder) -> None:
+    assert "Done: " in rftfit(folder, "run")
+    logs = "".join(path.read_text() for path in (folder.root / "results" / "logs").rglob("*.log"))
+    assert "Traceback" not in logs
+    before = folder.digests()
+    assert "Nothing to do" in rftfit(folder, "run")
+    assert folder.digests() == before
+
+
+def page_of(folder: Folder) -> tuple[str, dict[str, Any]]:
+    """Text of the page on one line, and the numbers of its live parts."""
+    html = (folder.root / "results" / "report.html").read_text(encoding="utf-8")
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.DOTALL)
+    assert found
+    return " ".join(html.split()), json.loads(found[1])
+
+
+def figures_of(folder: Folder) -> list[str]:
+    return sorted(path.stem for path in (folder.root / "results" / "figures").glob("*.png"))
+
+
+@pytest.fixture(scope="module")
+def sand(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+    """One penetration test and three legs in Yuma sand, nothing else."""
+    folder = make_campaign(tmp_path_factory.mktemp("sand") / "campaign", ("yuma",))
+    run_twice(folder)
+    return folder
+
+
+def test_a_sand_alone_is_scaled_with_the_published_media(sand: Folder) -> None:
+    table = sand.table("penetration.csv")
+    assert len(table) == 1
+    row = table.iloc[0]
+    assert row["method"] == "scaling routine (lsq, published media)"
+    assert row["reason"] == PRINTED_NOTE
+    alpha = sand.table("alpha/yuma.csv").query("beta_deg == 0 and gamma_deg == 90").iloc[0]
+    value, se = alpha[column("z")], alpha[column("z", "_se")]
+    assert value == pytest.approx(0.69, abs=0.01)
+    # Table S3 by hand
+    assert row["chi"] == pytest.approx(np.mean([1.37, 1.19, 1.27, 1.05, 1.33]), rel=5e-6)
+    assert row["zeta"] == pytest.approx(value / 1.242, rel=5e-6)
+    words = ("--alpha", f"{value}", "--se", f"{se}", "--output", "scaled.csv", "--json")
+    scaled = json.loads(rftfit(sand, "scale", *words))
+    for name in ("zeta", "chi"):
+        assert f"{row[name]:.6g}" == f"{scaled[name]['value']:.6g}"
+        assert f"{row[f'{name}_lo']:.5g}" == f"{scaled[name]['lo']:.5g}"
+        assert f"{row[f'{name}_hi']:.5g}" == f"{scaled[name]['hi']:.5g}"
+    stated = sand.table("sands.csv").set_index("window").loc["stated"]
+    assert stated["zeta"] == pytest.approx(row["zeta"], rel=1e-5)
+    assert stated["reason"] == PRINTED_NOTE
+
+
+def test_its_legs_are_predicted_from_them(sand: Folder) -> None:
+    predicted = sand.table("predicted.csv")
+    assert set(predicted["leg"]) == set(LEGS)
+    assert set(predicted["profile"]) == {"generic"}
+    assert set(predicted["reason"]) == {PRINTED_NOTE}
+    words = ("--alpha", f"{sand.table('penetration.csv')['alpha_z_measured_N_per_cm3'].iloc[0]}")
+    options = ("--leg", "c_leg", "--output", "forces.csv", "--force")
+    rftfit(sand, "predict", *words, *options)
+    of_cli = pd.read_csv(sand.root / "forces.csv", comment="#")
+    own = predicted[predicted["leg"] == "c_leg"].sort_values("theta_deg")
+    assert np.allclose(own["force_z_N"], of_cli["force_z_N"], rtol=1e-4, atol=1e-6)
+    errors = sand.table("leg_errors.csv")
+    assert errors["peak_error_percent"].notna().all()
+    assert set(errors["reason"]) == {PRINTED_NOTE}
+    # from the results it is the same profile, with the error of the test
+    rftfit(sand, "predict", "--results", "results", "--medium", "yuma", "--profile", "generic", *options)  # fmt: skip
+    again = pd.read_csv(sand.root / "forces.csv", comment="#")
+    assert np.allclose(again["force_z_N"], of_cli["force_z_N"], rtol=1e-6)
+    assert np.allclose(again["force_z_hi_N"], own["force_z_hi_N"], rtol=1e-4, atol=1e-6)
+
+
+def test_what_a_sand_alone_lacks_is_told_not_drawn(sand: Folder) -> None:
+    for name in ("alpha_extended", "coefficients", "fourier/media", "fourier/terms"):
+        table = sand.table(f"{name}.csv")
+        assert table.empty
+        assert "medium" in table.columns
+    drawn = figures_of(sand)
+    assert drawn == ["fig_2b_stress", "fig_s11_penetration", "fig_s12_sand_legs", "peak_errors"]
+    assert not any(name.startswith(LABORATORY_FIGURES) for name in drawn)
+    html, live = page_of(sand)
+    assert "so it has no coefficients of its own" in html
+    assert "Yuma sand is scaled with chi and the generic coefficients of the published five" in html
+    assert "with the mean chi (1.24) and the generic coefficients of the 5 media of ref. 1" in html
+    assert "was fitted with the nine-term" not in html
+    zeta = sand.table("penetration.csv")["zeta"].iloc[0]
+    generic = live["profiles"]["yuma"]["generic"]["values"]
+    assert np.allclose(generic, zeta * published().m0)
+    assert [reference["name"] for reference in live["references"]] == ["published Tables S2 and S3"]
+
+
+@pytest.fixture(scope="module")
+def plates(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+    """Plates in loose poppy seeds: no sands, no legs, no robot."""
+    root = tmp_path_factory.mktemp("plates") / "campaign"
+    folder = make_campaign(root, ("poppy_LP",), plates_only=True)
+    run_twice(folder)
+    return folder
+
+
+def test_plates_in_one_medium(plates: Folder) -> None:
+    table = plates.table("alpha/poppy_LP.csv")
+    for component, paper in zip("zx", alpha_grid("poppy_LP"), strict=True):
+        assert np.abs(grid(table, column(component)) - paper).max() <= 0.01
+    row = plates.table("penetration.csv").set_index("method").loc["dft-index"]
+    assert row["chi"] == pytest.approx(1.37, abs=0.02)
+    for name in ("predicted", "leg_errors", "sands", "sand_correction", "legs/poppy_LP"):
+        empty = plates.table(f"{name}.csv")
+        assert empty.empty
+        assert "medium" in empty.columns
+    drawn = figures_of(plates)
+    assert "fig_s7_generic" in drawn
+    legs_or_sands = ("fig_3", "fig_s5", "fig_s8", "fig_s11", "fig_s12", "peak", "fig_4")
+    assert not any(name.startswith(legs_or_sands) for name in drawn)
+    html, live = page_of(plates)
+    assert "No leg was measured in this campaign." in html
+    assert "No natural sand was measured in this campaign." in html
+    assert "published five media" not in html
+    assert set(live["profiles"]["poppy_LP"]) == {"table", "fourier", "generic", "depth_only"}
+
+
+def test_a_grid_with_a_hole_is_not_usable_by_the_transform(
+    plates: Folder, sand: Folder, tmp_path: Path
+) -> None:
+    """Stages alone, on the tables of both: the sand is scaled with the published media again."""
+    root = tmp_path / "campaign"
+    shutil.copytree(sand.root / "raw", root / "raw")
+    values, more = (yaml.safe_load((f.root / CONFIG).read_text()) for f in (sand, plates))
+    values["media"] |= more["media"]
+    values["fourier"]["method"] = "dft-index"
+    (root / "config").mkdir()
+    config = root / CONFIG
+    config.write_text(yaml.safe_dump(values, sort_keys=False))
+    table: Any = read_csv(plates.root / "results" / "alpha" / "poppy_LP.csv")
+    # not at 90 degrees, where the mirror image fills it
+    hole = (table["beta_deg"] == -30) & (table["gamma_deg"] == 45)
+    assert hole.sum() == 1
+    table[table.filter(like="alpha_").columns] = table.filter(like="alpha_").mask(hole)
+    grids, sands = [tmp_path / "grid.csv"], [sand.root / "results" / "alpha" / "yuma.csv"]
+    write_csv(table, grids[0])
+    legs = [
+        f.root / "results" / "legs" / f"{m}.csv" for f, m in ((plates, "poppy_LP"), (sand, "yuma"))
+    ]
+    made = {
+        name: tmp_path / f"{name}.csv"
+        for name in ("media", "terms", "all", "penetration", "predicted", "errors")
+    }
+    fourier(config, grids, made["media"], made["terms"])
+    scaling(config, grids, sands, made["media"], made["all"], made["penetration"])
+    trials(config, grids, sands, legs, made["predicted"], made["errors"])
+    rows: Any = read_csv(made["penetration"]).set_index(["medium", "method"])
+    assert "cells have no alpha" in rows.loc[("poppy_LP", "dft-index"), "reason"]
+    found = rows.loc[("yuma", "scaling routine (dft-index, published media)")]
+    assert found["zeta"] == sand.table("penetration.csv")["zeta"].iloc[0]
+    predicted = read_csv(made["predicted"])
+    # legs of the medium itself by its table; those of the sand from the published media
+    own = predicted[predicted["medium"] == "poppy_LP"]
+    assert set(own["profile"]) == {"table", "depth_only"}
+    assert set(own["reason"]).isdisjoint({PRINTED_NOTE})
+    of_sand = predicted[predicted["medium"] == "yuma"]
+    assert of_sand["force_z_N"].notna().all()
+    assert set(of_sand["reason"]) == {PRINTED_NOTE}
+    # the figures of the fit say why there is none
+    figure_fit(config, grids, made["all"], tmp_path / "fit.png")
+    figure_generic(config, grids, made["all"], made["penetration"], tmp_path / "generic.png")
+    figure_generic_forces(
+        config, made["predicted"], legs, made["penetration"], tmp_path / "forces.png"
+    )
+    for name in ("fit", "generic", "forces"):
+        assert "1 of 91 cells have no alpha" in (tmp_path / f"{name}.svg").read_text(
+            encoding="utf-8"
+        )
