@@ -42,6 +42,7 @@ _X, _Z, _TX, _TZ, _HALF, _AREA, _VX, _VZ = (row * LANES for row in range(8))
 # ... depth times area of its submerged part, where that part's centre lies, force, moment, angles
 _LOAD, _XC, _ZC, _FZ, _FX, _MOMENT, _BETA, _GAMMA = (row * LANES for row in range(8, 16))
 _SIZE = 16 * LANES
+_GIVEN = (_FZ, _FX, _XC, _ZC)
 
 # atan(t) / t as a polynomial in t^2 for |t| <= tan(pi / 8), by interpolation at Chebyshev nodes;
 # error below 1e-16
@@ -77,8 +78,7 @@ def _clip(w: FloatArray) -> None:
         whole = low - 2 * rise >= 0
         part = 1.0 if whole else low / (2 * rise)
         depth = -z if whole else 0.5 * low
-        vx, vz = w[_VX + i], w[_VZ + i]
-        idle = (low <= 0) | (vx * vx + vz * vz == 0)
+        idle = (low <= 0) | (w[_VX + i] * w[_VX + i] + w[_VZ + i] * w[_VZ + i] == 0)
         w[_LOAD + i] = 0.0 if idle else depth * part * w[_AREA + i]
         along = 0.0 if whole | (low <= 0) else half * (1 - part)
         along = -along if tz > 0 else along
@@ -148,19 +148,13 @@ def _below(angle: float, nodes: FloatArray, bins: IntArray, scale: float) -> int
 
 
 @_compiled
-def _between(cells: FloatArray, cell: int, first: int, u: float, v: float) -> float:
-    """Bilinear value in a cell; a corner without weight may be missing (NaN)."""
-    at = np.uint64(cell)
-    low = (1 - u) * cells[at, first] + u * cells[at, first + 2]
-    high = (1 - u) * cells[at, first + 1] + u * cells[at, first + 3]
-    total: float = (1 - v) * low + v * high
-    if math.isnan(total):
-        weights = ((1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v)
-        total = 0.0
-        for corner in range(4):
-            value = cells[at, first + corner]
-            if not (weights[corner] < NEGLIGIBLE and math.isnan(value)):
-                total += weights[corner] * value
+def _without(w: FloatArray, i: int, first: int, u: float, v: float) -> float:
+    """Bilinear value of a lane, leaving out missing corners (NaN) that have no weight."""
+    total = 0.0
+    for corner, weight in enumerate(((1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v)):
+        value = w[(first + corner) * LANES + i]
+        if not (weight < NEGLIGIBLE and math.isnan(value)):
+            total += weight * value
     return total
 
 
@@ -169,7 +163,7 @@ def _table(
     w: FloatArray, beta: FloatArray, gamma: FloatArray, beta_bins: IntArray,
     gamma_bins: IntArray, cells: FloatArray,
 ) -> None:  # fmt: skip
-    """Interpolate the table: angles first, then the cell of each element that bears a load."""
+    """Interpolate the table. Rows of the block no longer needed take the corners of the cells."""
     for i in range(LANES):
         tx, tz = w[_TX + i], w[_TZ + i]
         # the plate has two ends; take the one toward +x
@@ -177,19 +171,34 @@ def _table(
         w[_GAMMA + i] = _atan2(-w[_VZ + i], -w[_VX + i])
     beta_scale = beta_bins.size / (beta[-1] - beta[0])
     gamma_scale = gamma_bins.size / (gamma[-1] - gamma[0])
-    columns = gamma.size - 1
+    for i in range(LANES):  # looking up goes one by one: nothing else is done here
+        row = _below(w[_BETA + i], beta, beta_bins, beta_scale)
+        col = _below(w[_GAMMA + i], gamma, gamma_bins, gamma_scale)
+        cell = np.uint64(row * (gamma.size - 1) + col)
+        b0, g0 = beta[np.uint64(row)], gamma[np.uint64(col)]
+        w[_BETA + i] -= b0
+        w[_GAMMA + i] -= g0
+        w[_FZ + i] = beta[np.uint64(row + 1)] - b0
+        w[_FX + i] = gamma[np.uint64(col + 1)] - g0
+        for corner in range(8):
+            w[corner * LANES + i] = cells[cell, corner]
+    missing = False
     for i in range(LANES):
-        load, b, g = w[_LOAD + i], w[_BETA + i], w[_GAMMA + i]
-        w[_FZ + i] = w[_FX + i] = 0.0
-        if load != 0:
-            row = _below(b, beta, beta_bins, beta_scale)
-            col = _below(g, gamma, gamma_bins, gamma_scale)
-            b0, g0 = beta[np.uint64(row)], gamma[np.uint64(col)]
-            u = (b - b0) / (beta[np.uint64(row + 1)] - b0)
-            v = (g - g0) / (gamma[np.uint64(col + 1)] - g0)
-            cell = row * columns + col
-            w[_FZ + i] = load * _between(cells, cell, 0, u, v)
-            w[_FX + i] = load * _between(cells, cell, 4, u, v)
+        load, u, v = w[_LOAD + i], w[_BETA + i] / w[_FZ + i], w[_GAMMA + i] / w[_FX + i]
+        low = (1 - u) * w[i] + u * w[2 * LANES + i]
+        high = (1 - u) * w[LANES + i] + u * w[3 * LANES + i]
+        fz = (1 - v) * low + v * high
+        low = (1 - u) * w[4 * LANES + i] + u * w[6 * LANES + i]
+        high = (1 - u) * w[5 * LANES + i] + u * w[7 * LANES + i]
+        fx = (1 - v) * low + v * high
+        w[_BETA + i], w[_GAMMA + i] = u, v
+        w[_FZ + i] = 0.0 if load == 0 else load * fz
+        w[_FX + i] = 0.0 if load == 0 else load * fx
+        missing |= math.isnan(fz + fx)
+    for i in range(LANES if missing else 0):
+        load, u, v = w[_LOAD + i], w[_BETA + i], w[_GAMMA + i]
+        w[_FZ + i] = 0.0 if load == 0 else load * _without(w, i, 0, u, v)
+        w[_FX + i] = 0.0 if load == 0 else load * _without(w, i, 4, u, v)
 
 
 @_compiled
@@ -197,10 +206,7 @@ def _sum(w: FloatArray, row: int) -> float:
     """Sum of a row, in four parts that need not wait for one another."""
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
     for i in range(row, row + LANES, 4):
-        a += w[i]
-        b += w[i + 1]
-        c += w[i + 2]
-        d += w[i + 3]
+        a, b, c, d = a + w[i], b + w[i + 1], c + w[i + 2], d + w[i + 3]
     return (a + b) + (c + d)
 
 
@@ -276,10 +282,8 @@ def element_forces(pack: Pack, elements: FloatArray) -> FloatArray:
         else:
             _depth_only(w, values)
         for i in range(n):
-            result[start + i, 0] = w[_FZ + i]
-            result[start + i, 1] = w[_FX + i]
-            result[start + i, 2] = w[_XC + i]
-            result[start + i, 3] = w[_ZC + i]
+            for column, row in enumerate(_GIVEN):
+                result[start + i, column] = w[row + i]
     return result
 
 
@@ -318,8 +322,7 @@ def pose_forces(
     w = np.zeros(_SIZE)
     for p in range(poses.shape[0]):
         x0, z0 = poses[p, 0], poses[p, 1]
-        # without a place there is no moment, not even in the air
-        net_z, net_x, moment = 0.0, 0.0, 0.0 * x0
+        net_z, net_x, moment = 0.0, 0.0, 0.0 * x0  # no moment without a place, not even in the air
         for block in range(blocks.shape[0]):
             _place(w, blocks, block, width_cm, poses, p)
             _clip(w)
@@ -336,15 +339,12 @@ def pose_forces(
                 for i in range(LANES):
                     fz, fx = w[_FZ + i], w[_FX + i]
                     w[_MOMENT + i] = (w[_ZC + i] - z0) * fx - (w[_XC + i] - x0) * fz
-                net_z += _sum(w, _FZ)
-                net_x += _sum(w, _FX)
+                net_z, net_x = net_z + _sum(w, _FZ), net_x + _sum(w, _FX)
                 moment += _sum(w, _MOMENT)
             if each.shape[0] > 0:
                 start = block * LANES
                 for i in range(min(LANES, body.shape[0] - start)):
-                    each[p, start + i, 0] = 0.0 if idle else w[_FZ + i]
-                    each[p, start + i, 1] = 0.0 if idle else w[_FX + i]
-                    each[p, start + i, 2] = w[_XC + i]
-                    each[p, start + i, 3] = w[_ZC + i]
+                    for column, row in enumerate(_GIVEN):
+                        each[p, start + i, column] = 0.0 if idle and column < 2 else w[row + i]
         result[p, 0], result[p, 1], result[p, 2] = net_z, net_x, moment
     return result
