@@ -12,7 +12,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep report docs test lint fuzz benchmark lock clean FORCE
+.PHONY: help env run sweep report docs test lint fuzz messages mutants killed fulldisk samebytes cluster benchmark lock clean FORCE
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -56,8 +56,31 @@ lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/snakemake --lint
 	$(BIN)/sp-repo-review .
 
+messages: env ## record which test makes which message, for the documentation (ARGS: tests to add)
+	@$(BIN)/python tests/helpers/message_evidence.py $(ARGS)
+
 fuzz: env ## feed random and damaged bytes to every reader of text, ten minutes each
 	@$(BIN)/python tests/fuzz_logs.py $(ARGS)
+
+mutants: env ## change the physics in small ways and see whether a test notices, forty minutes
+	@[ -f .mutants/tool/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	  --no-deps --require-hashes --target .mutants/tool -r requirements/mutation.txt && touch .mutants/tool/made; }
+	@PYTHONPATH=.mutants/tool $(BIN)/python tests/mutants/run.py $(ARGS)
+
+killed: env ## kill the workflow at twenty random moments and go on, half an hour
+	@$(BIN)/python tests/slow/killed.py $(ARGS)
+
+fulldisk: env ## run the workflow on disks that are too small or read-only and go on, ten minutes
+	@$(BIN)/python tests/slow/full_disk.py $(ARGS)
+
+samebytes: env ## run one campaign under different circumstances and compare its results, five minutes
+	@$(BIN)/python tests/slow/same_bytes.py $(ARGS)
+
+cluster: env ## run a campaign on a Slurm cluster of this machine that loses a node (root; Debian), ten minutes
+	@[ "$$(id -u)" = 0 ] || { echo "make cluster needs root: Slurm's daemons start jobs." >&2; exit 1; }
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
+	  -r requirements/cluster.txt
+	@$(BIN)/python tests/slow/cluster.py $(ARGS)
 
 benchmark: env ## measure the speeds that docs/performance.md states
 	@for script in benchmarks/*.py; do $(BIN)/python "$$script" || exit 1; done
@@ -75,5 +98,5 @@ lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer v
 	  --group dev pyproject.toml -o $(LOCK) --no-header $(ARGS)
 
 clean: ## delete all results and caches; raw logs and .venv stay
-	rm -rf results .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage dist build
+	rm -rf results .snakemake .mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage dist build
 	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

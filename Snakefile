@@ -7,6 +7,8 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
+from rftfit.store.holder import hold
+from rftfit.store.parent import SHELL_PREFIX, end_group, end_with_parent
 from rftfit.workflow import Plan
 
 min_version("9.5")
@@ -21,8 +23,19 @@ os.environ["PATH"] = os.pathsep.join(
     [str(Path(sys.executable).parent), os.environ["PATH"]]
 )
 
+# No orphan goes on writing: Snakemake ends with the `rftfit run` that started it, and each job with its
+# Snakemake, also where these were killed and could not end it.
+end_with_parent(end_group)
+shell.prefix(SHELL_PREFIX)
+
 CONFIG = config.get("campaign", "config/config.yaml")
 PLAN = Plan(CONFIG)
+
+
+onstart:
+    # so that the lock of a killed run can be told from that of a living one; jobs elsewhere may live on
+    if workflow.local_exec:
+        hold(Path(".snakemake"))
 
 
 wildcard_constraints:

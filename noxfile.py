@@ -38,10 +38,11 @@ def lint(session: nox.Session) -> None:
 
 @nox.session(default=False)
 def docs(session: nox.Session) -> None:
-    """Write the pages of the Python interface to results/api."""
+    """Build the documentation site in docs/_build."""
     install_locked(session)
-    session.install("pdoc>=16")
-    session.run("pdoc", "--docformat", "numpy", "--output-directory", "results/api", "rftfit")
+    session.run(
+        "python", "-m", "sphinx", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html"
+    )
 
 
 if __name__ == "__main__":

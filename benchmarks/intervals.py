@@ -2,7 +2,8 @@
 
 ``python benchmarks/intervals.py`` takes 100 campaigns of five media for each way that beds may
 differ, a minute or two; the figures of docs/reliability.md come from ``... intervals.py 2000``, the
-better part of an hour. Campaigns, levels and scenarios are those of the tests (tests/helpers).
+better part of an hour and a half. ``--robot`` takes the robot's levels alone. Campaigns, levels and
+scenarios are those of the tests (tests/helpers).
 """
 
 from __future__ import annotations
@@ -17,12 +18,16 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests" / "helpers"))
 
 import numpy as np
-from coverage_levels import SCENARIOS, Scenario, cover
+from coverage_levels import BEST_IN, SCENARIOS, Scenario, cover, cover_robot
 from ensembles import Ensemble, paper_config, simulate
 
 from rftfit.reference import MEDIA
 
 CAMPAIGNS, CHUNK, DRAWS, SEED = 100, 100, 500, 2013
+ROBOTS, BESTS, ROBOT_DRAWS = 10, 80, 40
+"""One campaign in so many has the robot's speed (two conditions), and its best curvature; it needs few
+draws."""
+
 RESULT = HERE / "results" / "intervals.md"
 Shares = dict[str, np.ndarray]
 
@@ -47,6 +52,22 @@ def scenario_shares(scenario: Scenario, campaigns: int) -> Shares:
     return {level: np.concatenate([part[level] for part in parts]) for level in parts[0]}
 
 
+def robot_shares(scenario: Scenario, campaigns: int) -> Shares:
+    """Take the same of the robot, in one medium after the other."""
+    config = paper_config(ROBOT_DRAWS)
+    each = campaigns // ROBOTS // len(MEDIA)
+    bests = campaigns // BESTS
+    parts = [
+        cover_robot(
+            simulate(medium, max(each, bests if medium == BEST_IN else 0), SEED + place),
+            scenario, config, SEED + place, bests,
+        )
+        for place, medium in enumerate(MEDIA)
+    ]  # fmt: skip
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: np.concatenate([part[name] for part in parts if name in part]) for name in names}
+
+
 def rows(shares: dict[str, Shares]) -> list[str]:
     """Lines of the table: percent, with the standard error of the simulation."""
     head = ["| interval of | " + " | ".join(shares) + " |", "|---|" + "---|" * len(shares)]
@@ -64,17 +85,24 @@ def rows(shares: dict[str, Shares]) -> list[str]:
 
 def main() -> None:
     """Simulate every scenario and write the table."""
-    campaigns = int(sys.argv[1]) if len(sys.argv) > 1 else CAMPAIGNS
+    words = [word for word in sys.argv[1:] if word != "--robot"]
+    only_robot = len(words) < len(sys.argv) - 1
+    campaigns = int(words[0]) if words else CAMPAIGNS
     shares: dict[str, Shares] = {}
     for scenario in SCENARIOS:
         start = time.perf_counter()
-        shares[scenario.name] = scenario_shares(scenario, campaigns)
+        found = {} if only_robot else scenario_shares(scenario, campaigns)
+        shares[scenario.name] = found | robot_shares(scenario, campaigns)
         print(f"{scenario.name}: {time.perf_counter() - start:.0f} s", flush=True)
-    text = "\n".join(
-        [f"Coverage of 95 % intervals, percent; {campaigns} campaigns a column.", "", *rows(shares)]
+    robot = next(iter(shares.values()))
+    head = (
+        f"Coverage of 95 % intervals, percent; {campaigns} campaigns a column, "
+        f"{robot['robot speed'].size} for the robot's speed (two conditions each) and "
+        f"{robot['best curvature'].size} for its best curvature."
     )
+    text = "\n".join([head, "", *rows(shares)])
     print(text)
-    if campaigns >= 2000:
+    if campaigns >= 2000 and not only_robot:
         RESULT.write_text(f"{text}\n", encoding="utf-8")
 
 

@@ -11,10 +11,17 @@ sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 project = "rftfit"
 author = "The rftfit developers"
 release = version = installed("rftfit")
-extensions = ["myst_parser", "offline_math"]
+extensions = [
+    "myst_parser",
+    "offline_math",
+    "generated",
+    "message_table",
+    "offline_check",
+    "quality_sheets",
+]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build"]
-myst_enable_extensions = ["deflist", "dollarmath"]
+myst_enable_extensions = ["attrs_inline", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nitpicky = True
 html_theme = "furo"
@@ -23,5 +30,7 @@ html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sphinx = False
 html_show_copyright = False
+# summaries are fetched, which a browser refuses for a page opened from disk
+html_show_search_summary = False
 html_static_path = ["_static"]
 html_css_files = ["site.css"]

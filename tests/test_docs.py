@@ -1,41 +1,127 @@
-"""The commands of the documentation do what it says."""
+"""Every command and code block of the documentation does what it says, or says why it is not run."""
 
 from __future__ import annotations
 
-import os
-import re
 import shutil
-import subprocess
-import sys
-from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
+import yaml
+from doc_blocks import REASONS, ROOT, Reader, blocks_of, check_values, commands_in, fate, pages
 
-DOCS = Path(__file__).parents[1] / "docs"
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from doc_blocks import Block
+
+EVERY = [block for page in pages() for block in blocks_of(page)]
+RUN = sorted({block.page for block in EVERY if fate(block) == "run"})
+NOT_RUN = {
+    "README.md": ["takes minutes"],
+    "docs/example-cmu-sand.md": ["network"],
+    "docs/howto/cluster.md": ["needs root", "needs root"],
+}
+"""Pages with blocks that no test runs, and why: not more than these."""
 
 
-def blocks(page: str) -> list[str]:
-    """Shell blocks of a page, in order."""
-    text = (DOCS / page).read_text(encoding="utf-8")
-    return re.findall(r"^```sh\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+@pytest.fixture(scope="module")
+def base() -> dict[str, Any]:
+    text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
+    values: dict[str, Any] = yaml.safe_load(text)
+    return values
+
+
+def test_no_block_escapes() -> None:
+    assert len(EVERY) > 30
+    assert [f"{block.place}: {block.language!r}" for block in EVERY if not fate(block)] == []
+
+
+def test_few_blocks_are_not_run_and_say_why() -> None:
+    found: dict[str, list[str]] = {}
+    for block in EVERY:
+        if fate(block) == "not run":
+            assert block.marks["not run"] in REASONS, block.place
+            found.setdefault(block.page, []).append(block.marks["not run"])
+    print(found)
+    assert found == NOT_RUN
+
+
+@pytest.mark.parametrize(
+    "block", [one for one in EVERY if fate(one) == "run by"], ids=lambda one: one.place
+)
+def test_what_another_test_runs_is_run_there(block: Block) -> None:
+    text = (ROOT / block.marks["run by"]).read_text(encoding="utf-8")
+    commands = commands_in(block)
+    for command in commands:
+        assert f'"{command}"' in text or f"import {command}\n" in text, f"{block.place}: {command}"
+    # what is no command is taken from the page itself
+    assert commands or f'"{block.page.rsplit("/", 1)[1]}"' in text, block.place
+
+
+@pytest.mark.parametrize(
+    "block",
+    [one for one in EVERY if one.language in ("yaml", "toml") and fate(one) in ("checked", "file")],
+    ids=lambda one: one.place,
+)
+def test_configuration_is_valid(block: Block, base: dict[str, Any]) -> None:
+    check_values(block, base)
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash on this machine")
-def test_tutorial_runs_in_an_empty_folder(tmp_path: Path) -> None:
-    found = blocks("tutorial.md")
-    assert len(found) == 3
-    here = Path(sys.executable).parent
-    done = subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", "\n".join(found)],
-        cwd=tmp_path,
-        env={**os.environ, "PATH": f"{here}{os.pathsep}{os.environ['PATH']}"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+@pytest.mark.parametrize("page", RUN)
+def test_a_page_runs_from_top_to_bottom(page: str, tmp_path: Path) -> None:
+    reader = Reader(tmp_path)
+    for block in blocks_of(page):
+        if fate(block) in ("run", "file"):
+            reader.follow(block)
+    for made, words in SAYS.get(page, {}).items():
+        assert words in reader.said, made
+
+
+SAYS = {
     # an empty campaign is not ready, and says why; the field commands give their numbers
-    assert "not yet" in done.stdout
-    assert "zeta" in done.stdout
-    assert "Traceback" not in done.stderr
-    assert (tmp_path / "mylab" / "config" / "runs.csv").is_file()
+    "docs/tutorial.md": {
+        "first check": "not yet",
+        "second check": "0 errors, 0 warnings",
+        "inspect": "1302 can be read",
+        "scale": "zeta",
+    },
+    "docs/howto/wrong.md": {"check": "speed_cm_per_s"},
+    "docs/howto/field.md": {"scale": "0.7246", "python": "0.532 0.213 N/cm^3"},
+    "docs/howto/robot.md": {"simulate": "steady"},
+}
+"""What must be read on the way down a page."""
+
+
+def test_a_block_that_is_wrong_is_seen(tmp_path: Path, base: dict[str, Any]) -> None:
+    bad, unknown, broken, python = blocks_of(
+        "page.md",
+        "```yaml\nclock: {method: guess}\n```\n```shell\nls\n```\n```sh\nfalse\n```\n"
+        "```python\nraise SystemExit(3)\n```\n",
+    )
+    with pytest.raises(ValueError, match="sync_line"):
+        check_values(bad, base)
+    assert fate(unknown) == ""
+    reader = Reader(tmp_path)
+    for block in (broken, python):
+        with pytest.raises(AssertionError, match=r"page.md, line"):
+            reader.follow(block)
+    with pytest.raises(AssertionError, match="no such mark"):
+        blocks_of("page.md", "<!-- skip: because -->\n```sh\nls\n```\n")
+    with pytest.raises(AssertionError, match="indented"):
+        blocks_of("page.md", "- so:\n\n  ```sh\n  ls\n  ```\n")
+
+
+def test_a_page_that_needs_the_network_is_seen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    from offline_check import far_addresses  # type: ignore[import-not-found]
+
+    page = '<a href="https://doi.org/1">paper</a><script src="own.js"></script>'
+    (tmp_path / "good.html").write_text(page, encoding="utf-8")
+    assert far_addresses(tmp_path) == []
+    (tmp_path / "bad.html").write_text('<script src="//far.example/x.js"></script>', "utf-8")
+    (tmp_path / "bad.css").write_text("@import url(https://far.example/x.css);", "utf-8")
+    assert len(far_addresses(tmp_path)) == 2

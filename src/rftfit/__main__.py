@@ -5,13 +5,16 @@ A list of paths is given by repeating its name. People use the ``rftfit`` comman
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import inspect
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import InputError, RftfitError
+from rftfit.store.parent import end_with_parent
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,8 +54,9 @@ STAGES = {
     "figure_generic_forces": f"{_LEG_FIGURES}:figure_generic_forces",
     "figure_peak_errors": f"{_LEG_FIGURES}:figure_peak_errors",
     "robot_measured": f"{_ROBOT}:robot_measured",
-    "robot_sweep": f"{_ROBOT}:robot_sweep",
+    "robot_sweep": f"{_ROBOT}_sweep:robot_sweep",
     "robot_tables": f"{_ROBOT}:robot_tables",
+    "robot_intervals": f"{_ROBOT}_intervals:robot_intervals",
     "robot_motion": f"{_ROBOT}_figures:robot_motion",
     "robot_frames": f"{_ROBOT}_frames:robot_frames",
     "figures_robot_speed": f"{_ROBOT}_figures:figures_robot_speed",
@@ -135,6 +139,7 @@ def main(argv: list[str] | None = None) -> int:
     int
         0, or the exit code of the error, whose message goes to standard error.
     """
+    end_with_parent()
     words = sys.argv[1:] if argv is None else argv
     try:
         if not words:
@@ -142,9 +147,22 @@ def main(argv: list[str] | None = None) -> int:
         function = stage_function(words[0])
         function(**bind(function, words[1:]))
     except RftfitError as error:
-        sys.stderr.write(f"rftfit {words[0] if words else ''}: {error}\n")
+        _say(f"rftfit {words[0] if words else ''}: {error}\n")
         return error.exit_code
     return 0
+
+
+def _say(message: str) -> None:
+    """Write to standard error; where that is a file on a full disk, to whoever listens."""
+    try:
+        sys.stderr.write(message)
+        sys.stderr.flush()
+    except OSError:
+        with contextlib.suppress(OSError, ValueError):
+            sys.stdout.write(message)
+            sys.stdout.flush()
+            # what waits in the stream is tried again at the very end, which would change the exit status
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from rftfit.stages.chosen import stress_runs
 from rftfit.stages.provenance_rules import graph_of
 from rftfit.stages.provenance_state import (
     digests_of_logs,
+    foreign_dialects,
     log_names,
     logs_seen,
     raw_digest,
@@ -21,12 +22,16 @@ from rftfit.stages.provenance_state import (
     settings_digest,
 )
 from rftfit.stages.robot import trials_of
-from rftfit.store.digest import code_digest, digest_of
+from rftfit.store.digest import closure, code_digest, digest_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from rftfit.logs.plugins import Origin
     from rftfit.store.manifest import Seen
+
+_READS_LOGS = "rftfit.logs.registry"
+"""Whoever imports it reads logs, with the dialects of other packages too."""
 
 
 class Plan:
@@ -221,7 +226,26 @@ class Plan:
         str
         """
         names = dict.fromkeys(STAGES[name].partition(":")[0] for name in stages or STAGES)
+        if self._dialects and _READS_LOGS in closure(*names):
+            names |= dict.fromkeys(origin.module for origin in self._dialects.values())
         return self._told("code", tuple(names), code_digest(*names))
+
+    def dialects(self) -> str:
+        """Name the packages whose dialects the logs are read with; empty where there are none.
+
+        Their code is part of `code`; this is for changes of version alone.
+
+        Returns
+        -------
+        str
+        """
+        return "; ".join(
+            f"{name}: {origin.package} {origin.version}" for name, origin in self._dialects.items()
+        )
+
+    @cached_property
+    def _dialects(self) -> dict[str, Origin]:
+        return foreign_dialects(self.campaign.config)
 
     def _told(self, what: str, names: Sequence[str], digest: str) -> str:
         self._meanings[what, digest] = tuple(names)

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import pytest
+from dictionary_check import columns_in, undescribed, wrong_kind
 
 from rftfit.cli.example_files import EXAMPLES, SUMS, fetch_logs, own_files
 from rftfit.errors import InputError
+from rftfit.outputs.dictionary import describe, outputs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -52,6 +54,21 @@ def mirror() -> Iterator[str]:
     server.shutdown()
     thread.join()
     server.server_close()
+
+
+def test_every_column_is_in_the_dictionary(done: Path) -> None:
+    (plates,) = (one for one in outputs() if one.stage == "rftfit example")
+    known = {name: describe(f"results/{name}/sand.csv") for name in ("runs", "fits")}
+    for name, output in {
+        **known,
+        "ledger": describe("results/ledger.csv"),
+        "plates": plates,
+    }.items():
+        assert output is not None
+        names, table = columns_in(done / "results" / f"{name}.csv")
+        assert undescribed(output, names) == []
+        assert table is not None
+        assert wrong_kind(output, table) == []
 
 
 def test_every_clock_and_every_surface_is_found(done: Path) -> None:

@@ -122,11 +122,11 @@ def published(medium: str) -> dict[str, Profile]:
         "table": table,
         "fourier": FourierProfile(as_array(reference.coefficients(medium))),
         "generic": scaled_generic(reference.coefficients(medium)["zeta"], generic),
-        "depth-only": DepthOnlyProfile.of(table),
+        "depth_only": DepthOnlyProfile.of(table),
     }
 
 
-@pytest.mark.parametrize("kind", ["table", "fourier", "generic", "depth-only"])
+@pytest.mark.parametrize("kind", ["table", "fourier", "generic", "depth_only"])
 @pytest.mark.parametrize("leg", reference.LEGS)
 def test_equals_the_sweep(rftfit: Callable[..., Said], here: Path, kind: str, leg: str) -> None:
     more = () if kind == "table" else ("--profile", kind)
@@ -242,7 +242,7 @@ def test_intervals_are_those_of_the_draws(
     assert "lo, hi: 95 % interval" in said.out
 
 
-@pytest.mark.parametrize("kind", ["fourier", "generic", "depth-only"])
+@pytest.mark.parametrize("kind", ["fourier", "generic", "depth_only"])
 def test_other_profiles_of_a_campaign(
     rftfit: Callable[..., Said], here: Path, results: Path, kind: str
 ) -> None:
@@ -255,7 +255,7 @@ def test_other_profiles_of_a_campaign(
     profiles: dict[str, Profile] = {
         "fourier": FourierProfile(fits["poppy_CP"]),
         "generic": scaled_generic(zetas["poppy_CP"], m0),
-        "depth-only": DepthOnlyProfile.of(TableProfile.published("poppy_CP")),
+        "depth_only": DepthOnlyProfile.of(TableProfile.published("poppy_CP")),
     }
     found = read_forces(here / "forces.csv")
     check(found, sweep(profiles[kind], model_leg("c_leg")))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from rftfit.cli.results import ledger_line
-from rftfit.cli.snakemake_process import find_snakefile, working_in
+from rftfit.cli.snakemake_process import _signals_as_interrupts, find_snakefile, working_in
 from rftfit.errors import WorkflowError
 
 if TYPE_CHECKING:
@@ -213,6 +213,19 @@ def test_stopping_stops_the_children(campaign: Path, number: signal.Signals) -> 
     assert working_in(root) == []
     assert not (campaign / "results/slow.txt").exists()
     assert not list((campaign / ".snakemake").glob("locks/*"))
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this signal is POSIX's")
+def test_a_run_under_nohup_stays_when_its_terminal_closes() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with _signals_as_interrupts():
+            signal.raise_signal(signal.SIGHUP)
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_snakefile_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,18 @@ from rftfit.profile.media_fits import MediumFit, fit_media, generic_interval
 from rftfit.profile.scaling import generic, vertical_penetration
 from rftfit.profile.table import TableProfile
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, alpha_grid
+from rftfit.robot.configfile import paper_robot
+from rftfit.robot.intervals import (
+    BEST_DRAWS,
+    DRAWS,
+    best_width,
+    coarser,
+    each_draw,
+    speed_widths,
+    speeds_of,
+)
+from rftfit.robot.run import Condition
+from rftfit.robot.sensitivity import optimum
 from rftfit.stages.trials import bed_spread
 from rftfit.validate.leg_errors import leg_errors
 from rftfit.validate.predictions import laboratory_candidates, leg_prediction
@@ -28,6 +41,7 @@ if TYPE_CHECKING:
     from ensembles import Ensemble
 
     from rftfit.campaign.config import Config
+    from rftfit.profile.base import Profile
 
     FloatArray = np.ndarray
     Inside = dict[str, FloatArray]
@@ -135,6 +149,63 @@ def leg_inside(
     return {"leg force": np.concatenate(inside), "peak error": within(lo, truth, hi)}
 
 
+ROBOT_CONDITIONS = tuple(
+    Condition(frequency, curvature)
+    for frequency, curvature in (
+        (2.0, 1.0), (4.9, -0.92), (1.0, 0.5), (3.5, 0.0), (2.2, -1.0), (4.9, 0.92), (0.6, 0.0),
+        (3.0, -0.5), (1.5, -0.5), (4.0, 0.3),
+    )
+)  # fmt: skip
+"""Over the range of curvature and stride frequency that was measured."""
+
+BEST_IN = "poppy_LP"
+"""The medium in which the fastest leg is curved less than the most."""
+
+
+@cache
+def true_speed(medium: str, condition: Condition) -> float:
+    """Speed on the true table, at the time step that all simulated campaigns have."""
+    truth = TableProfile.published(medium)
+    return float(speeds_of(coarser(paper_robot()), [truth], [condition], 1)[0, 0])
+
+
+@cache
+def true_best(medium: str) -> float:
+    """Best curvature at 5 Hz on the true table."""
+    return optimum(coarser(paper_robot()), TableProfile.published(medium), 1)[0]
+
+
+def robot_draws(
+    table: pd.DataFrame, own: MediumFit, config: Config, count: int = DRAWS
+) -> tuple[Profile, list[Profile]]:
+    """The measured table and draws of it, as the stage takes them."""
+    best = next(c for c in laboratory_candidates(table, own, [own], config) if c.name == "table")
+    return best.profile, each_draw(best.draws, count)
+
+
+def robot_inside(
+    table: pd.DataFrame, own: MediumFit, config: Config, conditions: Sequence[Condition]
+) -> Inside:
+    """Speed of the paper's robot under some conditions, by the measured table."""
+    profile, draws = robot_draws(table, own, config)
+    found = speeds_of(coarser(paper_robot()), [profile], conditions, 1)[0]
+    widths = speed_widths(paper_robot(), profile, draws, conditions, LEVEL, 1)
+    assert not any(width.reason for width in widths), widths
+    half = np.array([width.half for width in widths])
+    truth = np.array([true_speed(own.medium, condition) for condition in conditions])
+    return {"robot speed": within(found - half, truth, found + half)}
+
+
+def best_inside(table: pd.DataFrame, own: MediumFit, config: Config) -> Inside:
+    """Best curvature of its legs at 5 Hz."""
+    profile, draws = robot_draws(table, own, config, BEST_DRAWS)
+    found = np.array([optimum(coarser(paper_robot()), profile, 1)[0]])
+    width = best_width(paper_robot(), profile, draws, LEVEL, 1)
+    assert not width.reason, width
+    truth = np.array([true_best(own.medium)])
+    return {"best curvature": within(found - width.half, truth, found + width.half)}
+
+
 def fits_by_method(tables: Sequence[pd.DataFrame], config: Config) -> dict[str, list[MediumFit]]:
     """Nine-term fits of all media; the paper's own selection of terms is left to its own tests."""
     groups: dict[str, list[MediumFit]] = {}
@@ -163,7 +234,11 @@ SCENARIOS = (
 
 
 def cover(
-    ensembles: Sequence[Ensemble], scenario: Scenario, config: Config, seed: int, legs: bool = True
+    ensembles: Sequence[Ensemble],
+    scenario: Scenario,
+    config: Config,
+    seed: int,
+    legs: bool = True,
 ) -> dict[str, FloatArray]:
     """Share of intervals that contain the truth, by level, shape (campaigns,).
 
@@ -191,4 +266,28 @@ def cover(
         for part in parts:
             for level, inside in part.items():
                 found.setdefault(level, []).append(float(inside.mean()))
+    return {level: np.array(shares) for level, shares in found.items()}
+
+
+def cover_robot(
+    ensemble: Ensemble, scenario: Scenario, config: Config, seed: int, bests: int = 0
+) -> dict[str, FloatArray]:
+    """The same of the robot, in one medium; two conditions a campaign, shape (campaigns,).
+
+    Running it is slow: the best curvature, in the medium that has one, is looked for in the first
+    `bests` campaigns only.
+    """
+    found: dict[str, list[float]] = {"robot speed": []}
+    tables = ensemble.tables(
+        seed, scenario.run_to_run, scenario.stated, scenario.repeats, scenario.repeated
+    )
+    for number, table in enumerate(tables):
+        own = fits_by_method([table], config)["lsq"][0]
+        pair = [ROBOT_CONDITIONS[(number + k) % len(ROBOT_CONDITIONS)] for k in (0, 5)]
+        found["robot speed"].append(
+            float(robot_inside(table, own, config, pair)["robot speed"].mean())
+        )
+        if number < bests and own.medium == BEST_IN:
+            inside = best_inside(table, own, config)["best curvature"]
+            found.setdefault("best curvature", []).append(float(inside[0]))
     return {level: np.array(shares) for level, shares in found.items()}

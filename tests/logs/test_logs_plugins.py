@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import importlib
 import re
+import shutil
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+from rftfit.cli.verify_compare import compare
 from rftfit.errors import InputError
 from rftfit.logs import plugins as plugins_module
 from rftfit.logs.base import LogError
 from rftfit.logs.registry import DIALECTS, detect, dialect, dialects, faults
+from rftfit.stages.provenance_graph import Graph, Step
+from rftfit.stages.provenance_record import Record, present_state
+from rftfit.store import digest
+from rftfit.store.manifest import Seen
+from rftfit.workflow import Plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -128,3 +135,88 @@ def test_two_packages_with_one_name(install: Callable[..., None]) -> None:
     install("ourlab-two", "ourlab_two", code, same="ourlab_two:D")
     assert "in package ourlab-one and in package ourlab-two" in "\n".join(faults())
     assert "ourlab-one" in dialects()["same"].describe()
+
+
+# --- the code of a plug-in is part of what made a result ------------------------------------------------
+
+CONFIG = PAGE.parents[1] / "config" / "config.yaml"
+RUNS = (
+    "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
+    "p1,plate,poppy_LP,plate,intrusion,0,90,p1_f.csv,p1_m.csv\n"
+)
+
+
+@pytest.fixture
+def campaign(tmp_path: Path) -> Path:
+    """One run; its logs need not be there."""
+    root = tmp_path / "campaign"
+    (root / "raw" / "paper").mkdir(parents=True)
+    (root / "config").mkdir()
+    (root / "raw" / "paper" / "runs.csv").write_text(RUNS, encoding="utf-8")
+    text = CONFIG.read_text(encoding="utf-8").split("\nrobot:")[0] + "\ndialect: ours\n"
+    text = re.sub(r"^dialect: rig.*\n", "", text, flags=re.MULTILINE)
+    (root / "config" / "config.yaml").write_text(text, encoding="utf-8")
+    return root / "config" / "config.yaml"
+
+
+def fresh() -> None:
+    """What a new process knows."""
+    plugins_module.plugins.cache_clear()
+    for cached in (digest._path, digest._imports, digest._source_digest):
+        cached.cache_clear()
+
+
+@pytest.fixture
+def forgotten() -> Iterator[None]:
+    fresh()
+    yield
+    fresh()
+
+
+@pytest.mark.usefixtures("forgotten")
+def test_a_changed_plug_in_is_told(
+    install: Callable[..., None], campaign: Path, tmp_path: Path
+) -> None:
+    code = GOOD + "    def load(self, path): raise OSError\n"
+    install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
+    plan = Plan(campaign)
+    before = plan.code("ingest")
+    assert plan.dialects() == "ours: ourlab-dialect 1.0"
+    assert plan._meanings["code", before] == ("rftfit.stages.ingest", "ourlab_dialect")
+    plan.code("fourier")
+    assert ("rftfit.stages.fourier",) in plan._meanings.values()
+
+    step = Step("ingest", makes=("results/a.csv",), modules=plan._meanings["code", before])
+    graph = Graph({"ingest": step, "draw": Step("draw", makes=("results/b.csv",),
+                                                modules=("rftfit.stages.fourier",))})  # fmt: skip
+    results = {"results/a.csv": "1", "results/b.csv": "2"}
+    record = Record(present_state(plan.campaign, graph, Seen(None)), graph, results)
+    assert record.state.versions["ourlab-dialect"] == "1.0"
+    assert compare(record, record.state, results).findings == ()
+
+    site = tmp_path / "site"
+    (site / "ourlab_dialect.py").write_text(code.replace("OSError", "ValueError"), encoding="utf-8")
+    fresh()
+    changed = Plan(campaign)
+    assert changed.code("ingest") != before
+    compared = compare(record, present_state(changed.campaign, graph, Seen(None)), results)
+    assert [(found.sort, found.name) for found in compared.findings] == [("code", "ourlab_dialect")]
+    assert set(compared.of_result) == {"results/a.csv"}
+
+    (site / "ourlab_dialect.py").unlink()
+    shutil.rmtree(site / "ourlab_dialect-1.0.dist-info")
+    sys.modules.pop("ourlab_dialect", None)
+    importlib.invalidate_caches()
+    fresh()
+    gone = compare(record, present_state(plan.campaign, graph, Seen(None)), results)
+    assert [found.now for found in gone.findings] == ["not there"]
+    assert "made with ourlab-dialect 1.0; here is not there" in gone.notes
+
+
+def test_the_rig_needs_no_search_for_plug_ins(
+    campaign: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = campaign.read_text(encoding="utf-8").replace("dialect: ours", "dialect: rig")
+    campaign.write_text(text, encoding="utf-8")
+    monkeypatch.setattr(plugins_module, "plugins", lambda: pytest.fail("searched"))
+    assert Plan(campaign).dialects() == ""

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rftfit.logs.base import LogError
-from rftfit.logs.rosbag import CUT, LOST, RosBagReader
+from rftfit.logs.rosbag import RosBagReader
 
 pytest.importorskip("rosbags")
 
@@ -192,7 +192,7 @@ def test_packets_that_a_counter_misses(tmp_path: Path) -> None:
             bag.write(connection, number * 10**9, store.serialize_ros1(message, WRENCH))
     log = RosBagReader().load(tmp_path / "a.bag")
     assert log.size == 6
-    assert log.missing == {LOST: 4}
+    assert log.missing == {"lost packets (gap in header.seq)": 4}
     # a lost packet is a gap, not a shifted clock
     assert log.columns["time"].tolist() == [1, 2, 3, 7, 8, 10]
 
@@ -215,7 +215,7 @@ def test_cut_anywhere(tmp_path: Path, share: float) -> None:
         assert length < 20000  # before the first message
         assert str(path) in told
         return
-    assert log.dropped == {CUT: 1}
+    assert log.dropped == {"cut in mid-message": 1}
     assert log.rows == log.size + 1
     for name, values in log.columns.items():
         np.testing.assert_array_equal(values, whole.columns[name][: log.size])
@@ -246,4 +246,64 @@ def test_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     (tmp_path / "a.bag").write_bytes(b"#ROSBAG V2.0\n")
     monkeypatch.setattr(builtins, "__import__", absent)
     with pytest.raises(LogError, match=r"pip install .rftfit\[ros\]"):
+        RosBagReader().load(tmp_path / "a.bag")
+
+
+@pytest.mark.parametrize("plugin", ["mcap"])
+def test_messages_that_do_not_fit(tmp_path: Path, store: Any, plugin: str) -> None:
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    def write(name: str, raws: list[bytes]) -> Path:
+        with Writer(tmp_path / name, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+            topic = bag.add_connection("/wrench", WRENCH, typestore=store)
+            for index, raw in enumerate(raws):
+                bag.write(topic, 5 * 10**9 + index, raw)
+        return next((tmp_path / name).glob(f"*.{plugin}"))
+
+    good = bytes(store.serialize_cdr(wrench(store, 1), WRENCH))
+    with pytest.raises(LogError, match="no message on the topic /wrench"):
+        RosBagReader().load(write("none", []))
+    with pytest.raises(LogError, match="no message on /wrench fits its type"):
+        RosBagReader().load(write("short", [good[:20]]))
+    log = RosBagReader().load(write("one", [good, good[:20]]))
+    assert log.dropped == {"message does not fit its type": 1}
+
+
+def test_a_bag_without_the_definition_of_its_type(
+    tmp_path: Path, store: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import rosbags.typesys
+    from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
+    from rosbags.rosbag2.storage_mcap import McapReader
+
+    path = write_ros2(tmp_path / "bag", store, "mcap", [("/wrench", WRENCH, wrench(store, 1))])
+    empty = MessageDefinition(MessageDefinitionFormat.NONE, "")
+    read = McapReader.open
+
+    def without(bag: Any) -> None:
+        read(bag)
+        bag.connections = [one._replace(msgdef=empty) for one in bag.connections]
+
+    monkeypatch.setattr(McapReader, "open", without)
+    stores = rosbags.typesys.Stores
+    get = rosbags.typesys.get_typestore
+    monkeypatch.setattr(rosbags.typesys, "get_typestore", lambda _: get(stores.EMPTY))
+    with pytest.raises(LogError, match=f"does not bring the definition of {WRENCH}, and it is no"):
+        RosBagReader().load(path)
+
+
+@pytest.mark.parametrize(
+    ("definition", "said"),
+    [
+        ("float64[ x", r"the definition of lab/msg/Force in the bag is not readable"),
+        ("lab/Gone x", r"no message on /force fits its type"),
+    ],
+)
+def test_a_definition_that_cannot_be_read(tmp_path: Path, definition: str, said: str) -> None:
+    from rosbags.rosbag1 import Writer
+
+    with Writer(tmp_path / "a.bag") as bag:
+        topic = bag.add_connection("/force", "lab/msg/Force", msgdef=definition, md5sum="0" * 32)
+        bag.write(topic, 10**9, b"1234")
+    with pytest.raises(LogError, match=said):
         RosBagReader().load(tmp_path / "a.bag")

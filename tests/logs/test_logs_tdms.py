@@ -57,6 +57,7 @@ def test_cut_at_many_places(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -
         for name, values in log.columns.items():
             np.testing.assert_array_equal(values, whole.columns[name][: log.size])
     assert counted > 10
+    assert CUT == "cut in mid-segment"
     assert capfd.readouterr().err == ""
 
 

@@ -163,3 +163,62 @@ def test_grid_is_ordered_whatever_the_order_of_the_rows() -> None:
     expected[0] = expected[-1]
     expected[:, 6] = np.nan
     np.testing.assert_allclose(values, expected)
+
+
+GAMMAS = (18.43, 33.69, 45, 56.31, 71.57, 90)
+
+
+def pairs(
+    beta: tuple[float, float], gamma: tuple[float, ...], depth: tuple[float, float] = (5, 5)
+) -> list[dict[str, object]]:
+    """Six pairs of runs whose alphas are 0.02 apart, at either beta and depth."""
+    return [
+        run(f"{side}{g}", beta[side], g, 0.3 + 0.02 * side, depth=depth[side])
+        for g in gamma
+        for side in (0, 1)
+    ]
+
+
+def test_what_counts_as_a_repeat() -> None:
+    # a pair 0.02 apart varies by 0.02^2 / 2 about its mean, less the 0.001^2 of a run's own error
+    spread = math.sqrt(0.02**2 / 2 - 0.001**2)
+    for beta in ((30.0, 30.0), (90.0, -90.0)):
+        found = table(*pairs(beta, GAMMAS))
+        assert set(found["spread"]) == {"repeats"}
+        np.testing.assert_allclose(found["run_to_run_z_N_per_cm3"], spread)
+    # other plates are no repeats of one another, nor are other depths of a horizontal cell
+    assert set(table(*pairs((30.0, -30.0), GAMMAS))["spread"]) == {"one bed as prepared"}
+    level = [
+        {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
+        for beta in (-60, -30, 0, 30, 60, 90)
+        for row in pairs((0, 0), (0.0,), (2.54, 5.08))
+    ]
+    assert set(table(*level)["spread"]) == {"one bed as prepared"}
+    same = [{**row, "depth_from_cm": 5.08, "depth_to_cm": 5.08} for row in level]
+    assert set(table(*same)["spread"]) == {"repeats"}
+
+
+def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths() -> None:
+    depths = np.array([2.54, 5.08, 7.62])
+    runs = [run(f"h{d}", 60, 0, 0.1, depth=float(d), se=0.0) for d in depths]
+    found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, 0.005)
+    share = depths**2 / (depths @ depths)
+    assert share.sum() == pytest.approx(1)
+    here = cell(found, 60, 0)
+    assert here[column("z", "_se")] == pytest.approx(0.005 * math.sqrt(share @ share))
+    assert here["spread"] == "stated"
+
+
+def test_a_start_up_is_the_same_at_all_depths() -> None:
+    depths = np.array([2.54, 5.08, 7.62])
+    startup = np.array([0.004, 0.002, 0.001])
+    runs = [
+        run(f"h{d}", 60, 0, 0.1, depth=float(d), se=math.hypot(0.003, left))
+        | {"alpha_z_startup_N_per_cm3": left}
+        for d, left in zip(depths, startup, strict=True)
+    ]
+    found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
+    share = depths**2 / (depths @ depths)
+    # own errors in squares, what the start-up leaves as a sum
+    own = 0.003 * math.sqrt(share @ share)
+    assert cell(found, 60, 0)[column("z", "_se")] == pytest.approx(math.hypot(own, share @ startup))

@@ -43,3 +43,77 @@ def test_no_contact() -> None:
         compliance_of(depth[:200], force[:200], 0.05)
     with pytest.raises(ComplianceError, match="5 readings"):
         compliance_of(depth[:5], force[:5], 0.05)
+
+
+def push(peak_N: float, in_air: int = 40, contact: int = 400) -> tuple[np.ndarray, np.ndarray]:
+    """Without noise: 1 cm in air, then 0.001 cm for each newton."""
+    force = np.concatenate([np.zeros(in_air), np.linspace(0, peak_N, contact + 1)[1:]])
+    depth = np.concatenate([np.linspace(0, 1, in_air), np.ones(contact)]) + 1e-3 * force
+    return depth, force
+
+
+@pytest.mark.parametrize("peak_N", [8.0, 200.0, 5000.0])
+def test_a_spring_is_exact_up_to_its_last_newton(peak_N: float) -> None:
+    compliance = compliance_of(*push(peak_N), 0.001)
+    force = np.linspace(0, peak_N, 77)
+    travel, known = compliance.at(force)
+    np.testing.assert_allclose(travel, 1e-3 * force, atol=1e-12 * peak_N)
+    assert known[:-1].all()
+    assert compliance.force[-1] == pytest.approx(peak_N, rel=1e-12)
+    assert compliance.mean_cm_per_N() == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_the_way_back_is_not_used() -> None:
+    depth, force = push(50.0)
+    back = np.linspace(50, 0, 100)
+    up = compliance_of(
+        np.concatenate([depth, depth[-1] - 3e-3 * (50 - back)]), np.concatenate([force, back]), 0.01
+    )
+    np.testing.assert_array_equal(up.travel, compliance_of(depth, force, 0.01).travel)
+
+
+def test_thirty_readings_in_contact_are_enough() -> None:
+    compliance = compliance_of(*push(50.0, contact=30), 0.01)
+    assert compliance.mean_cm_per_N() == pytest.approx(1e-3, rel=1e-6)
+    with pytest.raises(ComplianceError, match="29 readings in contact are too few; 30 at least"):
+        compliance_of(*push(50.0, contact=29), 0.01)
+    with pytest.raises(ComplianceError, match="29 readings are too few; 30 at least"):
+        compliance_of(*push(50.0, in_air=9, contact=20), 0.01)
+
+
+def test_the_force_has_to_rise_twenty_times_its_noise() -> None:
+    assert compliance_of(*push(2.01), 0.1).force[-1] == pytest.approx(2.01)
+    with pytest.raises(ComplianceError, match=r"rises by 1\.99 N only, with a noise of 0\.1 N"):
+        compliance_of(*push(1.99), 0.1)
+
+
+def test_mean_is_travel_over_force_at_the_end() -> None:
+    curve = Compliance(np.array([0.0, 50.0, 100.0]), np.array([0.0, 0.02, 0.03]))
+    assert curve.mean_cm_per_N() == pytest.approx(3e-4)
+
+
+def test_travel_never_falls_and_begins_at_contact() -> None:
+    # something gives way at 60 N: the plate goes back a little, which no machine's yielding does
+    depth, force = push(100.0)
+    depth = depth - np.where(force > 60, 0.02, 0.0)
+    curve = compliance_of(depth, force, 0.01)
+    assert (np.diff(curve.travel) >= 0).all()
+    assert (curve.travel >= 0).all()
+    np.testing.assert_allclose(curve.at(np.array([20.0, 50.0]))[0], [0.02, 0.05], atol=1e-9)
+
+
+def test_a_blow_shows_no_yielding() -> None:
+    force = np.concatenate([np.zeros(40), np.linspace(100, 100.1, 40)])
+    curve = compliance_of(np.concatenate([np.linspace(0, 1, 40), np.ones(40)]), force, 0.01)
+    np.testing.assert_array_equal(curve.travel, 0)
+    assert curve.force[-1] == pytest.approx(100, abs=0.1)
+
+
+def test_the_zero_is_the_median_of_the_first_twentieth() -> None:
+    depth, force = push(50.0)
+    plain = compliance_of(depth, force, 0.01)
+    shifted = force + 7.5
+    shifted[:10] += 30.0  # 10 of the 22 readings that make the zero
+    found = compliance_of(depth, shifted, 0.01)
+    np.testing.assert_allclose(found.force, plain.force, atol=1e-9)
+    np.testing.assert_allclose(found.travel, plain.travel, atol=1e-9)

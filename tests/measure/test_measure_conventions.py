@@ -87,3 +87,15 @@ def test_file_extraction_is_the_mirror_of_the_physical_pull(
     same_angle(gamma, np.radians(cell_gamma), 2 * np.pi)
     # gamma - 180 degrees, as the protocol says
     same_angle(physical, np.radians(gamma_deg - 180), 2 * np.pi)
+
+
+def test_angles_in_single_precision_come_back_in_double() -> None:
+    one = np.float32(0.5)
+    found = [
+        *c.tangent(one), *c.direction(one), c.wrap_beta(one), c.wrap_gamma(one), *c.mirror(one, one),
+        c.intrusion_angle(one, 0.1), c.intrusion_angle(0.1, one), c.intrusion_angle(one, one),
+    ]  # fmt: skip
+    assert [value.dtype for value in found] == [np.dtype(float)] * len(found)
+    for value, exact in zip(found[:6], (np.cos(0.5), -np.sin(0.5), -np.cos(0.5), -np.sin(0.5), 0.5,
+                                        0.5), strict=True):  # fmt: skip
+        assert abs(float(value) - exact) < 1e-15

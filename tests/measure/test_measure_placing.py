@@ -105,6 +105,7 @@ def test_from_logs_to_alpha_without_a_typed_number(folder: Path) -> None:
         truth = STIFFNESS / area
         assert row["alpha_z_lo_N_per_cm3"] <= truth <= row["alpha_z_hi_N_per_cm3"]
         assert row["alpha_z_N_per_cm3"] == pytest.approx(truth, rel=0.05)
+        assert NO_TARE_FLAG == "no tare subtracted: force on rod and mount is in it"
         assert NO_TARE_FLAG in row["flags"]
         assert "one of 2 plates in this medium" in row["flags"]
         fact: Any = status.set_index("run_id").loc[name]
@@ -133,7 +134,10 @@ def test_repeated_rows_are_left_out_and_counted(folder: Path) -> None:
     traces, _, book = ingest_traces(loaded, "sand")
     assert traces[0].time.size == 550
     reasons = book.table().query("run_id == 'a'").set_index("reason")["rows"]
-    assert reasons[[name for name in reasons.index if "repeats" in name]].sum() == 3 * 550
+    assert (
+        reasons[[name for name in reasons.index if "repeats the reading before" in name]].sum()
+        == 3 * 550
+    )
 
 
 def test_without_a_tare_by_default_there_is_no_alpha(folder: Path) -> None:
@@ -194,4 +198,14 @@ def test_a_rigid_contact_that_is_none(folder: Path) -> None:
     write(folder, "soft", make_push(3, stiffness=0.0, medium_N=0.0))
     named = {"force_log": "soft_force.csv", "motion_log": "soft_motion.csv"}
     with pytest.raises(InputError, match=r"rigid_contact, soft_force.csv: .*no contact"):
+        alphas(campaign(folder, rigid_contact=named))
+
+
+def test_a_rigid_contact_that_cannot_be_read(folder: Path) -> None:
+    for part in ("force", "motion"):
+        (folder / "raw" / f"empty_{part}.csv").write_text("")
+    named = {"force_log": "empty_force.csv", "motion_log": "empty_motion.csv"}
+    with pytest.raises(
+        InputError, match=r"rigid_contact: empty_force.csv: the file is empty; empty_m"
+    ):
         alphas(campaign(folder, rigid_contact=named))

@@ -109,3 +109,62 @@ def test_height_of_a_leg_covers_every_model_leg() -> None:
         z = -np.outer(np.cos(theta), along) + np.outer(np.sin(theta), across)
         assert (needed + z.min(axis=1) >= -1e-9).all()
     assert float(height_needed(LEG, np.array([0.0]), 0.5)[0]) == pytest.approx(8.12)
+
+
+def test_a_line_between_two_rests_is_held_beyond_both() -> None:
+    drifting = np.array([[1.0], [2.0]]) + np.array([[0.01], [-0.02]]) * TIME
+    zero = find_zero(TIME, drifting, stretches((0, 2), (18, 20)), MOVING, 10.0, 5.0)
+    assert zero is not None
+    # the means of the rests, 0.995 and 18.995 s
+    np.testing.assert_allclose(zero.force[:, 0], [1.00995, 1.9801], rtol=1e-12)
+    np.testing.assert_allclose(zero.force[:, -1], [1.18995, 1.6201], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rate_Hz", "least"), [(1000.0, 50), (100.0, 50), (40.0, 20), (30.0, 15), (10.0, 10)]
+)
+def test_half_a_second_of_rest_is_enough(rate_Hz: float, least: int) -> None:
+    """50 samples at 100 Hz and faster, and never fewer than 10."""
+    time = np.arange(400) / rate_Hz
+    force = np.ones((2, 400))
+    for samples, there in ((least, True), (least - 1, False)):
+        rest = np.arange(400) < samples
+        zero = find_zero(time, force, rest, ~rest, float(time[200]), 0.0)
+        assert (zero is not None) == there
+
+
+def test_rests_too_short_to_count_are_left_out() -> None:
+    # 0.3 s at the end is no second look: the zero is that of the start
+    force = FORCE.copy()
+    force[:, TIME > 19] += 5.0
+    zero = find_zero(TIME, force, stretches((0, 2), (19.7, 20)), MOVING, 10.0, 0.0)
+    assert zero is not None
+    assert math.isnan(zero.drift_N)
+    np.testing.assert_allclose(zero.force, FORCE)
+
+
+def test_one_look_at_either_end_knows_the_drift_until_the_stroke() -> None:
+    for rest, middle in (((0, 2), 0.995), ((18, 20), 18.995)):
+        zero = find_zero(TIME, FORCE, stretches(rest), MOVING, 12.0, 0.6)
+        assert zero is not None
+        np.testing.assert_allclose(zero.variance, (0.01 * (12 - middle)) ** 2 / 3, rtol=1e-9)
+
+
+def test_the_noisier_rest_speaks_for_both() -> None:
+    noise = np.random.default_rng(1).normal(0, 1, FORCE.shape)
+    scaled = FORCE + noise * np.where(TIME < 10, 0.02, 0.2)
+    both = find_zero(TIME, scaled, stretches((0, 2), (18, 20)), MOVING, 10.0, 0.0)
+    last = find_zero(TIME, scaled, stretches((18, 20)), MOVING, 10.0, 0.0)
+    assert both is not None
+    assert last is not None
+    np.testing.assert_allclose(both.variance, last.variance)
+    assert both.drift_N == pytest.approx(
+        np.abs(scaled[:, 1800:].mean(axis=1) - scaled[:, :200].mean(axis=1)).max()
+    )
+    # the error of a mean of 200 readings that are independent
+    many = [
+        find_zero(TIME, np.random.default_rng(k).normal(0, 0.2, FORCE.shape), stretches((18, 20)),
+                  MOVING, 10.0, 0.0)
+        for k in range(60)
+    ]  # fmt: skip
+    assert np.mean([zero.variance for zero in many if zero]) == pytest.approx(0.04 / 200, rel=0.15)

@@ -178,3 +178,11 @@ def test_crossings_against_brute_force() -> None:
                 if 0 <= s <= 1 and 0 <= t <= 1:
                     wanted.add((i, j))
         assert found == wanted
+
+
+def test_too_many_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rftfit.predict.outline_file.MAX_POINTS", 3)
+    path = tmp_path / "points.csv"
+    path.write_text("x_cm,z_cm\n" + "".join(f"{x},0\n" for x in range(5)))
+    with pytest.raises(InputError, match=r"row 5: 5 points; at most 3 are read"):
+        read_outline(path, 1.0)

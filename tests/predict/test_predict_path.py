@@ -130,3 +130,44 @@ def test_wrong_poses_are_refused() -> None:
         empty.force_z_N.shape
         == forces_on(TABLE, model_leg("c_leg"), np.zeros((0, 6))).force_z_N.shape
     )
+
+
+def test_columns_of_a_path_table() -> None:
+    time, poses = np.arange(3.0), np.zeros((3, 6))
+    poses[:, 1], poses[:, 2], poses[:, 4] = -2.0, np.radians(30), -1.0
+    table, forces = along_path(TABLE, polyline([(-1, 0), (1, 0)], 1.0), time, poses)
+    assert list(table.columns) == [
+        "t_s", "x_cm", "z_cm", "angle_deg", "force_z_N", "force_x_N", "moment_N_cm",
+    ]  # fmt: skip
+    np.testing.assert_array_equal(table["z_cm"], -2.0)
+    np.testing.assert_allclose(table["angle_deg"], 30)
+    np.testing.assert_array_equal(table["moment_N_cm"], forces.moment_N_cm)
+
+
+def test_two_rows_make_a_path(tmp_path: Path) -> None:
+    time, poses = read_path(written(tmp_path, HEADER + "0,0,0,0\n2,1,-1,90\n"))
+    np.testing.assert_array_equal(time, [0, 2])
+    np.testing.assert_allclose(poses[:, 3:], [[0.5, -0.5, np.pi / 4]] * 2)
+
+
+@pytest.mark.parametrize(
+    ("later", "code"), [("1", "path.repeated-time"), ("0", "path.backward-time")]
+)
+def test_time_that_stands_or_runs_back_has_its_own_code(
+    tmp_path: Path, later: str, code: str
+) -> None:
+    with pytest.raises(InputError) as error:
+        read_path(written(tmp_path, HEADER + f"0.5,0,0,0\n1,0,-1,0\n{later},0,-2,0\n"))
+    assert [problem.code for problem in error.value.problems] == [code]  # type: ignore[attr-defined]
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.csv"):
+        read_path(tmp_path / "none.csv")
+
+
+def test_poses_in_whole_numbers() -> None:
+    whole = np.array([[0, -2, 0, 0, -1, 0]])
+    plate = polyline([(-1, 0), (1, 0)], 1.0)
+    ours, theirs = forces_on(TABLE, plate, whole), forces_on(TABLE, plate, whole.astype(float))
+    np.testing.assert_array_equal(ours.force_z_N, theirs.force_z_N)

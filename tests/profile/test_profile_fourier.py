@@ -370,3 +370,48 @@ def test_bic_with_missing_cells_and_an_exact_table() -> None:
     alpha_z[2, 4:7], alpha_x[5, 1] = np.nan, np.nan
     kept = select_bic(BETA, GAMMA, alpha_z, alpha_x)
     assert {term for term, yes in kept.items() if yes} >= set(fourier.TERMS)
+
+
+def test_extension_of_the_coarsest_grid() -> None:
+    gamma = np.radians([-90.0, 0.0, 90.0])
+    alpha_z, alpha_x = fourier.evaluate(GENERIC, np.radians([[-90.0], [0.0], [90.0]]), gamma)
+    whole, z, x = symmetry.extend(gamma, alpha_z, alpha_x)
+    np.testing.assert_allclose(np.degrees(whole), [-180, -90, 0, 90, 180])
+    wanted = fourier.evaluate(GENERIC, np.radians([[-90.0], [0.0], [90.0]]), whole)
+    np.testing.assert_allclose([z, x], wanted, atol=1e-12)
+    with pytest.raises(ValueError, match="with 0 in its middle"):
+        symmetry.extend(np.radians([-90.0, -45.0, 0.0, 90.0]), np.zeros((3, 4)), np.zeros((3, 4)))
+
+
+def test_as_many_cells_as_terms_are_enough() -> None:
+    """Five cells give the five terms of alpha_z, and more than the four of alpha_x, exactly."""
+    beta, gamma = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+    alpha = np.array(fourier.evaluate(GENERIC, beta[:, None], gamma[None, :]))
+    there = np.zeros((7, 13), dtype=bool)
+    for row, col in ((1, 2), (2, 7), (3, 10), (4, 4), (5, 8)):
+        there[row, col] = True
+    alpha[:, ~there] = np.nan
+    found = fourier.fit_lsq(beta, gamma, alpha[0], alpha[1])
+    np.testing.assert_allclose(found, fourier.as_array(GENERIC), atol=1e-9)
+    alpha[:, 3, 10] = np.nan
+    with pytest.raises(ValueError, match="4 measured cells are too few for 5 terms"):
+        fourier.fit_lsq(beta, gamma, alpha[0], alpha[1])
+
+
+def test_whole_numbers_are_taken_for_coefficients() -> None:
+    assert fourier.as_array(range(9)).dtype == float
+    np.testing.assert_array_equal(fourier.as_array([1, 0, 0, 0, 0, 0, 0, 0, 0])[:2], [1.0, 0.0])
+
+
+@pytest.mark.parametrize("row", [0, 3, 5])
+def test_one_attack_angle_does_not_tell_the_terms_apart(row: int) -> None:
+    """At one beta, A00 and A10 are one and the same: no number instead of one of many."""
+    beta, gamma = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+    alpha = np.full((2, 7, 13), np.nan)
+    alpha[:, row] = np.array(fourier.evaluate(GENERIC, beta[row], gamma))
+    with pytest.raises(ValueError, match="do not tell 5 terms apart"):
+        fourier.fit_lsq(beta, gamma, alpha[0], alpha[1])
+    keep = np.array([True, False, False, True, False, False, True, False, False])
+    if row == 3:  # a flat plate tells sin gamma and cos gamma, where nothing else is asked
+        found = fourier.fit_lsq(beta, gamma, alpha[0], alpha[1], keep)
+        assert np.count_nonzero(found) == 3

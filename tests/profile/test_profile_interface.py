@@ -198,3 +198,22 @@ def test_generic_golden_values() -> None:
     )
     half = scaled_generic(0.5, M0).alpha(ANY_BETA, ANY_GAMMA)
     np.testing.assert_allclose(half, 0.5 * np.array(generic.alpha(ANY_BETA, ANY_GAMMA)), rtol=1e-14)
+
+
+def test_whole_numbers_make_profiles() -> None:
+    assert FourierProfile(np.arange(9)).coefficients.dtype == float  # type: ignore[arg-type]
+    assert DepthOnlyProfile(np.array([4, -1, 2])).values.dtype == float
+    assert float(FourierProfile(np.eye(9, dtype=int)[0]).alpha(1, 2)[0]) == 1.0
+    assert scaled_generic(2, M0).alpha(0, np.pi / 2)[0] == pytest.approx(2, abs=2e-3)
+
+
+def test_a_grid_of_ones_own_names_its_own_cells() -> None:
+    beta, gamma = np.radians([-90, -22.5, 0, 22.5, 90]), np.radians([-90, -67.5, 0, 67.5, 90])
+    alpha = fourier.evaluate(M0, beta[:, None], gamma[None, :])
+    alpha[0][3, 3] = np.nan
+    profile = TableProfile(*alpha, beta, gamma, "own", {(22.5, 67.5): "log missing"})
+    assert profile.reason == ("own: no alpha at (beta, gamma) in degrees (22.5, 67.5): log missing")
+    assert profile.nodes == (5, 9)
+    np.testing.assert_allclose(profile.alpha(beta[1], gamma), [part[1] for part in alpha])
+    with pytest.raises(ValueError, match="beta grid"):
+        TableProfile(*alpha, beta + 0.1, gamma)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,13 @@ from rftfit import reference
 from rftfit.measure.alpha import column
 from rftfit.profile import fourier
 from rftfit.profile.bootstrap import alpha_draws, interval
-from rftfit.profile.media_fits import ALL_METHODS, AS_PRINTED, fit_media
+from rftfit.profile.media_fits import (
+    ALL_METHODS,
+    AS_PRINTED,
+    fit_media,
+    generic_interval,
+    reference_of,
+)
 from rftfit.profile.scaling import scale_new_medium
 
 if TYPE_CHECKING:
@@ -154,6 +161,22 @@ def test_fit_media_with_empty_cells(paper_config: Config) -> None:
         assert np.isnan(fit.draws).all()
 
 
+def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config: Config) -> None:
+    """The interval for a further medium is the scatter between media, which one does not show."""
+    fits = fit_media([published("poppy_LP"), published("poppy_CP")], paper_config)
+    one = reference_of([fit for fit in fits if fit.medium == "poppy_LP"], paper_config)
+    assert one.printed
+    assert one.chi.size == 5
+    assert "fewer than two laboratory media" in one.note
+    scale_new_medium(0.5, 0.01, one.chi, one.m0)
+    two = reference_of(fits, paper_config)
+    assert (two.printed, two.media, two.note) == (False, ("poppy_LP", "poppy_CP"), "")
+    # by the method of the config: fits by others do not make up the number
+    other = [fit for fit in fits if fit.medium == "poppy_LP" or fit.method != "lsq"]
+    assert reference_of(other, paper_config).printed
+    assert reference_of([], paper_config).printed
+
+
 def test_new_medium_by_hand() -> None:
     scaled = scale_new_medium(0.9, 0.0, CHI, M0)
     assert scaled.chi == pytest.approx(1.242)
@@ -218,3 +241,53 @@ def test_error_must_be_one(se: float) -> None:
 def test_chi_of_the_reference_media(chi: list[float]) -> None:
     with pytest.raises(ValueError, match="chi"):
         scale_new_medium(0.9, 0.0, np.array(chi), M0)
+
+
+def test_interval_of_chi_for_one_further_medium_by_hand() -> None:
+    # two media: one degree of freedom, t = 12.706; log chi differ by log(1.3 / 1.2)
+    found = scale_new_medium(0.4, 0.0, np.array([1.2, 1.3]), M0)
+    half = 12.706205 * math.log(1.3 / 1.2) / math.sqrt(2) * math.sqrt(1.5)
+    assert found.chi == pytest.approx(1.25)
+    assert (found.chi_lo, found.chi_hi) == pytest.approx(
+        (1.25 * math.exp(-half), 1.25 * math.exp(half)), rel=1e-6
+    )
+    assert found.zeta == pytest.approx(0.4 / 1.25)
+    assert (found.zeta_lo, found.zeta_hi) == pytest.approx(
+        (0.32 * math.exp(-half), 0.32 * math.exp(half)), rel=1e-6
+    )
+
+
+def test_generic_interval_is_that_of_a_mean_of_media(paper_config: Config) -> None:
+    """Errors of M / zeta of two media, 0.03 and 0.04, make sqrt(0.03^2 + 0.04^2) / 2 of M0."""
+    random = np.random.default_rng(23)
+    plain = fit_media([published("poppy_LP"), published("poppy_CP")], paper_config)[:2]
+    fits = []
+    for fit, error in zip(plain, (0.03, 0.04), strict=True):
+        draws = np.tile(fit.used, (20000, 1))
+        draws[:, 5:] += error * fit.zeta * random.standard_normal((20000, 4))
+        fits.append(dataclasses.replace(fit, draws=draws, dof=1e6))
+    lo, hi = generic_interval(fits, 0.95)
+    middle = (fits[0].used / fits[0].zeta + fits[1].used / fits[1].zeta) / 2
+    np.testing.assert_allclose((lo + hi)[5:] / 2, middle[5:], atol=1e-3)
+    np.testing.assert_allclose((hi - lo)[5:] / 2, Z95 * 0.025, rtol=0.03)
+    np.testing.assert_allclose((hi - lo)[:5], 0, atol=1e-9)
+
+
+def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config: Config) -> None:
+    table = published("poppy_LP")
+    names = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
+    table.loc[40, names] = np.nan
+    by_method = {fit.method: fit for fit in fit_media([table], paper_config)}
+    assert set(by_method) == set(ALL_METHODS)
+    assert by_method["lsq"].reason == ""
+    whole = by_method["dft-index"]
+    assert whole.medium == "poppy_LP"
+    assert whole.reason == "1 of 91 cells have no alpha; the transform needs all of them"
+    assert np.isnan(whole.used).all()
+    table.loc[table["beta_deg"] != 0, names] = np.nan
+    few = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
+    assert (few.medium, few.method) == ("poppy_LP", "lsq")
+    assert "12 measured cells do not tell 5 terms apart" in few.reason
+    table[names] = np.nan
+    none = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
+    assert none.reason == "0 measured cells are too few for 5 terms"

@@ -191,7 +191,7 @@ def test_keys_move_the_cell_of_a_map(browser: Chromium) -> None:
     browser.press("ArrowLeft", 2)
     assert "beta 30°, gamma 56.3°" in browser.evaluate(label)
     readout = browser.evaluate("document.querySelector('#map-readout').textContent")
-    for name in ("measured", "nine terms", "zeta \N{MULTIPLICATION SIGN} generic", "depth only"):
+    for name in ("measured", "nine terms", "zeta \N{MULTIPLICATION SIGN} generic", "depth-only"):
         assert name in readout
     # no further than the edge
     browser.press("ArrowDown", 20)

@@ -15,9 +15,14 @@ from docutils.core import publish_parts  # type: ignore[import-untyped]
 from jinja2 import Environment, StrictUndefined
 from page_inputs import NASTY, page_inputs
 
-from rftfit.report.captions import measured, modelled
+from rftfit.report.captions import measured, modelled, robot
 from rftfit.report.captions.run import NUMBERS, Captions
 from rftfit.report.captions.words import escaped, rst
+from rftfit.report.page.robot import RobotTables
+from rftfit.robot.calibrate import NAMED
+from rftfit.robot.errors import published_speeds, speed_errors
+from rftfit.robot.intervals import BEST, SPEED
+from rftfit.validate.robot_optimum import optima
 
 if TYPE_CHECKING:
     from rftfit.report.page.inputs import PageInputs
@@ -36,8 +41,57 @@ def whole_inputs(nasty: bool = False) -> PageInputs:
         flags=NASTY if nasty else "",
     )
     return replace(
-        found, fits=fits, coefficients=found.coefficients.assign(misfit_rms_N_per_cm3=0.034)
+        found,
+        fits=fits,
+        coefficients=found.coefficients.assign(misfit_rms_N_per_cm3=0.034),
+        robot=robot_tables_of(nasty),
     )
+
+
+def robot_tables_of(nasty: bool) -> RobotTables:
+    """A sweep on two profiles, 10 % and 100 % faster than measured, three runs of it fallen."""
+    measured = published_speeds("poppy_LP", list(NAMED.values()))
+    if nasty:
+        measured["condition"] = NASTY
+    grid = [(round(k, 2), f) for k in np.arange(-1, 1.01, 0.2) for f in (1.0, 5.0)]
+    runs, means, widths = [], [], []
+    for name, factor in (("table", 1.1), ("depth_only", 2.0)):
+        table = pd.DataFrame(grid, columns=["curvature_times_R", "frequency_Hz"])
+        top = 15 - 4 * (table["curvature_times_R"] - 0.5) ** 2
+        table = table.assign(
+            profile=name, medium="poppy_LP", phase_turns=0.0, outcome="steady", warning="",
+            speed_cm_per_s=top * table["frequency_Hz"], reason=NASTY if nasty else "",
+        )  # fmt: skip
+        table.loc[:2, "outcome"] = "tipped"
+        table.loc[:2, "speed_cm_per_s"] = np.nan
+        table.loc[table["frequency_Hz"] > 4, "warning"] = NASTY if nasty else "leg tips"
+        runs.append(table)
+        speed = measured["speed_cm_per_s"] * factor
+        ends = {f"speed_{end}cm_per_s": speed for end in ("", "lo_", "hi_")}
+        at = {key: measured[key] for key in ("curvature_times_R", "frequency_Hz")}
+        means.append(pd.DataFrame({"profile": name, **at, **ends, "reason": ""}))
+        own = {"medium": "poppy_LP", "profile": name, "draws": 12, "reason": ""}
+        widths.append(pd.DataFrame({**own, "quantity": SPEED, **at, "half_width": 0.05 * speed}))
+        best = {**own, "quantity": BEST, "frequency_Hz": 5.0, "half_width": 0.03}
+        widths.append(pd.DataFrame([best]))
+    sweep, half = pd.concat(runs, ignore_index=True), pd.concat(widths, ignore_index=True)
+    errors = speed_errors(measured, pd.concat(means), half)
+    return RobotTables(sweep, errors, optima(sweep, [5.0], widths=half), {})
+
+
+def motion() -> pd.DataFrame:
+    """Two strides of two legs at 10 and 20 cm/s."""
+    time = np.linspace(0, 1, 101)
+    parts = [
+        pd.DataFrame(
+            {"profile": profile, "curvature_times_R": curvature, "frequency_Hz": 2.0, "time_s": time,
+             "x_cm": speed * time, "z_cm": 1 + 0.25 * np.cos(4 * np.pi * time),
+             "pitch_deg": 3 * np.sin(4 * np.pi * time), "force_z_tripod_1_N": 1.7 * time}
+        )
+        for profile in ("table", "generic")
+        for curvature, speed in ((1.0, 20.0), (-1.0, 10.0))
+    ]  # fmt: skip
+    return pd.concat(parts, ignore_index=True)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +101,7 @@ def inputs() -> PageInputs:
 
 def captions(inputs: PageInputs) -> Captions:
     made = Captions("config/config.yaml", inputs.media, shown=list(inputs.fits["run_id"][:2]))
-    made.inputs = inputs
+    made.inputs, made.motion = inputs, motion()
     return made
 
 
@@ -142,6 +196,40 @@ def test_slopes_sum_up_the_fit_table(inputs: PageInputs) -> None:
     assert cells[0]["high"] == f"{np.nanmax(table):.3f}"
 
 
+def test_robot_captions_have_the_shares_and_intervals(inputs: PageInputs) -> None:
+    text = render(ROOT / "workflow" / "report" / "fig_4c_robot_speed.rst", inputs)
+    assert inputs.robot is not None
+    own = inputs.robot.errors.query("profile == 'table'")
+    assert "within 20 %: 42 of 42, within 35 %: 42; of the 39 that" in text
+    assert f"half widths {0.05 * own['simulated_cm_per_s'].median():.2f} cm/s" in text
+    assert "Hollow points (3)" in text
+    text = render(ROOT / "workflow" / "report" / "fig_s13_robot_profiles.rst", inputs)
+    assert "Of 44 runs, 6 came to no steady speed" in text
+    assert "22 have leg tips faster" in text
+    assert "depth-only: within 20 %: 0 of 42" in text
+    text = render(ROOT / "workflow" / "report" / "fig_4d_robot_curvature.rst", inputs)
+    (table, depth) = inputs.robot.optimum.query("frequency_Hz == 5").to_dict("records")
+    best = table["best_curvature_times_R"]
+    assert f"fastest at R'/r {best:.2f}" in text.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
+    assert f"95 % interval from alpha {best - 0.03:.3f} to {best + 0.03:.3f}" in text
+    assert text.count("the robot was calibrated on this") == 1
+    assert (table["calibrated"], depth["calibrated"]) == ("yes", "no")
+
+
+def test_motion_captions_tell_of_each_leg(inputs: PageInputs) -> None:
+    text = render(ROOT / "workflow" / "report" / "fig_4b_robot_motion.rst", inputs)
+    assert "c-leg at 2.0 Hz: 20.0 cm/s; its centre of mass rises and falls by 0.50 cm" in text
+    assert "pitch by 6.0 degrees, and a tripod lifts with up to 1.70 N" in text
+    text = render(ROOT / "workflow" / "report" / "fig_s14_robot_forces.rst", inputs)
+    assert text.count("reversed c-leg, 2.0 Hz: 10.0 cm/s") == 2
+
+
+def test_a_campaign_without_a_robot_has_no_numbers_of_one(inputs: PageInputs) -> None:
+    bare = replace(inputs, robot=None)
+    assert robot.best_legs(bare) == []
+    assert (robot.speeds(bare)["profiles"], robot.speeds(bare)["conditions"]) == ([], 0)
+
+
 def test_nothing_is_read_before_a_caption_asks(tmp_path: Path) -> None:
     made = Captions(tmp_path / "no_config.yaml", ["poppy_LP"], ["run"], tmp_path / "no_results")
     assert made.shown == ["run"]
@@ -151,7 +239,7 @@ def test_nothing_is_read_before_a_caption_asks(tmp_path: Path) -> None:
 
 
 def test_templates_ask_for_what_there_is() -> None:
-    own = {"title", "level", "method", "shown"}
+    own = {"title", "level", "method", "shown", "strides"}
     for path in TEMPLATES:
         asked: set[Any] = set(re.findall(r"\brun\.(\w+)", path.read_text(encoding="utf-8")))
         assert asked <= own | set(NUMBERS), path.name

@@ -335,3 +335,9 @@ def test_legs_of_the_config_are_drawn_in_its_order_and_unknown_shapes_are_told()
     assert any(r"half \$ leg" in text for text in words(figure))
     figure = draw_legs(table, measured(), "poppy_LP")
     assert any("shape of this leg not given" in text for text in words(figure))
+
+
+def test_generic_forces_without_any_zeta() -> None:
+    lost = penetration().assign(zeta=np.nan)
+    with pytest.raises(InputError, match="no medium has a zeta of method 'lsq': forces cannot be"):
+        draw_generic_forces(predicted(), measured(), lost)

@@ -20,7 +20,7 @@ from rftfit.robot.errors import (
     speed_errors,
 )
 from rftfit.validate.robot import robot_claims
-from rftfit.validate.robot_optimum import COLUMNS, interval, optima
+from rftfit.validate.robot_optimum import COLUMNS, optima, reading
 
 PLACES = list(NAMED.values())
 
@@ -126,25 +126,25 @@ def test_the_top_of_a_parabola_comes_back() -> None:
     assert found["speed_cm_per_s"] == pytest.approx(70, abs=1e-6)
     assert found["calibrated"] == "yes"
     # exact points: half a step to either side
-    assert found["best_curvature_hi"] - found["best_curvature_lo"] == pytest.approx(0.04)
+    assert found["reading_hi"] - found["reading_lo"] == pytest.approx(0.04)
 
 
 def test_intervals_grow_with_scatter_and_cover() -> None:
     widths = []
     for noise in (0.05, 3.0):
         found = optima(sweep(0.43, noise=noise)).iloc[0]
-        assert found["best_curvature_lo"] <= 0.43 <= found["best_curvature_hi"]
-        widths.append(found["best_curvature_hi"] - found["best_curvature_lo"])
+        assert found["reading_lo"] <= 0.43 <= found["reading_hi"]
+        widths.append(found["reading_hi"] - found["reading_lo"])
     assert widths[1] > 2 * widths[0]
 
 
 def test_a_top_at_the_end_or_on_a_coarse_grid() -> None:
     end = optima(sweep(1.4)).iloc[0]
-    assert (end["best_curvature_times_R"], end["best_curvature_hi"]) == (1.0, 1.0)
-    assert end["best_curvature_lo"] <= 0.96
+    assert (end["best_curvature_times_R"], end["reading_hi"]) == (1.0, 1.0)
+    assert end["reading_lo"] <= 0.96
     coarse = optima(sweep(0.43, step=0.2)).iloc[0]
-    assert coarse["best_curvature_lo"] <= 0.43 <= coarse["best_curvature_hi"]
-    lo, hi = interval(np.array([0.0, 0.5, 1.0]), [np.ones(1), np.full(1, 2.0), np.ones(1)], 0.5)
+    assert coarse["reading_lo"] <= 0.43 <= coarse["reading_hi"]
+    lo, hi = reading(np.array([0.0, 0.5, 1.0]), [np.ones(1), np.full(1, 2.0), np.ones(1)], 0.5)
     assert (lo, hi) == (0.0, 1.0)
 
 
@@ -185,7 +185,7 @@ def test_shares_beside_the_papers(factor: float, shares: list[float], verdicts: 
 
 def test_depth_only_is_expected_to_fail_and_says_why() -> None:
     table = claims(2.0, profile="depth_only")
-    line = table.loc["robot, depth only: speeds within 20 %, % of conditions"]
+    line = table.loc["robot, depth-only: speeds within 20 %, % of conditions"]
     assert line["verdict"] == "same"
     assert "outside: " in line["why"]
     assert claims(1.0, profile="depth_only").iloc[0]["verdict"] == "differs"

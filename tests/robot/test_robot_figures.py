@@ -200,7 +200,7 @@ def test_reaction_by_profile(motion: pd.DataFrame) -> None:
     assert inside(figure) == []
     assert len(figure.axes) == 2 * 3
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == ["measured table", "depth only"]
+    assert legend == ["measured table", "depth-only"]
     with pytest.raises(InputError, match="no motion"):
         draw_reaction(motion.iloc[:0])
 

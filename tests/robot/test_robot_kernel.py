@@ -135,3 +135,33 @@ def test_compilers_cache_tells_closures_apart(
         assert function(3) == 3
         found.append((len(function.stats.cache_hits), len(function.stats.cache_misses)))
     assert found == [(0, 1), (1, 0), (0, 1)]
+
+
+def test_any_phases_and_hips(robot: Robot, profile: Profile) -> None:
+    """Phases that are no half turns, hips at heights of their own, groups of one, two and three."""
+    hips = [
+        hip.model_copy(update={"phase_turns": phase, "z_cm": z, "x_cm": x})
+        for hip, phase, z, x in zip(
+            robot.legs.hips, (0.1, 0.35, 0.1, 0.8, 0.35, 0.1), (-0.7, 0.3, -1.1, 0.0, 0.9, -0.2),
+            (5.0, 1.0, -4.0, 2.0, -3.0, 0.5), strict=True,
+        )
+    ]  # fmt: skip
+    odd = robot.model_copy(update={"legs": robot.legs.model_copy(update={"hips": hips})})
+    parts = assemble(odd, 0.8)
+    state, rate = np.array([40.0, 0.4, 0.2, 10.0, -5.0, 0.3]), 12.0
+    ours = step(profile, parts, state, 0.7, rate, 1e-3, 1)
+    theirs = plain.advance(profile, parts, state, 0.7, rate, 1e-3, 1)[1]
+    np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
+    samples = np.empty((1, kernel.SAMPLE_HEAD + 2 * len(parts.names)))
+    step(profile, parts, state, 0.7, rate, 1e-3, 1, every=1, samples=samples)
+    drive = 0.0
+    for forces, (_, _, first, members), turned in zip(
+        plain.forces(profile, parts, state, 0.7, rate), parts.groups, parts.turns, strict=True
+    ):
+        if turned[0]:
+            x, z = parts.places[first : first + members, :, None].transpose(1, 0, 2)
+            hip_x = state[0] + x * math.cos(0.2) + z * math.sin(0.2)
+            hip_z = state[1] + z * math.cos(0.2) - x * math.sin(0.2)
+            fz, fx, at_x, at_z = np.moveaxis(forces, -1, 0)
+            drive += ((at_z - hip_z) * fx - (at_x - hip_x) * fz).sum()
+    np.testing.assert_allclose(samples[0, 8], drive, rtol=1e-9, atol=1e-9)

@@ -186,6 +186,8 @@ def test_elements_over_time(robot: Robot, table: TableProfile) -> None:
     assert run.series is not None
     groups = element_series(robot, table, run, every=4)
     assert tuple(groups) == run.series.groups
+    every = element_series(robot, table, run)["belly"]
+    np.testing.assert_array_equal(every.at_x_cm[::4], groups["belly"].at_x_cm)
     legs, belly = groups["tripod_1"], groups["belly"]
     assert legs.ends_x_cm.shape == (10, 3, 30, 2)
     assert belly.force_z_N.shape == (10, 1, 30)

@@ -21,11 +21,14 @@ from rftfit.lab.tracks import TRIALS, plan_trials, write_tracks
 from rftfit.profile.nine_terms import FourierProfile
 from rftfit.profile.table import TableProfile
 from rftfit.robot.configfile import paper_robot
+from rftfit.robot.intervals import COLUMNS as WIDTHS
+from rftfit.robot.intervals import SPEED
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import run_all, speed_table
-from rftfit.stages.robot import SWEEPS, conditions_of, robot_measured, robot_tables
+from rftfit.stages.robot import robot_measured, robot_tables
 from rftfit.stages.robot_profiles import robot_profile
 from rftfit.stages.robot_store import Store, fill, forget_others, key
+from rftfit.stages.robot_sweep import SWEEPS, conditions_of
 from rftfit.store import read_csv, write_csv
 from rftfit.workflow import Plan
 
@@ -253,13 +256,18 @@ def test_tables(root: Path, straight: tuple[FourierProfile, list[Run]]) -> None:
     table.insert(0, "profile", "table")
     table.insert(1, "medium", "poppy_LP")
     write_csv(table, out / "runs.csv")
+    widths = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "")], columns=WIDTHS)
+    write_csv(widths, out / "intervals.csv")
     paths = [out / f"{name}.csv" for name in ("speed", "optimum", "errors")]
-    robot_tables(root / "config" / "config.yaml", out / "measured.csv", [out / "runs.csv"], *paths)
+    robot_tables(root / "config" / "config.yaml", out / "measured.csv", [out / "runs.csv"],
+                 out / "intervals.csv", *paths)  # fmt: skip
     speed, optimum, errors = (read_csv(path) for path in paths)
     assert list(speed["calibrated"]) == ["yes", "yes", "no", "no"]
     assert optimum.empty  # two curvatures are no sweep
     mean = np.mean([run.speed_cm_per_s for run in straight[1][:2]])
     assert errors["simulated_cm_per_s"].iloc[0] == pytest.approx(mean, rel=1e-4)
+    ends = errors.loc[0, ["simulated_lo_cm_per_s", "simulated_hi_cm_per_s"]]
+    assert list(ends) == pytest.approx([mean - 1.5, mean + 1.5], rel=1e-4)
     assert errors["error_percent"].iloc[0] == pytest.approx(100 * (mean / 50 - 1), rel=1e-3)
     assert errors["reason"].iloc[1] == "this condition was not simulated"
 

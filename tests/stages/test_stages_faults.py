@@ -249,7 +249,8 @@ def test_force_and_motion_swapped(room: Room) -> None:
     results = room.chain()
     results.check_ledger(room.counted)
     assert results.fit(RUN)["reason"] == (
-        f"{motion}: this is not a force log; {force}: this is not a motion log"
+        f"{motion}: this is not a force log (no column for F1); are the two logs of the run swapped?; "
+        f"{force}: this is not a motion log (no column for x); are the two logs of the run swapped?"
     )
 
 
@@ -393,7 +394,9 @@ def test_force_log_that_ends_before_the_stroke(room: Room) -> None:
     room.change(FORCE, lambda text: "".join(text.splitlines(keepends=True)[: 3 + 500]))
     results = room.chain()
     results.check_ledger(room.counted)
-    assert results.fit(RUN)["reason"] == "the force log has no sample during the stroke"
+    assert results.fit(RUN)["reason"] == (
+        "the force log has no sample during the stroke; do the two logs belong to one run?"
+    )
 
 
 def test_rod_that_is_saturated_all_along_is_no_tare(room: Room) -> None:

@@ -2,21 +2,23 @@
 
 From samples with correlated noise, drifting zeros, errors of the clocks, start-up, stick-slip and
 beds that differ from run to run, through the program's own zero, slope, alpha table, nine terms,
-scaling and leg prediction. `benchmarks/intervals.py 2000` is the same with 2000 campaigns; a level
-for the robot's speed belongs into `coverage_levels.cover`.
+scaling, leg prediction and the robot. `benchmarks/intervals.py 2000` is the same with 2000 campaigns.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from coverage_levels import SCENARIOS, Scenario, alpha_inside, cover
+from coverage_levels import SCENARIOS, Scenario, alpha_inside, cover, cover_robot
 from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, Ensemble, paper_config, plan, simulate
 
 from rftfit.measure.slope import fit_slope
 from rftfit.measure.startup import unfinished_start
 
 CAMPAIGNS, SEED = 80, 7
+ROBOTS = 8
+"""Campaigns with the speed of the robot, under two conditions each: it is slow."""
+
 NAMES = [scenario.name for scenario in SCENARIOS]
 FEW = SCENARIOS[-1]
 
@@ -72,6 +74,13 @@ def test_leg_force(shares: dict[str, dict[str, np.ndarray]], scenario: str) -> N
 
 def test_peak_error(shares: dict[str, dict[str, np.ndarray]]) -> None:
     honest(np.concatenate([part["peak error"] for part in shares.values()]))
+
+
+def test_robot_speed() -> None:
+    """Beds alike, and beds that differ as stated; `benchmarks/intervals.py --robot` has more of it."""
+    ensemble, config = simulate("poppy_CP", ROBOTS, SEED), paper_config(40)
+    found = [cover_robot(ensemble, s, config, SEED)["robot speed"] for s in SCENARIOS[:2]]
+    honest(np.concatenate(found))
 
 
 def test_few_repeats_and_the_generic_coefficients(ensemble: Ensemble) -> None:

@@ -16,12 +16,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rftfit.cli.verify_compare import compare
 from rftfit.errors import InputError
+from rftfit.robot.configfile import paper_robot_path
 from rftfit.stages.provenance_graph import OWN, Graph, Step, unpacked
+from rftfit.stages.provenance_record import Record, present_state
 from rftfit.stages.provenance_rules import graph_of
 from rftfit.store import digest, read_csv, write_csv
 from rftfit.store.formulas import guarded, unguarded
 from rftfit.store.manifest import Seen, read_sums, sha256_of, write_sums
+from rftfit.workflow import Plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -218,6 +222,72 @@ def test_a_chain_names_every_job_before_those_that_read_it(graph: Graph) -> None
 
 def test_the_graph_survives_being_written(graph: Graph) -> None:
     assert unpacked(graph.packed()) == graph
+
+
+# --- the robot ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def robot_campaign(tmp_path: Path) -> Path:
+    """One plate run, one trial of the robot, a robot of its own."""
+    root = tmp_path / "campaign"
+    (root / "raw" / "paper" / "robot").mkdir(parents=True)
+    (root / "config").mkdir()
+    here = PACKAGE.parents[1] / "config"
+    text = (here / "config.yaml").read_text("utf-8")
+    text = text.replace("robot:", "robot:\n  file: config/mine.yaml", 1)
+    (root / "config" / "config.yaml").write_text(text, "utf-8")
+    (root / "config" / "mine.yaml").write_bytes((here / "robot.yaml").read_bytes())
+    (root / "raw" / "paper" / "runs.csv").write_text(
+        "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
+        "p1,plate,poppy_LP,plate,intrusion,0,90,f.csv,m.csv\n", "utf-8"
+    )  # fmt: skip
+    (root / "raw" / "paper" / "robot" / "runs.csv").write_text(
+        "run_id,condition,medium,curvature_times_R,frequency_Hz,track\na1,a,poppy_LP,1,2,a1.csv\n",
+        "utf-8",
+    )
+    (root / "raw" / "paper" / "robot" / "a1.csv").write_text("t_s,x_cm,z_cm\n0,0,0\n", "utf-8")
+    return root
+
+
+def test_the_robots_files_are_in_the_record(robot_campaign: Path) -> None:
+    plan = Plan(robot_campaign / "config" / "config.yaml")
+    names = ["config/mine.yaml", "raw/paper/robot/runs.csv", "raw/paper/robot/a1.csv"]
+    assert plan.robot_files == names
+    made = "results/robot/measured.csv"
+    rules = [rule("robot_measured", names, [made]), rule("other", [], ["results/x.csv"])]
+    graph = graph_of(rules, [made, "results/x.csv"], [], lambda *_: ())
+    results = {made: "1", "results/x.csv": "2"}
+    record = Record(present_state(plan.campaign, graph, Seen(None)), graph, results)
+    assert {
+        name: sha256_of(robot_campaign / name) for name in names
+    }.items() <= record.state.logs.items()
+    for name in names:
+        path = robot_campaign / name
+        before, content = plan.content(names), path.read_bytes()
+        path.write_bytes(content + b"# changed\n")
+        now = present_state(plan.campaign, graph, Seen(None))
+        compared = compare(record, now, results)
+        assert [(found.sort, found.name) for found in compared.findings] == [("log", name)]
+        assert set(compared.of_result) == {made}
+        assert Plan(plan.config).content(names) != before
+        path.write_bytes(content)
+
+
+def test_the_papers_robot_counts_as_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = "rftfit.robot.configfile"
+    read = [top / digest._READS[module] for top in digest._tops()]
+    assert paper_robot_path() in read
+    before = digest.code_digest("rftfit.stages.robot"), digest.code_digest("rftfit.stages.fourier")
+    (tmp_path / "config").mkdir()
+    changed = paper_robot_path().read_bytes().replace(b"mass_g: 150", b"mass_g: 151")
+    (tmp_path / "config" / "robot.yaml").write_bytes(changed)
+    monkeypatch.setattr(digest, "_tops", lambda: (tmp_path,))
+    digest._source_digest.cache_clear()
+    after = digest.code_digest("rftfit.stages.robot"), digest.code_digest("rftfit.stages.fourier")
+    digest._source_digest.cache_clear()
+    assert after[0] != before[0]
+    assert after[1] == before[1]
 
 
 # --- text that a spreadsheet would calculate ---------------------------------------------------------

@@ -66,3 +66,23 @@ def test_two_legs_cannot_be_cross_validated() -> None:
     table = result(measured[measured["leg"] != "c_leg"])
     assert table["rms_cv_N"].isna().all()
     assert not table["earns_its_place"].any()
+
+
+def test_no_predicted_force_is_left_as_it_is() -> None:
+    """Where nothing is predicted along x, no factor can be had, and 1 changes nothing."""
+    measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
+    predicted["force_x_N"] = 0.0
+    table = corrections(measured, predicted).set_index("model")
+    assert table.loc["factors for z and x", "factor_x"] == 1
+    assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
+
+
+def test_media_and_models_come_in_order() -> None:
+    parts = [curves(ONE, ONE).assign(medium=name) for name in ("yuma", "palms29")]
+    table = corrections(pd.concat(parts), pd.concat(parts[::-1]))
+    assert list(table["medium"]) == ["palms29"] * 3 + ["yuma"] * 3
+    assert list(table["model"]) == ["none", "one factor", "factors for z and x"] * 2
+    # a prediction that is right already cannot gain
+    assert table["gain_cv_percent"].isna().all()
+    assert not table["earns_its_place"].any()
+    assert table["rms_cv_N"].to_numpy() == pytest.approx(0, abs=1e-12)

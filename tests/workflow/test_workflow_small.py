@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import os
 import random
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from campaigns import make_campaign
 
-if TYPE_CHECKING:
-    from pathlib import Path
+from rftfit.stages.provenance_graph import unpacked
 
+if TYPE_CHECKING:
     from campaigns import Folder
 
 pytestmark = pytest.mark.slow
@@ -19,11 +22,53 @@ pytestmark = pytest.mark.slow
 MEDIA = ("poppy_LP", "yuma")
 
 
+RECORDER = Path(__file__).parents[1] / "helpers" / "section_recorder"
+
+
 @pytest.fixture(scope="module")
-def small(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def sections(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder for what the stages of the run read of the configuration."""
+    return tmp_path_factory.mktemp("sections")
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory, sections: Path) -> Folder:
     folder = make_campaign(tmp_path_factory.mktemp("small") / "campaign", MEDIA)
-    folder.run()
+    before = os.environ.get("PYTHONPATH", "")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RFTFIT_SECTIONS", str(sections))
+        patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, (str(RECORDER), before))))
+        folder.run()
     return folder
+
+
+UNREAD = {
+    # where the logs lie; read while the campaign is loaded
+    "ingest": {"raw"},
+    # in-air runs that no leg names, of which this campaign has none, are read there
+    "ledger": {"raw", "dialect", "force_log", "motion_log", "media"},
+}
+"""Sections that a rule names and this run does not read."""
+
+
+def test_rules_name_the_sections_that_stages_read(small: Folder, sections: Path) -> None:
+    """So that a changed value reruns what it must, and no more."""
+    text = (small.root / "results" / "provenance.json").read_text(encoding="utf-8")
+    graph = unpacked(json.loads(text))
+    read: dict[str, set[str]] = {}
+    for path in sections.glob("*.json"):
+        job = json.loads(path.read_text(encoding="utf-8"))
+        if job["words"][0] == "provenance":
+            continue  # the record itself is no step of the record
+        # a stage's last word is what it writes
+        rule, _ = graph.makers[job["words"][-1].partition("=")[2]]
+        read.setdefault(rule, set()).update(job["read"])
+    assert len(read) == len(graph.steps) >= 35
+    for name, found in sorted(read.items()):
+        named = set(graph.steps[name].settings)
+        assert found <= named, f"rule {name} does not name {', '.join(sorted(found - named))}"
+        if name != "page":  # it prints whatever there is
+            assert named - found == UNREAD.get(name, set()), f"rule {name} names more than it reads"
 
 
 def test_same_bytes_whatever_the_circumstances(small: Folder, tmp_path: Path) -> None:

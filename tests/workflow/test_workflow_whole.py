@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from dictionary_check import check_results
 
 from rftfit.measure.alpha import column, grid
 from rftfit.profile.fourier import TERMS
@@ -134,6 +135,10 @@ def test_every_promised_file_is_there(whole: Folder) -> None:
     promised += [f"figures/{name}.{end}" for name in figures for end in ("png", "pdf", "svg")]
     promised += [f"quality/{m}.{end}" for m in (*MEDIA, *SANDS) for end in ("png", "pdf", "svg")]
     assert [name for name in promised if not (results / name).stat().st_size > 500] == []
+
+
+def test_every_file_and_column_is_in_the_dictionary(whole: Folder) -> None:
+    assert check_results(whole.root / "results") == []
 
 
 def test_nothing_is_done_twice(whole: Folder) -> None:

@@ -39,3 +39,8 @@ def recorded_results(wildcards):
     """All results that the workflow makes by default, but the record itself."""
     own = set(rules.provenance.output)
     return [path for path in rules.all.input if path not in own]
+
+
+def robot_figure(sweep, figure):
+    """A figure as the report shows it; of the full sweep plain, since captions tell of the reduced one."""
+    return figure if sweep == "robot" else str(figure)

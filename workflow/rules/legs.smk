@@ -20,7 +20,7 @@ rule figure_legs:
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_legs"),
-        settings=PLAN.settings("fit", "fourier", "intruders", "media"),
+        settings=PLAN.settings("fit", "intruders", "media"),
         legs=named("legs"),
     shell:
         "python -m rftfit figure_legs config={params.campaign:q} medium={wildcards.medium:q} predicted={input.predicted:q} {params.legs:q}"
@@ -46,7 +46,7 @@ rule figure_leg_media:
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_leg_media"),
-        settings=PLAN.settings("fit", "fourier", "intruders", "media"),
+        settings=PLAN.settings("fit", "media"),
         legs=named("legs"),
     shell:
         "python -m rftfit figure_leg_media config={params.campaign:q} predicted={input.predicted:q} {params.legs:q}"
@@ -72,7 +72,7 @@ rule figure_sand_legs:
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_sand_legs"),
-        settings=PLAN.settings("fit", "fourier", "intruders", "media"),
+        settings=PLAN.settings("fit", "media"),
         legs=named("legs"),
     shell:
         "python -m rftfit figure_sand_legs config={params.campaign:q} predicted={input.predicted:q} {params.legs:q}"
@@ -99,7 +99,7 @@ rule figure_penetration:
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_penetration"),
-        settings=PLAN.settings("fit", "fourier", "intruders", "media"),
+        settings=PLAN.settings("fit", "intruders", "media"),
         tared=named("tared"),
         windows=named("windows"),
     shell:
@@ -127,7 +127,7 @@ rule figure_generic_forces:
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_generic_forces"),
-        settings=PLAN.settings("fit", "fourier", "intruders", "media"),
+        settings=PLAN.settings("fit", "fourier", "media"),
         legs=named("legs"),
     shell:
         "python -m rftfit figure_generic_forces config={params.campaign:q} predicted={input.predicted:q} {params.legs:q} penetration={input.penetration:q}"
@@ -152,7 +152,7 @@ rule figure_peak_errors:
     params:
         campaign=CONFIG,
         code=PLAN.code("figure_peak_errors"),
-        settings=PLAN.settings("fit", "fourier", "intruders", "media"),
+        settings=PLAN.settings("fit", "media"),
     shell:
         "python -m rftfit figure_peak_errors config={params.campaign:q} errors={input.errors:q}"
         " png={output.png:q} 2> {log:q}"

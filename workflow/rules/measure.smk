@@ -16,6 +16,8 @@ rule ingest:
     params:
         campaign=CONFIG,
         code=PLAN.code("ingest"),
+        # of other packages, whose code is part of the digest above
+        dialects=PLAN.dialects(),
         # the content of the logs, whatever their dates say
         raw=lambda wildcards: PLAN.raw(wildcards.medium),
         rows=lambda wildcards: PLAN.rows(wildcards.medium),

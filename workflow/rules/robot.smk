@@ -5,6 +5,16 @@ ROBOT = "6 Robot"
 ROBOT_PROFILES = ["table", "generic", "depth_only"]
 
 
+# A cluster's profile deals the full sweep out to more than one batch (set-scatter); on one machine
+# the sweep is one job, which works on every core anyway.
+scattergather:
+    sweep=1,
+
+
+BATCHES = gather.sweep("{scatteritem}")
+FULL_SHARES = BATCHES if len(BATCHES) > 1 else []
+
+
 rule robot_measured:
     input:
         tracks=PLAN.robot_files,
@@ -25,6 +35,29 @@ rule robot_measured:
     shell:
         "python -m rftfit robot_measured config={params.campaign:q} trials={output.trials:q}"
         " measured={output.measured:q} ledger={output.ledger:q} 2> {log:q}"
+
+
+rule robot_intervals:
+    input:
+        PLAN.robot_file,
+        alpha=alpha_tables(PLAN.laboratory),
+        measured="results/robot/measured.csv",
+    output:
+        intervals="results/robot/intervals.csv",
+    log:
+        "results/logs/robot_intervals.log",
+    conda:
+        "../envs/rftfit.yaml"
+    # the stage itself works on every core
+    threads: workflow.cores
+    params:
+        campaign=CONFIG,
+        code=PLAN.code("robot_intervals"),
+        settings=PLAN.settings("fit", "media", "fourier", "robot"),
+        alpha=named("alpha"),
+    shell:
+        "python -m rftfit robot_intervals config={params.campaign:q} {params.alpha:q}"
+        " measured={input.measured:q} intervals={output.intervals:q} 2> {log:q}"
 
 
 rule robot_motion:
@@ -71,8 +104,18 @@ rule figures_robot_motion:
     input:
         motion="results/robot/motion.csv",
     output:
-        fig_4b="results/figures/fig_4b_robot_motion.png",
-        fig_s14="results/figures/fig_s14_robot_forces.png",
+        fig_4b=report(
+            "results/figures/fig_4b_robot_motion.png",
+            caption="../report/fig_4b_robot_motion.rst",
+            category=ROBOT,
+            labels=shown("Fig. 4B", "motion of the robot"),
+        ),
+        fig_s14=report(
+            "results/figures/fig_s14_robot_forces.png",
+            caption="../report/fig_s14_robot_forces.rst",
+            category=ROBOT,
+            labels=shown("Fig. S14", "forces on a tripod"),
+        ),
         others=expand(
             "results/figures/{name}.{ending}",
             name=["fig_4b_robot_motion", "fig_s14_robot_forces"],
@@ -89,7 +132,38 @@ rule figures_robot_motion:
         " fig_s14={output.fig_s14:q} 2> {log:q}"
 
 
-for SWEEP in ["robot", "robot_full"]:
+for PROFILE in ROBOT_PROFILES:
+
+    rule:
+        name:
+            f"robot_full_batch_{PROFILE}"
+        input:
+            PLAN.robot_file,
+            alpha=f"results/alpha/{PLAN.robot_medium}.csv",
+            coefficients="results/coefficients.csv",
+            measured="results/robot/measured.csv",
+        output:
+            # the sweep's own table has these rows too
+            runs=temp(f"results/robot_full/batches/{PROFILE}_{{scatteritem}}.csv"),
+        log:
+            f"results/logs/robot_full_batch_{PROFILE}/{{scatteritem}}.log",
+        conda:
+            "../envs/rftfit.yaml"
+        threads: workflow.cores
+        params:
+            campaign=CONFIG,
+            sweep="robot_full",
+            profile=PROFILE,
+            code=PLAN.code("robot_sweep"),
+            settings=PLAN.settings("fourier", "robot"),
+        shell:
+            "python -m rftfit robot_sweep config={params.campaign:q} profile={params.profile}"
+            " sweep={params.sweep} batch={wildcards.scatteritem} threads={threads}"
+            " alpha={input.alpha:q} coefficients={input.coefficients:q}"
+            " measured={input.measured:q} runs={output.runs:q} 2> {log:q}"
+
+
+for SWEEP, SHARES in [("robot", []), ("robot_full", FULL_SHARES)]:
     for PROFILE in ROBOT_PROFILES:
 
         rule:
@@ -100,24 +174,32 @@ for SWEEP in ["robot", "robot_full"]:
                 alpha=f"results/alpha/{PLAN.robot_medium}.csv",
                 coefficients="results/coefficients.csv",
                 measured="results/robot/measured.csv",
+                parts=expand(
+                    "results/{sweep}/batches/{profile}_{share}.csv",
+                    sweep=SWEEP,
+                    profile=PROFILE,
+                    share=SHARES,
+                ),
             output:
                 runs=f"results/{SWEEP}/runs_{PROFILE}.csv",
             log:
                 f"results/logs/{SWEEP}_sweep_{PROFILE}.log",
             conda:
                 "../envs/rftfit.yaml"
-            # the stage itself works on every core
-            threads: workflow.cores
+            # the stage itself works on every core, unless batches leave it nothing to do
+            threads: 1 if SHARES else workflow.cores
             params:
                 campaign=CONFIG,
                 sweep=SWEEP,
                 profile=PROFILE,
                 code=PLAN.code("robot_sweep"),
                 settings=PLAN.settings("fourier", "robot"),
+                parts=named("parts"),
             shell:
                 "python -m rftfit robot_sweep config={params.campaign:q} profile={params.profile}"
-                " sweep={params.sweep} alpha={input.alpha:q} coefficients={input.coefficients:q}"
-                " measured={input.measured:q} runs={output.runs:q} 2> {log:q}"
+                " sweep={params.sweep} batch=1-of-1 threads={threads} alpha={input.alpha:q}"
+                " coefficients={input.coefficients:q} measured={input.measured:q}"
+                " {params.parts:q} runs={output.runs:q} 2> {log:q}"
 
     rule:
         name:
@@ -130,6 +212,7 @@ for SWEEP in ["robot", "robot_full"]:
                 sweep=SWEEP,
                 profile=ROBOT_PROFILES,
             ),
+            intervals="results/robot/intervals.csv",
         output:
             speed=f"results/{SWEEP}/speed.csv",
             optimum=f"results/{SWEEP}/optimum.csv",
@@ -145,8 +228,8 @@ for SWEEP in ["robot", "robot_full"]:
             runs=named("runs"),
         shell:
             "python -m rftfit robot_tables config={params.campaign:q} measured={input.measured:q}"
-            " {params.runs:q} speed={output.speed:q} optimum={output.optimum:q}"
-            " errors={output.errors:q} 2> {log:q}"
+            " {params.runs:q} intervals={input.intervals:q} speed={output.speed:q}"
+            " optimum={output.optimum:q} errors={output.errors:q} 2> {log:q}"
 
     rule:
         name:
@@ -156,9 +239,33 @@ for SWEEP in ["robot", "robot_full"]:
             errors=f"results/{SWEEP}/errors.csv",
             optimum=f"results/{SWEEP}/optimum.csv",
         output:
-            fig_4c=f"results/figures/fig_4c_{SWEEP}_speed.png",
-            fig_4d=f"results/figures/fig_4d_{SWEEP}_curvature.png",
-            fig_s13=f"results/figures/fig_s13_{SWEEP}_profiles.png",
+            fig_4c=robot_figure(
+                SWEEP,
+                report(
+                    f"results/figures/fig_4c_{SWEEP}_speed.png",
+                    caption="../report/fig_4c_robot_speed.rst",
+                    category=ROBOT,
+                    labels=shown("Fig. 4C", "speed against frequency"),
+                ),
+            ),
+            fig_4d=robot_figure(
+                SWEEP,
+                report(
+                    f"results/figures/fig_4d_{SWEEP}_curvature.png",
+                    caption="../report/fig_4d_robot_curvature.rst",
+                    category=ROBOT,
+                    labels=shown("Fig. 4D", "fastest curvature"),
+                ),
+            ),
+            fig_s13=robot_figure(
+                SWEEP,
+                report(
+                    f"results/figures/fig_s13_{SWEEP}_profiles.png",
+                    caption="../report/fig_s13_robot_profiles.rst",
+                    category=ROBOT,
+                    labels=shown("Fig. S13", "speed by every profile"),
+                ),
+            ),
             others=expand(
                 "results/figures/{name}.{ending}",
                 name=[

@@ -90,13 +90,16 @@ class Campaign:
         return tuple(sorted(loose, key=lambda run: run.run_id))
 
 
-def load_campaign(config_path: Path) -> Campaign:
+def load_campaign(config_path: Path, medium: str = "") -> Campaign:
     """Read a campaign that must be right.
 
     Parameters
     ----------
     config_path : Path
         ``config.yaml``.
+    medium : str, optional
+        Only the rows of this medium and those of none are read and checked. A job that measures one
+        medium need not look at ten thousand rows of others, which were checked when it was planned.
 
     Returns
     -------
@@ -107,19 +110,21 @@ def load_campaign(config_path: Path) -> Campaign:
     CampaignError
         If there is any error; it carries and prints every problem.
     """
-    campaign, problems = check_campaign(config_path)
+    campaign, problems = check_campaign(config_path, medium)
     if campaign is None:
         raise CampaignError(problems)
     return campaign
 
 
-def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
+def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None, list[Problem]]:
     """Read a campaign and find everything that is wrong with it.
 
     Parameters
     ----------
     config_path : Path
         ``config.yaml``. Its folder is the campaign's, or the folder above if it is named ``config``.
+    medium : str, optional
+        As for `load_campaign`.
 
     Returns
     -------
@@ -129,8 +134,7 @@ def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
         Errors and warnings: of the configuration in the order of its lines, then of the run sheet
         in the order of its rows.
     """
-    folder = Path(config_path).absolute().parent
-    root = (folder.parent if folder.name == "config" else folder).resolve()
+    folder, root = Path(config_path).absolute().parent, root_of(config_path)
     name = _shown_path(Path(config_path), folder, root)
     file, problems = read_config(Path(config_path), name)
     if file.data is None:
@@ -142,12 +146,29 @@ def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
     runs: list[Run] = []
     if sheet:
         logs = Folder(root / raw) if raw else None
-        runs, of_sheet = read_sheet(root / sheet, sheet, _known(file), logs)
+        runs, of_sheet = read_sheet(root / sheet, sheet, _known(file), logs, medium)
         problems += of_sheet
     problems += _robot_files(file, inside, raw, runs)
     if file.config is None or any(problem.severity == "error" for problem in problems):
         return None, problems
     return Campaign(root, root / raw, root / sheet, file.config, tuple(runs)), problems
+
+
+def root_of(config_path: Path) -> Path:
+    """Say which folder is the campaign's.
+
+    Parameters
+    ----------
+    config_path : Path
+        ``config.yaml``.
+
+    Returns
+    -------
+    Path
+        Its folder, or the one above if that is named ``config``.
+    """
+    folder = Path(config_path).absolute().parent
+    return (folder.parent if folder.name == "config" else folder).resolve()
 
 
 def _robot_files(file: ConfigFile, root: Folder, raw: str, runs: list[Run]) -> list[Problem]:

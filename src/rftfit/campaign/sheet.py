@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def read_sheet(
-    path: Path, file: str, known: Known, logs: Folder | None
+    path: Path, file: str, known: Known, logs: Folder | None, medium: str = ""
 ) -> tuple[list[Run], list[Problem]]:
     """Read and check a run sheet.
 
@@ -33,6 +33,8 @@ def read_sheet(
         What the configuration says about words.
     logs : Folder or None
         The raw folder; None if it is not known, and log files are not looked for.
+    medium : str, optional
+        Pass over the rows of other media.
 
     Returns
     -------
@@ -53,6 +55,8 @@ def read_sheet(
     for row, cells in table.rows:
         width = len(cells)
         named = {name: cells[at] if at < width else "" for name, at in places.items()}
+        if medium and named.get("medium") not in (None, "", medium):
+            continue
         odd = {name: table.odd[row, at] for name, at in places.items() if (row, at) in table.odd}
         drafts.append(read_row(file, row, named, odd if table.odd else {}, known))
         problems += _beyond(table, file, row, cells)

@@ -13,6 +13,7 @@ from rftfit.cli.output import count, megabytes, say, table
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.problems import Problem
+    from rftfit.robot.check import Checked
 
 _KINDS = ("plate", "rod", "leg", "leg_air")
 
@@ -23,20 +24,25 @@ def check(
     ),
     strict: Annotated[bool, typer.Option("--strict", help="Count warnings as errors.")] = False,
 ) -> None:
-    """Check configuration, run sheet and logs; print every problem at once.
+    """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 
     Ends with exit code 2 when there are errors, with 0 when there are warnings only.
     """
     from rftfit.campaign.load import check_campaign
+    from rftfit.robot.check import check_robot
 
     campaign, problems = check_campaign(config)
+    robot = check_robot(config)
+    problems = [*problems, *robot.problems]
     errors = _print_problems(problems, "error")
     warnings = _print_problems(problems, "warning")
     if campaign is not None:
         say(summary(campaign))
+        if robot.medium:
+            say(of_robot(robot))
         say()
     say(f"{count(errors, 'error')}, {count(warnings, 'warning')}.")
-    if campaign is None or (strict and warnings):
+    if campaign is None or errors or (strict and warnings):
         raise typer.Exit(INPUT_NOT_VALID)
 
 
@@ -86,6 +92,25 @@ def summary(campaign: Campaign) -> str:
     title = campaign.config.title
     runs_and_logs = f"{count(len(campaign.runs), 'run')}, {count(len(sizes), 'log')}"
     return f"{title}: {runs_and_logs}, {megabytes(total)}\n{table(header, rows)}"
+
+
+def of_robot(robot: Checked) -> str:
+    """Describe the campaign's robot.
+
+    Parameters
+    ----------
+    robot : Checked
+
+    Returns
+    -------
+    str
+        One line.
+    """
+    trials = robot.trials
+    if not trials:
+        return f"robot on {robot.medium}: no trials of its own"
+    conditions = len({trial.condition for trial in trials})
+    return f"robot on {robot.medium}: {count(len(trials), 'trial')} of {count(conditions, 'condition')}"
 
 
 def log_sizes(campaign: Campaign) -> dict[str, int | None]:

@@ -128,7 +128,9 @@ def fetch_logs(example: Example, source: Path, raw: Path, origin: str | None) ->
     try:
         raw.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OutputError(f"{raw}: cannot be made: {error.strerror}") from error
+        raise OutputError(
+            f"{raw}: cannot be made: {error.strerror}; allow writing there or name another folder"
+        ) from error
     if origin is not None and "://" not in origin:
         _copy(Path(origin), raw, lacking)
     else:
@@ -149,7 +151,9 @@ def _is_right(path: Path, digest: str) -> bool:
 def _copy(folder: Path, raw: Path, wanted: Mapping[str, str]) -> None:
     for name, digest in wanted.items():
         if not (folder / name).is_file():
-            raise InputError(f"--from: no {name} in {folder}")
+            raise InputError(
+                f"--from: no {name} in {folder}; allowed: a folder with all logs of the example"
+            )
         if not _is_right(folder / name, digest):
             raise InputError(
                 f"--from: {folder / name} is not the log of that name (sha256 differs)"

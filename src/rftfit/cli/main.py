@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import sys
 
 from rftfit.cli import exit_codes
 from rftfit.cli.crash import crash_message, quiet_standard_output
 from rftfit.errors import RftfitError
+
+_REFUSALS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+"""Of a disk, when something is to be written; results themselves are written by `rftfit.store`."""
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -40,6 +44,16 @@ def main(argv: list[str] | None = None) -> int:
     except BrokenPipeError:
         quiet_standard_output()
         return exit_codes.PIPE_CLOSED
+    except OSError as error:
+        if error.errno not in _REFUSALS:
+            return _say_why(crash_message(error, words), exit_codes.UNEXPECTED)
+        quiet_standard_output()
+        place = error.filename or "standard output"
+        return _say_why(
+            f"rftfit: {place}: cannot write: {error.strerror}; free some space or write elsewhere, "
+            "then run again",
+            exit_codes.OUTPUT_NOT_WRITTEN,
+        )
     except Exception as error:  # noqa: BLE001
         return _say_why(crash_message(error, words), exit_codes.UNEXPECTED)
     return code

@@ -66,7 +66,7 @@ def predict(
     profile: Annotated[
         str | None,
         typer.Option(
-            help="table (default: alpha as measured), fourier, generic or depth-only; with --alpha "
+            help="table (default: alpha as measured), fourier, generic or depth_only; with --alpha "
             "always generic."
         ),
     ] = None,
@@ -146,7 +146,7 @@ def predict(
     else:
         say("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
         say(as_text(motion, prediction, peaks, confidence))
-    needs_less = results is not None and profile in (None, "table", "depth-only")
+    needs_less = results is not None and profile in (None, "table", "depth_only")
     _warn_of(
         motion, prediction, "; --profile generic needs the cell (0, 90) only" if needs_less else ""
     )

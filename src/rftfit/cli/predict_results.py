@@ -69,7 +69,7 @@ def from_campaign(folder: Path, medium: str, kind: str, method: str, confidence:
         return _by_its_test(folder, medium, table, from_results(folder, method), confidence)
     measured = TableProfile.from_table(table, f"alpha table of {own}")
     many: Profile = TableProfile(*_draws(table, confidence))
-    if kind == "depth-only":
+    if kind == "depth_only":
         return Source(
             f"depth-only, from {own}", DepthOnlyProfile.of(measured), DepthOnlyProfile.of(many)
         )

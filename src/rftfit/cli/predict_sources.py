@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rftfit.profile.reference_media import Reference
     from rftfit.profile.scaling import Scaled
 
-PROFILES = ("table", "fourier", "generic", "depth-only")
+PROFILES = ("table", "fourier", "generic", "depth_only")
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def from_print(medium: str, kind: str) -> Source:
         name = f"published Table S2, zeta of {medium} ({zeta:g}) times generic"
         return Source(name, scaled_generic(zeta, as_array(coefficients("generic")), name))
     table = TableProfile.published(medium)
-    if kind == "depth-only":
+    if kind == "depth_only":
         return Source(f"depth-only, from Table S5, {medium}", DepthOnlyProfile.of(table))
     return Source(f"published Table S5, {medium}", table)
 

@@ -143,7 +143,10 @@ def clear(earlier: Earlier) -> int:
         try:
             path.unlink(missing_ok=True)
         except OSError as error:
-            raise OutputError(f"{path}: cannot be removed: {error.strerror or error}") from error
+            raise OutputError(
+                f"{path}: cannot be removed: {error.strerror or error}; allow writing there or close "
+                "it in other programs"
+            ) from error
     for folder in {path.parent for path in earlier.files}:
         # it refuses a folder that holds anything
         with contextlib.suppress(OSError):
@@ -168,7 +171,9 @@ def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]
     try:
         head, found, listing = marker.read_text(encoding="utf-8").partition(f"{_LIST}\n")
     except (OSError, ValueError) as error:
-        raise InputError(f"{marker}: cannot be read: {error}") from error
+        raise InputError(
+            f"{marker}: cannot be read: {error}; delete the folder yourself if no original log is in it"
+        ) from error
     sizes: dict[Path, int | None] = {}
     for line in listing.splitlines():
         size, _, name = line.partition(" ")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit.cli.output import count, say, table, warn
-from rftfit.errors import InputError, WorkflowError
+from rftfit.errors import InputError, OutputError, WorkflowError
 
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
@@ -34,6 +34,12 @@ def run(
     cores: Annotated[
         int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")
     ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            help="Hand the jobs over to a cluster: slurm, or a folder with a Snakemake profile."
+        ),
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", "-n", help="Say what would be done, and do nothing.")
     ] = False,
@@ -48,17 +54,23 @@ def run(
     what depends on it and nothing else. Run again to go on.
     """
     from rftfit.cli.campaign_paths import campaign_root
+    from rftfit.cli.cluster import cluster_words
     from rftfit.cli.results import closing_lines
     from rftfit.cli.run_changes import say_changes
     from rftfit.cli.snakemake_process import find_snakefile
 
     targets, extra = _split(words or [])
     root = campaign_root(config)
+    source = (snakefile or find_snakefile()).resolve()
+    if cluster is None:
+        where = ["--cores", str(cores or "all")]
+    else:
+        where = cluster_words(cluster, source, cores)
     command = [
         *targets,
-        *("--snakefile", str((snakefile or find_snakefile()).resolve())),
+        *("--snakefile", str(source)),
         *("--directory", str(root)),
-        *("--cores", str(cores or "all")),
+        *where,
         # it takes all words up to the next option
         *(
             "--config",
@@ -68,6 +80,8 @@ def run(
         *extra,
     ]
     campaign = _check(config)
+    if not unlock and not dry_run:
+        _clear_lock_of_the_dead(command, root)
     if unlock:
         _unlock(command, root)
     elif dry_run:
@@ -110,7 +124,7 @@ def _check(config: Path) -> Campaign:
 
 def _watch(command: list[str], root: Path, log: Path | None, *, plain: bool) -> Watcher:
     """Run Snakemake to its end; an error becomes a `WorkflowError` that says why."""
-    from rftfit.cli.failures import failure_text
+    from rftfit.cli.failures import failure_text, nothing_written
     from rftfit.cli.progress import display
     from rftfit.cli.snakemake_output import Watcher
     from rftfit.cli.snakemake_process import listen
@@ -134,7 +148,8 @@ def _watch(command: list[str], root: Path, log: Path | None, *, plain: bool) -> 
         raise WorkflowError(_lock_text(root))
     if status:
         named = log.relative_to(root) if log else Path("(not kept in a dry run)")
-        raise WorkflowError(failure_text(watcher, root, named))
+        kind = OutputError if nothing_written(watcher, root) else WorkflowError
+        raise kind(failure_text(watcher, root, named, status))
     if plain and not watcher.total and not watcher.nothing_to_do:
         # something was asked of Snakemake itself: --summary, --list-rules, --dag
         say("\n".join(lines))
@@ -152,6 +167,16 @@ def _show_plan(watcher: Watcher, root: Path) -> None:
         own = [job.title.split()[1:] for job in watcher.jobs.values() if job.rule == rule]
         rows.append([rule, str(number), ", ".join(" ".join(words) for words in own if words)])
     say(table(["rule", "jobs", "for"], rows))
+
+
+def _clear_lock_of_the_dead(command: list[str], root: Path) -> None:
+    """Clear the lock of a killed run where it is certain that nobody holds it."""
+    from rftfit.cli.snakemake_process import listen
+    from rftfit.store.holder import left_by_the_dead
+
+    with left_by_the_dead(root / ".snakemake") as certain:
+        if certain and listen([*command, "--unlock"], root, None, lambda _: None) == 0:
+            warn("An earlier run was killed: its lock is cleared, and this one goes on from there.")
 
 
 def _unlock(command: list[str], root: Path) -> None:

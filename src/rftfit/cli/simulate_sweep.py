@@ -31,6 +31,13 @@ def sweep(
     cores: Annotated[
         int | None, typer.Option(min=1, help="Runs at once; default: all cores.")
     ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            help="Deal the runs out as batches to a cluster: slurm, or a folder with a Snakemake "
+            "profile; --cores is then what one batch gets."
+        ),
+    ] = None,
 ) -> None:
     """Run the robot over the paper's 51 curvatures, 26 frequencies and 3 starting phases.
 
@@ -41,8 +48,9 @@ def sweep(
     from rftfit.campaign.load import load_campaign
     from rftfit.cli.predict_sources import choose
     from rftfit.cli.run import run
-    from rftfit.stages.robot import robot_of, swept
+    from rftfit.stages.robot import robot_of
     from rftfit.stages.robot_profiles import PROFILES
+    from rftfit.stages.robot_sweep import swept
 
     names = list(dict.fromkeys(profile or PROFILES))
     for name in names:
@@ -54,6 +62,11 @@ def sweep(
             f"config, key robot.medium: {section.medium} has no runs, so there is nothing for the "
             "robot to run on"
         )
+    if cluster is not None:
+        if set(names) != set(PROFILES):
+            raise InputError("--cluster and --profile: a cluster runs all profiles at once")
+        run([TARGET], config=config, cores=cores, cluster=cluster)
+        return
     alpha = f"results/alpha/{section.medium}.csv"
     run([*NEEDED, alpha], config=config, cores=cores)
     measured, coefficients = (campaign.root / path for path in NEEDED)

@@ -7,9 +7,14 @@ from dataclasses import dataclass, field
 
 _JOB = re.compile(r"^(?:local)?(?:rule|checkpoint) (\S+):$")
 _ERROR = re.compile(r"^Error in (?:rule|group) (\S+):$")
-_FINISHED = re.compile(r"^Finished (?:jobid: |job )(\d+)")
+_FINISHED = re.compile(r"^Finished (?:jobid: |job )(\d+)(?: \(Rule: (\S+)\))?")
 _STEPS = re.compile(r"^(\d+) of (\d+) steps ")
 _TOTAL = re.compile(r"^total +(\d+)$")
+# jobs that go to a cluster as one are told of further in
+_IN_GROUP = " " * 4
+_FAILED_GROUP = f"{_IN_GROUP}jobs:"
+_WHY_GROUP_FAILED = f"{_IN_GROUP}message: "
+_IN_FAILED_GROUP = " " * 8
 _FIELD = re.compile(r"^    (\w+): ?(.*)$")
 _STAGE = re.compile(r"^rftfit (\w+): (.*)$")
 _STATUS = re.compile(r"(?:returned non-zero exit status (\d+)|died with <Signals\.(\w+))")
@@ -59,10 +64,13 @@ class Failure:
     job : Job
     status : str
         Exit status, or the name of the signal that ended it; empty if not known.
+    grouped : bool
+        Snakemake knows only that one of the jobs failed that went to a cluster as one.
     """
 
     job: Job
     status: str = ""
+    grouped: bool = False
 
 
 @dataclass
@@ -109,6 +117,9 @@ class Watcher:
     locked: bool = False
     _block: Job | None = None
     _key: str = ""
+    _margin: str = ""
+    _in_failed_group: bool = False
+    _why_group_failed: str = ""
     _talking: Message | None = None
     _in_problem: bool = False
     _in_traceback: bool = False
@@ -128,16 +139,28 @@ class Watcher:
             The job that this line says is finished.
         """
         if self._block is not None:
-            if self._feed_block(self._block, line):
+            if self._feed_block(self._block, line.removeprefix(self._margin)):
                 return None
             self._close_block()
         if status := _STATUS.search(line):
             self._status = status[1] or status[2]
-        if started := _JOB.match(line):
+        self._in_failed_group &= line.startswith(_IN_FAILED_GROUP)
+        if line == _FAILED_GROUP:
             self._quiet()
+            self._in_failed_group = True
+        elif self._in_failed_group and (failed := _JOB.match(line.removeprefix(_IN_FAILED_GROUP))):
+            self._margin = _IN_FAILED_GROUP
+            self._block = Job(failed[1], fields={"message": self._why_group_failed})
+            self.failures.append(Failure(self._block, grouped=True))
+        elif line.startswith(_WHY_GROUP_FAILED):
+            self._why_group_failed = line.removeprefix(_WHY_GROUP_FAILED)
+        elif started := _JOB.match(line) or _JOB.match(line.removeprefix(_IN_GROUP)):
+            self._quiet()
+            self._margin = _IN_GROUP if line.startswith(_IN_GROUP) else ""
             self._block = Job(started[1])
         elif failed := _ERROR.match(line):
             self._quiet()
+            self._margin = ""
             self._block = Job(failed[1])
             self.failures.append(Failure(self._block, self._status))
             self._status = ""
@@ -148,7 +171,7 @@ class Watcher:
             self.done, self.total = int(steps[1]), int(steps[2])
         elif finished := _FINISHED.match(line):
             self._quiet()
-            job = self.jobs.get(finished[1], Job("job", finished[1]))
+            job = self.jobs.get(finished[1], Job(finished[2] or "job", finished[1]))
             self.finished.append(job)
             self.done = max(self.done, len(self.finished))
             return job

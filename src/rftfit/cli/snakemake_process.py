@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import rftfit
 from rftfit.errors import OutputError, WorkflowError
+from rftfit.store.parent import VARIABLE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -132,7 +133,8 @@ def _environment() -> dict[str, str]:
     # jobs call `python`: it has to be this one, also where the environment was not activated
     here = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [here, os.environ.get("PATH", "")]))
-    return {**os.environ, "PATH": path, "PYTHONUNBUFFERED": "1"}
+    # it ends when this process has ended, even where that could not say so
+    return {**os.environ, "PATH": path, "PYTHONUNBUFFERED": "1", VARIABLE: str(os.getpid())}
 
 
 def _open(log: Path) -> Any:
@@ -167,13 +169,15 @@ def _signals_as_interrupts() -> Iterator[None]:
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {name: signal.signal(getattr(signal, name), interrupt) for name in names}
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    # what is ignored stays so: nohup keeps a run alive when its terminal closes
+    heard = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, interrupt) for number in heard}
     try:
         yield
     finally:
-        for name, handler in before.items():
-            signal.signal(getattr(signal, name), handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _stop(child: subprocess.Popen[bytes]) -> None:

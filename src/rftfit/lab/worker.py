@@ -84,7 +84,10 @@ def _remove(path: Path) -> None:
     try:
         path.unlink(missing_ok=True)
     except OSError as error:
-        raise OutputError(f"{path}: cannot remove: {error.strerror or error}") from error
+        raise OutputError(
+            f"{path}: cannot be removed: {error.strerror or error}; allow writing there or close it in "
+            "other programs"
+        ) from error
 
 
 def write_runs(job: Job) -> tuple[int, int]:

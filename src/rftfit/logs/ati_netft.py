@@ -109,8 +109,8 @@ class AtiNetftReader(TextReader):
             raise LogError(code, _no_rate(settings) + end)
         packets = PacketCount()
 
-        def derive(columns: dict[str, np.ndarray], _: np.ndarray) -> dict[str, np.ndarray]:
-            return {"time": packets.follow(columns[SEQUENCE]) / rate, **columns}
+        def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+            return {"time": packets.follow(columns[SEQUENCE], index) / rate, **columns}
 
         source = "the config" if self._rate else "the preamble"
         note = f"time is {SEQUENCE} / {rate:g} Hz ({source})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -104,7 +105,7 @@ class Log:
         return replace(self, columns=columns, dropped=dropped)
 
 
-class Reader:
+class Reader(ABC):
     """Base of a dialect: give it a `name`, a `describe`, a `detect`, and `load` or `stream`.
 
     Attributes
@@ -118,6 +119,7 @@ class Reader:
     name = ""
     evidence = "its content"
 
+    @abstractmethod
     def describe(self) -> str:
         """Return one line on which program writes such files.
 
@@ -125,8 +127,8 @@ class Reader:
         -------
         str
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def detect(self, head: bytes) -> bool:
         """Tell from the beginning of a file whether it is of this dialect.
 
@@ -139,7 +141,6 @@ class Reader:
         -------
         bool
         """
-        raise NotImplementedError
 
     def with_options(self, options: Mapping[str, object]) -> Reader:
         """Return the reader with the ``options`` of the config.
@@ -268,3 +269,35 @@ def join(blocks: Iterable[Log]) -> Log:
         added(*(part.missing for part in parts)),
         tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )
+
+
+def text_option(options: Mapping[str, object], name: str, default: str, example: str = "") -> str:
+    """Check the options of a dialect whose only one is a text.
+
+    Parameters
+    ----------
+    options : mapping of str to object
+    name : str
+        Of that option.
+    default : str
+        Where it is not given.
+    example : str, optional
+        Of such a text, for the message.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        If there is any other option, or it is no text.
+    """
+    others = sorted(set(options) - {name})
+    if others:
+        raise ValueError(f"found the option {others[0]!r}; allowed: {name}")
+    value = options.get(name, default)
+    if not isinstance(value, str):
+        wanted = f"a text such as {example}" if example else "a text"
+        raise ValueError(f"{name}: found {value!r}; allowed: {wanted}")  # noqa: TRY004
+    return value

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import re
 from codecs import BOM_UTF8
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rftfit.logs.base import added
 from rftfit.logs.layout import Rows, cells_of
-from rftfit.logs.numbers import CELLS, CUT, FINITE, NUMBER
+from rftfit.logs.numbers import CELLS, CUT, FINITE, NUMBER, count_lines
 from rftfit.logs.regrouped import GROUPED, is_grouped
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ _INTEGER = re.compile(r"-?\d{1,19}")
 _FEED, _RETURN, _TAB, _BLANK = b"\n\r\t "
 _EMPTY_LINES = re.compile(rb"[ \t]*(?:\r\n|\n|\r)[\s]*")
 _LINES_BY_HAND = 64
+_ONE_PIECE = 1 << 24
 
 
 class Parser:
@@ -95,7 +97,7 @@ class Parser:
             fast = self._fast(body)
             if fast is not None:
                 return [fast]
-        if _count(body) <= _LINES_BY_HAND:
+        if count_lines(body) <= _LINES_BY_HAND:
             return [self._by_hand(body)]
         middle = len(body) // 2
         # never between \r and \n
@@ -127,10 +129,10 @@ class Parser:
             if width < len(layout.names) - layout.optional:
                 return None
         try:
-            table = pacsv.read_csv(pa.BufferReader(body), **_options(layout, width, len(body)))
+            table = pacsv.read_csv(pa.BufferReader(body), **_options(layout, width))
         except (pa.ArrowInvalid, pa.ArrowKeyError):
             return None
-        if table.num_rows != _count(body):
+        if table.num_rows != count_lines(body):
             # blank lines, or a quote that swallowed line ends
             plain = _EMPTY_LINES.sub(b"\n", body).lstrip(b"\n")
             return self._fast(plain) if len(plain) < len(body) else None
@@ -233,20 +235,9 @@ def _single_blanks(body: bytes) -> bytes:
     return text.tobytes().replace(b"\t", b" ")
 
 
-def _count(body: bytes) -> int:
-    """Lines of a body that ends with a line end."""
-    # several times faster than bytes.count where lines are short
-    text = np.frombuffer(body, dtype=np.uint8)
-    feeds = text == _FEED
-    lines = int(np.count_nonzero(feeds))
-    if b"\r" in body:
-        returns = text == _RETURN
-        lines += int(np.count_nonzero(returns)) - int(np.count_nonzero(returns[:-1] & feeds[1:]))
-    return lines
-
-
-def _options(layout: Layout, width: int, size: int) -> dict[str, Any]:
-    """Make the settings of the fast parser."""
+@lru_cache(64)
+def _options(layout: Layout, width: int) -> dict[str, Any]:
+    """Make the settings of the fast parser; making them costs as much as parsing some hundred rows."""
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
@@ -254,7 +245,10 @@ def _options(layout: Layout, width: int, size: int) -> dict[str, Any]:
     names = [str(place) for place in range(width)]
     return {
         "read_options": pacsv.ReadOptions(
-            column_names=names, use_threads=size > 1 << 20, block_size=max(1 << 20, size // 8)
+            # blocks are parsed side by side already; in one piece its columns need no copy
+            column_names=names,
+            use_threads=False,
+            block_size=_ONE_PIECE,
         ),
         "parse_options": pacsv.ParseOptions(
             delimiter=layout.delimiter, quote_char='"' if layout.quote else False

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-_AT_A_TIME = 1 << 18
+_AT_A_TIME = 1 << 22  # numbers, so that a table of many columns takes no more memory
 _MAGIC = b"PAR1"
 
 
@@ -42,7 +42,7 @@ class ParquetReader(Reader):
         return head.startswith(_MAGIC)
 
     def stream(self, path: Path) -> Iterator[Log]:
-        """Read a table, some hundred thousand rows at a time.
+        """Read a table, some million numbers at a time.
 
         Parameters
         ----------
@@ -67,7 +67,8 @@ class ParquetReader(Reader):
                 chosen = _columns(file.schema_arrow)
                 if not chosen:
                     raise LogError("header", f"{path}: no column of this table holds numbers")
-                for batch in file.iter_batches(_AT_A_TIME, columns=list(chosen)):
+                at_a_time = max(1, _AT_A_TIME // len(chosen))
+                for batch in file.iter_batches(at_a_time, columns=list(chosen)):
                     rows += batch.num_rows
                     if batch.num_rows:
                         yield _log(path, chosen, batch)
@@ -112,7 +113,9 @@ def _log(path: Path, chosen: dict[str, tuple[str, str]], batch: Any) -> Log:
         columns[name] = _numbers(batch.column(source))
         units[name] = unit
     log = Log(path, columns, units, batch.num_rows)
-    finite = np.isfinite(np.stack(list(columns.values()))).all(axis=0)
+    finite = np.ones(log.size, dtype=bool)
+    for values in columns.values():
+        finite &= np.isfinite(values)
     return log.take(finite, FINITE)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 import zipfile
+from contextlib import closing
 from copy import copy
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -117,7 +118,11 @@ def _logs(path: Path, wanted: str) -> Iterator[Log]:
     with zipfile.ZipFile(path) as archive:
         unpacked = sum(info.file_size for info in archive.infolist())
     if unpacked > MAX_UNPACKED:
-        raise LogError("too_large", f"{path}: {unpacked / 1e6:.0f} MB when unpacked")
+        size, most = unpacked / 1e6, MAX_UNPACKED / 1e6
+        raise LogError(
+            "too_large",
+            f"{path}: {size:.0f} MB when unpacked; at most {most:g} MB are read: export it as .csv",
+        )
     # imported by name: slow, and without type information
     openpyxl: Any = import_module("openpyxl")
     book = openpyxl.load_workbook(path, read_only=True, data_only=True)
@@ -128,7 +133,9 @@ def _logs(path: Path, wanted: str) -> Iterator[Log]:
         sheet: Any = book[wanted] if wanted else book.worksheets[0]
         # the stated size of a sheet is often wrong
         sheet.reset_dimensions()
-        yield from _tables(path, sheet.iter_rows(values_only=True))
+        # closed by hand: rows that nobody asks for keep the file open
+        with closing(row for row in sheet.iter_rows(values_only=True)) as rows:
+            yield from _tables(path, rows)
     finally:
         book.close()
 

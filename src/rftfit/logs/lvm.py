@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from rftfit.logs.ahead import in_order
 from rftfit.logs.base import Log, LogError, Reader, added
 from rftfit.logs.cells import Parser
 from rftfit.logs.layout import Kind, Layout
@@ -100,7 +101,8 @@ class LvmReader(Reader):
         try:
             file, start = _file(lines_of(text.head))
             rows = 0
-            for log in _logs(path, file, text, start):
+            for segment, found in in_order(_parsed, _pieces(file, text, start)):
+                log = _log(path, file, segment, found)
                 rows += log.rows
                 if log.rows:
                     yield log
@@ -127,7 +129,13 @@ def _file(lines: Sequence[Line]) -> tuple[_File, int]:
     raise ValueError(f"the file header has no end ({_END}): cut short?")
 
 
-def _logs(path: Path, file: _File, text: TextFile, start: int) -> Iterator[Log]:
+def _parsed(piece: tuple[_Segment, bytes, bytes]) -> tuple[_Segment, Rows]:
+    segment, body, rest = piece
+    return segment, segment.parser.parse(body, rest)
+
+
+def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment, bytes, bytes]]:
+    """Cut blocks of the file where a segment ends."""
     segment: _Segment | None = None
     carry = b""
     for body, rest in text.blocks(start):
@@ -141,15 +149,16 @@ def _logs(path: Path, file: _File, text: TextFile, start: int) -> Iterator[Log]:
                     break
                 segment = _segment(file, carry[:place])
                 carry = carry[place:]
-            found = _SEGMENT.search(carry) if b"Channels" in carry else None
+            # one letter is looked for several times faster than a word
+            found = _SEGMENT.search(carry) if b"C" in carry and b"Channels" in carry else None
             if found:
-                yield _log(path, file, segment, carry[: found.start()], b"")
+                yield segment, carry[: found.start()], b""
                 carry, segment = carry[found.start() :], None
             else:
-                yield _log(path, file, segment, carry, b"")
+                yield segment, carry, b""
                 carry = b""
         if segment is not None and rest:
-            yield _log(path, file, segment, b"", rest)
+            yield segment, b"", rest
 
 
 def _header_end(text: bytes) -> int | None:
@@ -230,10 +239,9 @@ def _moment(settings: dict[str, list[str]]) -> dt.datetime | None:
         return None
 
 
-def _log(path: Path, file: _File, segment: _Segment, body: bytes, rest: bytes) -> Log:
+def _log(path: Path, file: _File, segment: _Segment, rows: Rows) -> Log:
     first = file.first
     assert first is not None
-    rows = segment.parser.parse(body, rest)
     begin, segment.rows = segment.rows, segment.rows + rows.rows
     same = (segment.parser.layout, segment.units, segment.timed) == (
         first.parser.layout,

@@ -14,6 +14,25 @@ if TYPE_CHECKING:
 
 GROUP = "rftfit.dialects"
 _NEEDED = ("describe", "detect")
+_UNKNOWN = "an unknown package"
+
+
+class Origin(NamedTuple):
+    """Where a dialect is from.
+
+    Attributes
+    ----------
+    package : str
+        As it was installed; "an unknown package" where nobody says.
+    version : str
+        Of the package; empty where nobody says.
+    module : str
+        That the entry point names.
+    """
+
+    package: str
+    version: str
+    module: str
 
 
 class Plugins(NamedTuple):
@@ -25,10 +44,13 @@ class Plugins(NamedTuple):
         By the name of the entry point.
     faults : dict of str to str
         The same of those that cannot be used, and why.
+    origins : dict of str to Origin
+        Of the readers.
     """
 
     readers: dict[str, PluginReader]
     faults: dict[str, str]
+    origins: dict[str, Origin]
 
 
 class PluginReader(Reader):
@@ -134,7 +156,7 @@ def plugins() -> Plugins:
     """
     from importlib.metadata import entry_points
 
-    found = Plugins({}, {})
+    found = Plugins({}, {}, {})
     for point in sorted(entry_points(group=GROUP), key=lambda p: (p.name, _origin(p))):
         if point.name in found.readers:
             found.faults[point.name] = (
@@ -157,11 +179,15 @@ def plugins() -> Plugins:
             )
         else:
             found.readers[point.name] = PluginReader(point.name, _origin(point), inner)
+            package, version = (
+                (point.dist.name, point.dist.version) if point.dist else (_UNKNOWN, "")
+            )
+            found.origins[point.name] = Origin(package, version, point.module)
     return found
 
 
 def _origin(point: EntryPoint) -> str:
-    return f"package {point.dist.name}" if point.dist else "an unknown package"
+    return f"package {point.dist.name}" if point.dist else _UNKNOWN
 
 
 def _words(error: Exception) -> str:

@@ -25,9 +25,11 @@ from rftfit.logs.rostopic import RostopicReader
 from rftfit.logs.tdms import TdmsReader
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
     from rftfit.campaign.sources import AnyLog
+    from rftfit.logs.plugins import Origin
 
 _BUILTIN: tuple[Reader, ...] = (
     RigDialect(),
@@ -57,6 +59,24 @@ def dialects() -> dict[str, Reader]:
     """
     others = plugins().readers
     return {**DIALECTS, **{name: others[name] for name in sorted(others) if name not in DIALECTS}}
+
+
+def origins(names: Iterable[str]) -> dict[str, Origin]:
+    """Say where those dialects are from that do not come with the program.
+
+    Parameters
+    ----------
+    names : iterable of str
+
+    Returns
+    -------
+    dict of str to Origin
+        By dialect, sorted; without those that cannot be used.
+    """
+    # looking for other packages is slow, and most campaigns need none
+    others = sorted(set(names) - DIALECTS.keys())
+    found = plugins().origins if others else {}
+    return {name: found[name] for name in others if name in found}
 
 
 def faults() -> list[str]:

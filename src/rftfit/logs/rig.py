@@ -5,13 +5,15 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, NamedTuple
 
-from rftfit.logs.base import Log, LogError, Reader, join
-from rftfit.logs.lines import TextFile
+from rftfit.logs.base import Log, LogError, join
+from rftfit.logs.layout import Kind, Layout
 from rftfit.logs.numbers import Parsed, is_data, parse_bodies
+from rftfit.logs.textlog import Plan, TextReader
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Sequence
     from pathlib import Path
+    from typing import Self
 
 FORCE_COLUMNS = ("time", "arm_moving", "F1", "F2", "F3")
 MOTION_COLUMNS = ("time", "x", "z", "angle")
@@ -19,10 +21,11 @@ MAX_BYTES = 1 << 36
 WHOLE_BYTES = 1 << 24
 """Longer files are read in blocks, so that memory stays bounded."""
 
+_NUMBER: Kind = "number"
 _CELL = re.compile(r"^(time|F[123]|x|z|angle)_([A-Za-z]+)$")
 
 
-class RigDialect(Reader):
+class RigDialect(TextReader):
     """Comma-separated text with ``#`` comments, one header row and the unit in each name."""
 
     name = "rig"
@@ -49,6 +52,40 @@ class RigDialect(Reader):
         except ValueError:
             return False
         return True
+
+    def only(self, columns: Collection[str]) -> Self:  # noqa: ARG002
+        """Return the same reader: its few columns are all needed.
+
+        Parameters
+        ----------
+        columns : collection of str
+
+        Returns
+        -------
+        RigDialect
+        """
+        return self
+
+    def plan(self, head: bytes) -> Plan:
+        """Read the header row, as files need it that are read in blocks.
+
+        Parameters
+        ----------
+        head : bytes
+
+        Returns
+        -------
+        Plan
+
+        Raises
+        ------
+        ValueError
+            If it is neither that of a force log nor that of a motion log.
+        """
+        header, body = _split(head)
+        names, units = _columns(header)
+        layout = Layout(names, tuple(_NUMBER for _ in names), comment="#")
+        return Plan(layout, units, len(head) - len(body))
 
     def load(self, path: Path) -> Log:
         """Read a force log or a motion log.
@@ -121,22 +158,10 @@ class RigDialect(Reader):
             yield self.load(path)
             return
         if path.stat().st_size > MAX_BYTES:
-            raise LogError("too_large", f"{path}: larger than {MAX_BYTES >> 20} MB")
-        file = TextFile(path)
-        header, body = _split(file.head)
-        try:
-            names, units = _columns(header)
-        except ValueError as error:
-            raise LogError("header", f"{path}: {error}") from None
-        rows = 0
-        for block, rest in file.blocks(len(file.head) - len(body)):
-            parsed = parse_bodies([block + rest], len(names))[0]
-            rows += parsed.rows
-            if parsed.rows:
-                columns = dict(zip(names, parsed.values, strict=True))
-                yield Log(path, columns, units, parsed.rows, parsed.dropped)
-        if rows == 0:
-            raise LogError("header_only", f"{path}: a header row and no data", 0)
+            raise LogError(
+                "too_large", f"{path}: larger than {MAX_BYTES >> 20} MB; a log holds one run"
+            )
+        yield from super().stream(path)
 
     def _long(self, path: Path) -> Log | LogError:
         try:
@@ -163,7 +188,7 @@ def _is_long(path: Path) -> bool:
 def _text(path: Path) -> _Text | LogError:
     try:
         content = _read(path)
-        if not content.strip():
+        if not content or content.isspace():
             return LogError("empty", f"{path}: the file is empty")
         header, body = _split(content)
         try:
@@ -185,7 +210,9 @@ def _log(path: Path, text: _Text, parsed: Parsed) -> Log | LogError:
 def _read(path: Path) -> bytes:
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise LogError("too_large", f"{path}: larger than {MAX_BYTES >> 20} MB")
+            raise LogError(
+                "too_large", f"{path}: larger than {MAX_BYTES >> 20} MB; a log holds one run"
+            )
         return path.read_bytes()
     except FileNotFoundError:
         raise LogError("missing", f"{path}: log missing") from None

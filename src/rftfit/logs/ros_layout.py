@@ -126,7 +126,7 @@ def layout_of(message: bytes, kind: str, definitions: Mapping[str, Any], cdr: bo
     walk = _Walk(message, definitions, cdr)
     try:
         end = walk.message_at(4 if cdr else 0, kind, "", Layout(lengths=walk.lengths))
-    except struct.error:
+    except (struct.error, KeyError):  # too short; or of a type that the bag does not define
         end = len(message) + 1
     # ROS 2 may fill up to four bytes
     if not len(message) - (3 if cdr else 0) <= end <= len(message):

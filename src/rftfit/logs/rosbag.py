@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rftfit.logs.base import Log, LogError, Reader, added
+from rftfit.logs.base import Log, LogError, Reader, added, text_option
 from rftfit.logs.ros_layout import layout_of, unit_of
 from rftfit.logs.timing import ns_to_s
 
@@ -104,13 +104,7 @@ class RosBagReader(Reader):
         ValueError
             If there is another option, or the topic is no text.
         """
-        unknown = [name for name in options if name != "topic"]
-        if unknown:
-            raise ValueError(f"found the option {unknown[0]!r}; allowed: topic")
-        topic = options.get("topic", self.topic)
-        if not isinstance(topic, str):
-            raise ValueError(f"topic: found {topic!r}; allowed: a text such as /wrench")  # noqa: TRY004
-        return RosBagReader(topic)
+        return RosBagReader(text_option(options, "topic", self.topic, "/wrench"))
 
     def load(self, path: Path) -> Log:
         """Read one topic of a bag.

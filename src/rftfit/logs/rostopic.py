@@ -79,9 +79,9 @@ class RostopicReader(TextReader):
         packets = PacketCount() if counted else None
         clock = STAMP if _stamped(head[start:], names) else RECEIVED
 
-        def derive(columns: dict[str, np.ndarray], _: np.ndarray) -> dict[str, np.ndarray]:
+        def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
             if packets is not None:
-                packets.follow(columns[COUNT])
+                packets.follow(columns[COUNT], index)
             received = ns_to_s(columns.pop(RECEIVED))
             time = ns_to_s(columns.pop(STAMP)) if clock == STAMP else received
             return {"time": time, RECEIVED: received, **columns}

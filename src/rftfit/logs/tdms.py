@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.logs.base import Log, LogError, Reader
+from rftfit.logs.base import Log, LogError, Reader, text_option
 from rftfit.logs.unitwords import unit_word
 
 if TYPE_CHECKING:
@@ -73,13 +73,7 @@ class TdmsReader(Reader):
         ValueError
             If there is another option, or the group is no text.
         """
-        unknown = [name for name in options if name != "group"]
-        if unknown:
-            raise ValueError(f"found the option {unknown[0]!r}; allowed: group")
-        group = options.get("group", self.group)
-        if not isinstance(group, str):
-            raise ValueError(f"group: found {group!r}; allowed: a text")  # noqa: TRY004
-        return TdmsReader(group)
+        return TdmsReader(text_option(options, "group", self.group))
 
     def load(self, path: Path) -> Log:
         """Read one group of channels.
@@ -166,8 +160,6 @@ def _log(path: Path, content: Any, wanted: str) -> Log:
             lengths[-1],
         )
     rows = max(lengths[-1], expected, size + 1 if incomplete else 0)
-    if size == 0:
-        raise LogError("header_only", f"{path}: channels without values", rows)
     columns: dict[str, FloatArray] = {}
     units: dict[str, str] = {}
     time, note = _time(channels, size)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.sources import QUANTITIES
+from rftfit.logs.ahead import in_order
 from rftfit.logs.base import Log, LogError, Reader, join
 from rftfit.logs.cells import Parser
 from rftfit.logs.lines import TextFile
-from rftfit.logs.numbers import CUT
 from rftfit.logs.regrouped import regrouped
 
 if TYPE_CHECKING:
@@ -101,6 +102,7 @@ class TextReader(Reader):
         reader.asked = frozenset(columns)
         return reader
 
+    @abstractmethod
     def plan(self, head: bytes) -> Plan:
         """Find out how a file is to be read.
 
@@ -118,7 +120,6 @@ class TextReader(Reader):
         ValueError
             If it cannot be read that way; the message says what was found and what is allowed.
         """
-        raise NotImplementedError
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a file in blocks of some megabytes.
@@ -176,8 +177,8 @@ class TextReader(Reader):
         notes = tuple(_REGROUPED.format(layout.names[place]) for place in sorted(doubtful))
         plan = replace(plan, notes=plan.notes + notes)
         first = 0
-        for body, rest in file.blocks(plan.start):
-            rows = parser.parse(body, rest)
+        blocks = file.blocks(plan.start)
+        for rows in in_order(lambda block: parser.parse(block.body, block.rest), blocks):
             if parser.surprised and not twice:
                 raise _RegroupedError
             if rows.rows:
@@ -206,9 +207,7 @@ def _log(path: Path, plan: Plan, rows: Rows, first: int) -> Log:
     columns = plan.derive(rows.columns, rows.index + first) if plan.derive else rows.columns
     missing = {}
     if plan.packets:
-        # a line that could not be read had a number of its own
-        unread = sum(n for reason, n in rows.dropped.items() if reason != CUT)
-        lost = plan.packets.missing - before - unread
+        lost = plan.packets.missing - before
         missing = {plan.lost: lost} if lost > 0 else {}
     good = replace(rows, columns=columns)
     if plan.same:

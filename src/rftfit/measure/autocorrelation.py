@@ -78,12 +78,21 @@ def weighted_sum_variance(
 def _level(white: FloatArray, weight: FloatArray, fitted: FloatArray, count: int) -> FloatArray:
     """Variance of white residuals as their slow, weighted modes show it, shape (k,)."""
     modes = weight * _cosines(weight.size, count)
-    basis = np.linalg.qr(fitted[:, -weight.size :].T)[0]
+    basis = _orthonormal(fitted[:, -weight.size :])
     shadow = modes @ basis
     overlap = modes @ modes.T - shadow @ shadow.T
     sums = white @ modes.T - (white @ basis) @ shadow.T
     level: FloatArray = np.einsum("ij,ji->i", sums, np.linalg.solve(overlap, sums.T)) / count
     return level
+
+
+def _orthonormal(rows: FloatArray) -> FloatArray:
+    """Orthonormal columns that span the same as some rows."""
+    if len(rows) == 1:
+        # by hand: the general way costs more than all the rest of `_level`
+        single: FloatArray = rows.T / np.sqrt(rows[0] @ rows[0])
+        return single
+    return np.linalg.qr(rows.T)[0]
 
 
 def _autoregression(residual: FloatArray, order: int) -> FloatArray:

@@ -48,7 +48,8 @@ def clean(log: Log) -> Log:
     if np.count_nonzero(forward) * 2 <= forward.size:
         raise LogError(
             "time",
-            f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows",
+            f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows; "
+            "are several recordings in one file?",
             log.rows,
         )
     return log.take(forward, BACKWARDS)

@@ -194,7 +194,9 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
             f"allowed: {max_residual_s:g} s. Do the two files belong to one run?"
         )
     if len(fits) > 1 and fits[1].residual_s <= max_residual_s:
-        raise ClockError("two ways of matching force and motion log fit equally well")
+        raise ClockError(
+            "two ways of matching force and motion log fit equally well: no motion differs in length"
+        )
     return fits[0]
 
 

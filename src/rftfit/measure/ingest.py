@@ -178,7 +178,10 @@ def _make_trace(
     in_air = z >= height_needed(intruder, angle, config.fit.air_clearance_cm)
     in_stroke = (on_motion >= start) & (on_motion <= end)
     if not in_stroke.any():
-        raise StrokeError("no_force", "the force log has no sample during the stroke")
+        raise StrokeError(
+            "no_force",
+            "the force log has no sample during the stroke; do the two logs belong to one run?",
+        )
     zero = find_zero(
         force_time,
         force,

@@ -128,8 +128,6 @@ def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) ->
     first = motion_time[0] - time[-1] + half
     last = motion_time[-1] - time[0] - half
     step = max(_FINEST_S, (last - first) / _LAGS)
-    if last < first:
-        raise ClockError("force and motion log do not overlap at any offset")
     # counted from the given offsets, so that an offset of exactly some hours is among them
     near = min(starts, key=lambda start: abs(start - (first + last) / 2))
     low, high = int(np.ceil((first - near) / step)), int(np.floor((last - near) / step))

@@ -119,7 +119,12 @@ def _complete(log: Log, wanted: tuple[str, ...], kind: str) -> Log:
     if not lacking:
         return log
     if wanted[1] in lacking:
-        raise LogError("wrong_kind", f"{log.path}: this is not a {kind} log", log.rows)
+        raise LogError(
+            "wrong_kind",
+            f"{log.path}: this is not a {kind} log (no column for {wanted[1]}); are the two logs of "
+            "the run swapped?",
+            log.rows,
+        )
     text = f"{log.path}: no column for {', '.join(lacking)}; name it under {kind}_log.columns"
     raise LogError("columns", f"{text} (`rftfit inspect` shows the columns)", log.rows)
 

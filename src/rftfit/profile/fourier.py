@@ -133,7 +133,8 @@ def fit_lsq(
     Raises
     ------
     ValueError
-        If the grid is not symmetric or fewer cells are measured than terms fitted.
+        If the grid is not symmetric, fewer cells are measured than terms fitted, or those that are
+        cannot tell the terms apart (one attack angle alone, for example).
     """
     check_grid(beta, gamma)
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
@@ -154,6 +155,12 @@ def fit_lsq(
             )
         root = np.sqrt(weight.ravel()[there])
         design = terms.reshape(len(terms), -1)[used][:, there] * root
+        if np.linalg.matrix_rank(design) < used.size:
+            # the smallest of many solutions would pass for a measurement
+            raise ValueError(
+                f"the {np.count_nonzero(there)} measured cells do not tell {used.size} terms apart: "
+                "more directions of plate and motion are needed"
+            )
         solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), flat[..., there] * root)
         first = 0 if terms is grids[0] else 5
         result[..., first + used] = solution

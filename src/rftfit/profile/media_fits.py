@@ -29,6 +29,9 @@ which its rule of 0.05 A00 does not explain."""
 
 ALL_METHODS = ("lsq", "dft-index", AS_PRINTED)
 
+FEWEST_MEDIA = 2
+"""Of a campaign's own, for its natural sands to be scaled from them."""
+
 _BETA, _GAMMA = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
 _VERTICAL = (int(np.flatnonzero(BETA_DEG == 0)[0]), GAMMA_DEG.size - 1)
 
@@ -113,11 +116,12 @@ def reference_of(fits: Sequence[MediumFit], config: Config) -> Reference:
     Returns
     -------
     Reference
-        The campaign's own media; the published five where none of them has a usable grid.
+        The campaign's own media; the published five where fewer than two of them have a usable
+        grid: the interval for a further medium is the scatter between media, and one has none.
     """
     method = config.fourier.method
     own = [fit for fit in fits if fit.method == method and not fit.reason]
-    if not own:
+    if len(own) < FEWEST_MEDIA:
         return published()
     values = {fit.medium: fit.used for fit in own}
     chi = {fit.medium: fit.alpha_z / fit.zeta for fit in own}

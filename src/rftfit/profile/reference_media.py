@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 GENERIC = "generic"
 
-PRINTED_NOTE = "no laboratory medium with a usable grid: scaled with the published five media"
+PRINTED_NOTE = (
+    "fewer than two laboratory media with a usable grid: scaled with the published five media"
+)
 """Reason in the tables of a campaign whose natural sands are scaled with the printed tables."""
 
 

@@ -30,7 +30,7 @@ PROFILE_TITLES = {
     "table": "interpolated table",
     "fourier": "nine-term fit",
     "generic": r"generic $\times$ $\zeta$",
-    "depth_only": "depth only",
+    "depth_only": "depth-only",
 }
 
 _LEG_TITLES = {

@@ -137,7 +137,7 @@ def _draw_panel(
         at = int(np.nanargmax(np.abs(rows[column].to_numpy(float))))
         peak, theta_deg = (float(rows[name].iloc[at]) for name in (column, "theta_deg"))
         place = f"{labels.number(peak, 1)} N at {labels.degrees(theta_deg)}"
-        notes.append(f"depth only: beyond this panel, {place}")
+        notes.append(f"depth-only: beyond this panel, {place}")
     else:
         seen.append(baseline)
     curves.force_range(axes, seen, notes)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 PROFILE_TITLES = {
     "table": "measured table",
     "generic": r"generic $\times$ $\zeta$",
-    "depth_only": "depth only",
+    "depth_only": "depth-only",
 }
 
 FREQUENCY_LABEL = "stride frequency (Hz)"
@@ -129,6 +129,8 @@ def _speed_panel(
             x, y = np.append(0.0, x), np.append(0.0, y)
         axes.plot(x, y, color=colour, linewidth=1.0, zorder=2)
         own = errors[np.isclose(errors["curvature_times_R"], curvature)]
+        ends = own["simulated_lo_cm_per_s"], own["simulated_hi_cm_per_s"]
+        axes.vlines(own["frequency_Hz"], *ends, color=colour, linewidth=3.2, alpha=0.35, zorder=1.5)
         for told, fill in (("no", colour), ("yes", "white")):
             points = own[own["calibrated"] == told]
             axes.errorbar(
@@ -168,7 +170,9 @@ def _speed_legend(
     )  # fmt: skip
     note = "lines: simulated"
     if measured:
-        note += "; points: measured (mean and s.d. of trials)"
+        note += ", bars: interval that follows from alpha's"
+        break_at = "\n" if across < len(looks) else "; "
+        note += f"{break_at}points: measured (mean and s.d. of trials)"
         break_at = "\n" if across < len(looks) else ", "
         note += f"{break_at}hollow where the robot was calibrated on them"
     height = float(figure.get_size_inches()[1]) / style.CM
@@ -214,8 +218,8 @@ def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "tab
         whole.columns.to_numpy(float), whole.index.to_numpy(float), whole.to_numpy(float),
         cmap=style.SEQUENTIAL, shading="nearest", vmin=0,
     )  # fmt: skip
-    low = (best["best_curvature_times_R"] - best["best_curvature_lo"]).clip(lower=0)
-    high = (best["best_curvature_hi"] - best["best_curvature_times_R"]).clip(lower=0)
+    low = (best["best_curvature_times_R"] - best["reading_lo"]).clip(lower=0)
+    high = (best["reading_hi"] - best["best_curvature_times_R"]).clip(lower=0)
     left.errorbar(
         best["best_curvature_times_R"], frequencies, xerr=[low, high], fmt="o-", color="white",
         markersize=3, linewidth=0.8, elinewidth=0.8, capsize=1.5, markeredgecolor="black",
@@ -224,7 +228,9 @@ def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "tab
     left.set_xlim(-1.04, 1.04)
     left.set_xlabel(CURVATURE_LABEL)
     left.set_ylabel(FREQUENCY_LABEL)
-    left.set_title("fastest curvature at each frequency, with interval", loc="left", fontsize=6.5)
+    left.set_title(
+        "fastest curvature at each frequency, as far as it can be read", loc="left", fontsize=6.5
+    )
     bar = style.axes_cm(figure, 7.85, 0.75, 0.3, 6.1)
     figure.colorbar(image, cax=bar, label=SPEED_LABEL)
     right = style.axes_cm(figure, 10.9, 0.75, 7.2, 6.1)

@@ -69,12 +69,14 @@ def paper_robot_path() -> Path:
     return installed if installed.is_file() else package.parents[1] / "config" / "robot.yaml"
 
 
-def read_robot(path: Path) -> Robot:
+def read_robot(path: Path, name: str = "") -> Robot:
     """Read and check a robot.
 
     Parameters
     ----------
     path : Path
+    name : str, optional
+        What messages call it; default: the path.
 
     Returns
     -------
@@ -85,7 +87,7 @@ def read_robot(path: Path) -> Robot:
     CampaignError
         If the file cannot be read or anything in it is wrong: all problems, with their lines.
     """
-    name = str(path)
+    name = name or str(path)
     data = read_bytes(path, name, "config", MAX_BYTES)
     text = data if isinstance(data, Problem) else decode(data, name, "config")
     if isinstance(text, Problem):
@@ -93,7 +95,8 @@ def read_robot(path: Path) -> Robot:
     document = parse_yaml(text, name)
     problems = list(document.problems)
     if document.data is None and not problems:
-        problems.append(Problem(name, None, None, None, "the file is empty", "config.empty"))
+        text = "the file is empty; start from config/robot.yaml, the robot of the paper"
+        problems.append(Problem(name, None, None, None, text, "config.empty"))
     if document.data is not None:
         try:
             robot = Robot.model_validate(document.data)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.robot.intervals import SPEED
+
 if TYPE_CHECKING:
     from collections.abc import Collection
 
@@ -21,9 +23,11 @@ MEASURED = [
 ERRORS = [
     "medium", "profile", "condition", "curvature_times_R", "frequency_Hz", "measured_cm_per_s",
     "measured_sd_cm_per_s", "trials", "simulated_cm_per_s", "simulated_lo_cm_per_s",
-    "simulated_hi_cm_per_s", "error_percent", "calibrated", "reason",
+    "simulated_hi_cm_per_s", "phases_lowest_cm_per_s", "phases_highest_cm_per_s", "error_percent",
+    "calibrated", "reason",
 ]  # fmt: skip
-"""Columns of the table of errors."""
+"""Columns of the table of errors: lo and hi are the interval that follows from the errors of alpha,
+lowest and highest those of the starting phases."""
 
 SIGNIFICANT = 6
 """Digits that a condition keeps in every table, so that its measured and simulated rows meet."""
@@ -109,7 +113,9 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
     return pd.DataFrame(rows, columns=MEASURED)
 
 
-def speed_errors(measured: pd.DataFrame, speed: pd.DataFrame) -> pd.DataFrame:
+def speed_errors(
+    measured: pd.DataFrame, speed: pd.DataFrame, widths: pd.DataFrame | None = None
+) -> pd.DataFrame:
     """Compare simulated speeds with measured ones.
 
     Every measured condition is simulated at its own curvature and frequency: nothing is
@@ -122,6 +128,8 @@ def speed_errors(measured: pd.DataFrame, speed: pd.DataFrame) -> pd.DataFrame:
     speed : pandas.DataFrame
         Simulated mean speeds with a column ``profile``, as `rftfit.robot.sweep.mean_speed` names
         them.
+    widths : pandas.DataFrame, optional
+        Half widths of the intervals, columns `rftfit.robot.intervals.COLUMNS`.
 
     Returns
     -------
@@ -132,6 +140,7 @@ def speed_errors(measured: pd.DataFrame, speed: pd.DataFrame) -> pd.DataFrame:
     import pandas as pd
 
     rows = []
+    half = _half_widths(widths)
     for profile, part in speed.groupby("profile", sort=False):
         keys = zip(part["curvature_times_R"], part["frequency_Hz"], strict=True)
         by_condition: dict[Any, Any] = dict(zip(keys, part.itertuples(), strict=True))
@@ -152,14 +161,26 @@ def speed_errors(measured: pd.DataFrame, speed: pd.DataFrame) -> pd.DataFrame:
                 error = 100 * (ours / one.speed_cm_per_s - 1)
             elif not reasons:
                 reasons.append("no share of a measured speed that is not positive")
+            wide = half.get((profile, one.curvature_times_R, one.frequency_Hz), math.nan)
             rows.append(
                 (
                     one.medium, profile, one.condition, one.curvature_times_R, one.frequency_Hz,
-                    one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials, ours, lo, hi, error,
-                    one.calibrated, "; ".join(reasons),
+                    one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials, ours, ours - wide,
+                    ours + wide, lo, hi, error, one.calibrated, "; ".join(reasons),
                 )
             )  # fmt: skip
     return pd.DataFrame(rows, columns=ERRORS)
+
+
+def _half_widths(widths: pd.DataFrame | None) -> dict[tuple[Any, float, float], float]:
+    """Half widths of speeds by profile, curvature and frequency."""
+    if widths is None:
+        return {}
+    of_speed = widths[widths["quantity"] == SPEED]
+    keys = zip(
+        of_speed["profile"], of_speed["curvature_times_R"], of_speed["frequency_Hz"], strict=True
+    )
+    return dict(zip(keys, of_speed["half_width"].astype(float), strict=True))
 
 
 def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.errors import InputError
 from rftfit.robot.run import Condition, simulate
 
 if TYPE_CHECKING:
@@ -26,6 +28,8 @@ COLUMNS = (
     "curvature_times_R", "frequency_Hz", "phase_turns", "speed_cm_per_s", "speed_sd_cm_per_s",
     "outcome", "reason", "warning", "strides", "averaged",
 )  # fmt: skip
+
+_BATCH = re.compile(r"(\d{1,6})-of-(\d{1,6})")
 
 
 def paper_conditions(every: int = 1) -> list[Condition]:
@@ -53,6 +57,39 @@ def paper_conditions(every: int = 1) -> list[Condition]:
     ]
 
 
+def share(conditions: Sequence[Condition], batch: str) -> list[Condition]:
+    """Conditions of one batch of a sweep: whole curvatures, dealt out like cards.
+
+    Neighbouring curvatures take about as long, so that dealing them out keeps the batches even;
+    and no two batches have runs of one curvature.
+
+    Parameters
+    ----------
+    conditions : sequence of Condition
+    batch : str
+        ``3-of-17``: the third of 17 batches.
+
+    Returns
+    -------
+    list of Condition
+        In their order; every condition is in one of the batches, whatever their number.
+
+    Raises
+    ------
+    InputError
+        If it is no such batch.
+    """
+    found = _BATCH.fullmatch(batch)
+    item, of = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not 1 <= item <= of:
+        raise InputError(f"batch: found {batch!r}; allowed: 1-of-N to N-of-N, such as 3-of-17")
+    places = {
+        curvature: place
+        for place, curvature in enumerate(sorted({one.curvature_times_R for one in conditions}))
+    }
+    return [one for one in conditions if places[one.curvature_times_R] % of == item - 1]
+
+
 def run_all(
     robot: Robot,
     profile: Profile,
@@ -68,7 +105,7 @@ def run_all(
     profile : Profile
     conditions : sequence of Condition
     threads : int, optional
-        As many as there are cores by default.
+        As many as there are cores for this process by default.
     on_done : callable, optional
         Told the index and the run as each is done, in the order of their end, from this thread:
         for a progress bar, and to keep what is done.
@@ -91,7 +128,7 @@ def run_all(
         range(len(conditions)), key=lambda i: abs(conditions[i].frequency_Hz) or math.inf
     )
     runs: dict[int, Run] = {}
-    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(threads or _usable_cores()) as pool:
         try:
             waiting = {pool.submit(one, conditions[index]): index for index in order}
             for done in as_completed(waiting):
@@ -103,6 +140,13 @@ def run_all(
             pool.shutdown(cancel_futures=True)
             raise
     return [runs[index] for index in range(len(conditions))]
+
+
+def _usable_cores() -> int:
+    # a node of a cluster has more cores than a job may use
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def speed_table(runs: Sequence[Run]) -> pd.DataFrame:

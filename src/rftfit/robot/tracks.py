@@ -103,7 +103,7 @@ def read_track(path: Path) -> Track:
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not lines:
-        raise TrackError("the file has no rows", file)
+        raise TrackError("the file has no rows; export the track again", file)
     delimiter = max(",;\t", key=lines[0][1].count)
     places, scales = _columns(_cells(lines[0][1], delimiter), file, lines[0][0], len(lines) - 1)
     good: list[list[float]] = []

@@ -40,7 +40,7 @@ def ingest(config: Path, medium: str, traces: Path, runs: Path, ledger: Path) ->
     RftfitError
         If the campaign is not valid or a result cannot be written.
     """
-    campaign = load_campaign(config)
+    campaign = load_campaign(config, medium)
     samples, table, book = ingest_medium(campaign, medium)
     write_parquet(samples, traces)
     write_csv(table, runs)
@@ -180,5 +180,6 @@ def samples_of(traces: list[Trace]) -> pd.DataFrame:
             "force_z_N": joined([trace.force[0] for trace in traces]),
             "force_x_N": joined([trace.force[1] for trace in traces]),
             "why": joined([trace.why for trace in traces]),
-        }
+        },
+        copy=False,  # these arrays are nobody else's
     )

@@ -39,7 +39,7 @@ def legs(config: Path, medium: str, runs: Path, tared: Path, curves: Path, ledge
     RftfitError
         If an input is not valid or a result cannot be written.
     """
-    campaign = load_campaign(config)
+    campaign = load_campaign(config, medium)
     table, book = leg_curves(campaign, medium, read_csv(runs), read_parquet(tared))
     write_csv(table, curves)
     write_csv(book.table(), ledger)

@@ -14,6 +14,7 @@ from rftfit.stages.provenance_state import (
     all_log_names,
     cells,
     digests_of_logs,
+    foreign_dialects,
     log_names,
     raw_digest,
     rows_digest,
@@ -52,11 +53,11 @@ class State:
     settings : dict of str to object
         The configuration, every value.
     modules : dict of str to str
-        Digest of each module of the program.
+        Digest of each module of the program, and of those of packages whose dialects are used.
     rules : dict of str to str
         Digest of each file of the workflow's rules.
     versions : dict of str to str
-        Version of the program, of Python and of the libraries.
+        Version of the program, of Python, of the libraries and of packages whose dialects are used.
     """
 
     logs: dict[str, str]
@@ -113,6 +114,9 @@ def present_state(campaign: Campaign, graph: Graph, seen: Seen) -> State:
     logs |= {others[path]: digest for path, digest in seen.digests(others).items() if digest}
     entries = {module for step in graph.steps.values() for module in step.modules}
     runs = {name: campaign.runs_of(name) if name else campaign.unclaimed for name in media}
+    versions = dict(provenance_of("", {}).versions)
+    for origin in foreign_dialects(campaign.config).values():
+        versions[origin.package] = origin.version
     return State(
         logs=logs,
         rows={run.run_id: cells(run) for run in sorted(campaign.runs, key=lambda run: run.run_id)},
@@ -121,7 +125,7 @@ def present_state(campaign: Campaign, graph: Graph, seen: Seen) -> State:
         settings=campaign.config.model_dump(mode="json"),
         modules=module_digests(*entries),
         rules=workflow_digests(),
-        versions=dict(provenance_of("", {}).versions),
+        versions=versions,
     )
 
 

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.runs import Run
+    from rftfit.logs.plugins import Origin
+
+OWN_DIALECT = "rig"
+"""The one that is read where the config names none."""
 
 # the number of a row, and what nobody computes with
 _LEFT_OUT = ("row", "note")
@@ -90,6 +94,30 @@ def digests_of_logs(campaign: Campaign, names: Iterable[str], seen: Seen) -> dic
     """
     paths = {f"{campaign.raw}/{name}": name for name in names}
     return {paths[path]: digest for path, digest in seen.digests(paths).items()}
+
+
+def foreign_dialects(config: Config) -> dict[str, Origin]:
+    """Say which dialects of other packages a campaign's logs are read with.
+
+    Parameters
+    ----------
+    config : Config
+
+    Returns
+    -------
+    dict of str to Origin
+        By dialect.
+    """
+    named = {config.dialect, config.force_log.dialect, config.motion_log.dialect} - {
+        None,
+        OWN_DIALECT,
+    }
+    if not named:
+        return {}
+    # slow to import, and most campaigns have the rig's own logs
+    from rftfit.logs.registry import origins
+
+    return origins(name for name in named if name is not None)
 
 
 def raw_digest(media: Sequence[str], digests: Mapping[str, str]) -> str:

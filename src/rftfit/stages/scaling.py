@@ -44,8 +44,8 @@ def scaling(
 ) -> None:  # fmt: skip
     """Scale the media onto one another.
 
-    Natural sands are scaled with the campaign's own media; where none of these has a usable grid,
-    with the published five, as the table says.
+    Natural sands are scaled with the campaign's own media; where fewer than two of these have a
+    usable grid, with the published five, as the table says.
 
     Parameters
     ----------

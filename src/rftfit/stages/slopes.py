@@ -46,7 +46,7 @@ def slopes(
     RftfitError
         If an input is not valid or a result cannot be written.
     """
-    campaign = load_campaign(config)
+    campaign = load_campaign(config, medium)
     table, why, book = fit_medium(
         campaign, medium, read_csv(runs), read_parquet(tared), read_csv(tares)
     )

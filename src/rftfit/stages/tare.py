@@ -44,7 +44,7 @@ def tare(
     RftfitError
         If an input is not valid or a result cannot be written.
     """
-    campaign = load_campaign(config)
+    campaign = load_campaign(config, medium)
     samples, table, book = tare_medium(campaign, medium, read_parquet(traces), read_csv(runs))
     write_parquet(samples, tared)
     write_csv(table, tares)
@@ -167,4 +167,4 @@ def _table(parts: list[tuple[str, dict[str, np.ndarray]]]) -> pd.DataFrame:
     for column in ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N",
                    "tare_z_N", "tare_x_N", "why"):  # fmt: skip
         data[column] = np.concatenate([part[column] for _, part in parts]) if parts else []
-    return pd.DataFrame(data)
+    return pd.DataFrame(data, copy=False)  # these arrays are nobody else's

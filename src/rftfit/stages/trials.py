@@ -125,7 +125,7 @@ def sand_curves(table: pd.DataFrame, fits: list[MediumFit], config: Config) -> p
     table : pandas.DataFrame
         Its alpha table.
     fits : list of MediumFit
-        Of the laboratory media; without a usable one the published five serve.
+        Of the laboratory media; with fewer than two usable ones the published five serve.
     config : Config
 
     Returns

@@ -21,6 +21,9 @@ _IMPORT = re.compile(
     re.MULTILINE,
 )
 _NAME = re.compile(r"[\w.]+")
+_READS = {"rftfit.robot.configfile": "config/robot.yaml"}
+"""Files of the program that modules read from outside the package: they count as their source."""
+
 _DATA = (".csv", ".mplstyle", ".html", ".css", ".js")
 
 
@@ -82,7 +85,8 @@ def closure(*modules: str) -> list[str]:
         if name not in seen:
             seen.add(name)
             waiting += [other for other in _imports(name) if other not in seen]
-    return sorted(seen)
+    # a module of another package may be gone by now
+    return sorted(name for name in seen if _path(name) is not None)
 
 
 def module_digests(*modules: str) -> dict[str, str]:
@@ -109,8 +113,7 @@ def workflow_digests() -> dict[str, str]:
         16 hexadecimal digits by path from the Snakefile's folder: the top of a checkout, or
         ``_workflow`` inside the package where it was installed. Empty where there is no workflow.
     """
-    package = Path(__file__).resolve().parents[1]
-    for top in (package.parents[1], package / "_workflow"):
+    for top in _tops():
         if (top / "Snakefile").is_file():
             files = [top / "Snakefile", *sorted(top.glob("workflow/rules/*.smk"))]
             return {
@@ -120,14 +123,23 @@ def workflow_digests() -> dict[str, str]:
     return {}
 
 
+def _tops() -> tuple[Path, Path]:
+    """Where the workflow and the program's own config lie: in a checkout, or as installed."""
+    package = Path(__file__).resolve().parents[1]
+    return package.parents[1], package / "_workflow"
+
+
 @cache
 def _path(module: str) -> Path | None:
     """Source file of a module, found without importing it."""
     root = Path(__file__).resolve().parents[1]
     path = root.joinpath(*module.split(".")[1:])
     if module.split(".", maxsplit=1)[0] != root.name:
-        spec = find_spec(module)
-        return Path(spec.origin) if spec and spec.origin else None
+        try:
+            spec = find_spec(module)
+        except (ImportError, ValueError):
+            return None
+        return Path(spec.origin) if spec and spec.origin and spec.has_location else None
     for candidate in (path / "__init__.py", path.with_suffix(".py")):
         if candidate.is_file():
             return candidate
@@ -144,6 +156,10 @@ def _source_digest(module: str) -> bytes:
         for other in beside:
             if other.is_file() and other.suffix in _DATA:
                 total.update(other.read_bytes())
+    for top in _tops() if module in _READS else ():
+        if (top / _READS[module]).is_file():
+            total.update((top / _READS[module]).read_bytes())
+            break
     return total.digest()
 
 
@@ -151,7 +167,8 @@ def _source_digest(module: str) -> bytes:
 def _imports(module: str) -> frozenset[str]:
     """Modules of this package that a module's source imports, with the packages around them."""
     path = _path(module)
-    assert path is not None
+    if path is None or path.suffix != ".py":
+        return frozenset()
     package = module.split(".", maxsplit=1)[0]
     names: set[str] = set()
     for home, chosen, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):

@@ -19,12 +19,13 @@ PAPER_SHARES = {20: 90.0, 35: 100.0}
 BEST_HZ, BEST_CURVATURE, BEST_SPEED_CM_PER_S = 5.0, 0.86, 72.0
 
 _WHERE = "text, Fig. 4C"
-_TITLES = {"table": "measured table", "generic": "scaled generic", "depth_only": "depth only"}
+_TITLES = {"table": "measured table", "generic": "scaled generic", "depth_only": "depth-only"}
 _CAUSES = {
-    "generic": "nine terms put too much force on their deep elements (as on the reversed model leg)",
+    "generic": "nine terms lift a belly that slides level, where the measured table has next to no lift",
     "depth_only": "without the direction of stress they push like c-legs (as the model legs do)",
 }
-"""Seen on the model legs: the peak lift of the reversed c-leg, in the leg errors."""
+"""Of the generic profile by exchanging its ingredients (`rftfit.robot.ingredients`); of depth-only as on
+the model legs, whose reversed c-leg it lifts like a c-leg."""
 
 _SPEED_TOLERANCE, _CURVATURE_TOLERANCE = 0.1, 0.04
 

@@ -1,12 +1,13 @@
-"""The leg curvature that runs fastest, with an interval, at every stride frequency of a sweep."""
+"""The leg curvature that runs fastest, with its interval, at every stride frequency of a sweep."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.robot.intervals import BEST
 from rftfit.robot.sweep import best_curvature
 
 if TYPE_CHECKING:
@@ -18,10 +19,11 @@ if TYPE_CHECKING:
 
 COLUMNS = [
     "medium", "profile", "frequency_Hz", "best_curvature_times_R", "best_curvature_lo",
-    "best_curvature_hi", "speed_cm_per_s", "fastest_curvature_times_R", "fastest_speed_cm_per_s",
+    "best_curvature_hi", "reading_lo", "reading_hi", "speed_cm_per_s", "fastest_curvature_times_R", "fastest_speed_cm_per_s",
     "curvatures", "calibrated", "reason",
 ]  # fmt: skip
-"""Columns of the table of optima."""
+"""Columns of the table of optima: lo and hi are the interval that follows from the errors of alpha, the
+reading is the range within which the points of the sweep leave the top."""
 
 FEWEST_CURVATURES = 5
 DRAWS = 1000
@@ -30,16 +32,21 @@ _SEED = 2013
 
 
 def optima(
-    speed: pd.DataFrame, calibrated: Collection[float] = (), confidence: float = 0.95
+    speed: pd.DataFrame,
+    calibrated: Collection[float] = (),
+    confidence: float = 0.95,
+    widths: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
     """Find the best curvature at every frequency that has enough curvatures.
 
     The best curvature is the top of the parabola through the points within 0.2 of the fastest one
-    (`rftfit.robot.sweep.best_curvature`). Its interval is a bootstrap: starting phases are drawn
-    anew at every curvature, and the points' distances from the parabola are given random signs. The
-    model is deterministic, so this is the uncertainty of reading a top off a curve that is known at
-    some points and starting phases only; it is never narrower than half a step of the curvatures to
-    either side. Where the top is a grid point itself, the neighbouring points are the interval.
+    (`rftfit.robot.sweep.best_curvature`). Its interval is that of the errors of alpha
+    (`rftfit.robot.intervals`), known at 5 Hz. Apart from it stands the range of reading, a bootstrap:
+    starting phases are drawn anew at every curvature, and the points' distances from the parabola
+    are given random signs. The model is deterministic, so this is no error of measurement but how
+    well a top can be read off a curve that is known at some points and starting phases only; it is
+    never narrower than half a step of the curvatures to either side. Where the top is a grid point
+    itself, it reaches to the neighbouring points.
 
     Parameters
     ----------
@@ -48,6 +55,10 @@ def optima(
     calibrated : collection of float, optional
         Frequencies (Hz) whose optimum, on the profile ``table``, the robot was calibrated on.
     confidence : float, optional
+        Of the bootstrap.
+    widths : pandas.DataFrame, optional
+        Half widths of the intervals, columns `rftfit.robot.intervals.COLUMNS`; without them the
+        intervals are empty.
 
     Returns
     -------
@@ -56,6 +67,7 @@ def optima(
     """
     import pandas as pd
 
+    half = _half_widths(widths)
     rows = []
     for (medium, profile), whole in speed.groupby(["medium", "profile"], sort=False):
         for frequency in sorted(set(whole["frequency_Hz"].tolist())):
@@ -64,11 +76,22 @@ def optima(
                 continue
             near = any(abs(frequency - one) < 1e-6 for one in calibrated)
             told = "yes" if near and profile == "table" else "no"
-            rows.append((medium, profile, frequency, *_optimum(part, confidence, told)))
+            wide = half.get((profile, frequency), math.nan)
+            rows.append((medium, profile, frequency, *_optimum(part, confidence, told, wide)))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _optimum(part: pd.DataFrame, confidence: float, calibrated: str) -> tuple[object, ...]:
+def _half_widths(widths: pd.DataFrame | None) -> dict[tuple[Any, float], float]:
+    if widths is None:
+        return {}
+    own = widths[widths["quantity"] == BEST]
+    keys = zip(own["profile"], own["frequency_Hz"], strict=True)
+    return dict(zip(keys, own["half_width"].astype(float), strict=True))
+
+
+def _optimum(
+    part: pd.DataFrame, confidence: float, calibrated: str, half: float
+) -> tuple[object, ...]:
     steady = part[part["outcome"] == "steady"]
     groups = [
         (one, steady.loc[steady["curvature_times_R"] == one, "speed_cm_per_s"].to_numpy(float))
@@ -77,21 +100,22 @@ def _optimum(part: pd.DataFrame, confidence: float, calibrated: str) -> tuple[ob
     lost = part["curvature_times_R"].nunique() - len(groups)
     reason = f"no steady run at {lost} curvatures" if lost else ""
     if not groups:
-        return (*(math.nan,) * 6, 0, calibrated, reason)
+        return (*(math.nan,) * 8, 0, calibrated, reason)
     curvature = np.array([one for one, _ in groups])
     speeds = [values for _, values in groups]
     mean = np.array([values.mean() for values in speeds])
     best, top_speed = best_curvature(curvature, mean)
     top = int(np.argmax(mean))
-    lo, hi = interval(curvature, speeds, best, confidence)
+    lo, hi = reading(curvature, speeds, best, confidence)
     fastest = (float(curvature[top]), float(mean[top]))
-    return (best, lo, hi, top_speed, *fastest, len(groups), calibrated, reason)
+    measured = (best, best - half, best + half)
+    return (*measured, lo, hi, top_speed, *fastest, len(groups), calibrated, reason)
 
 
-def interval(
+def reading(
     curvature: FloatArray, speeds: list[FloatArray], best: float, confidence: float = 0.95
 ) -> tuple[float, float]:
-    """Interval of the best curvature, see `optima`.
+    """Range within which the best curvature is read, see `optima`.
 
     Parameters
     ----------

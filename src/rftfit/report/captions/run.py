@@ -10,11 +10,13 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rftfit.report.captions import measured, modelled
+from rftfit.report.captions import measured, modelled, robot
 from rftfit.report.captions.words import rst
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    import pandas as pd
 
     from rftfit.report.page.inputs import PageInputs
 
@@ -30,11 +32,14 @@ NUMBERS: dict[str, Callable[..., Any]] = {
     "sands": modelled.sands,
     "correction": modelled.correction,
     "reproduction": modelled.reproduction,
+    "speeds": robot.speeds,
+    "best_legs": robot.best_legs,
 }
 """What a template may ask for, beside `Captions`' own; the inputs are filled in."""
 
 _SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "leg_errors", "sands",
            "sand_correction")  # fmt: skip
+_ROBOT = ("speed.csv", "errors.csv", "optimum.csv", "frames.json")
 _BY_MEDIUM = ("alpha", "runs", "fits", "legs")
 
 
@@ -79,7 +84,32 @@ class Captions:
             for name in _BY_MEDIUM
         }
         predicted = [self._results / "predicted.csv"]
-        return read_inputs(self._config, **one, **each, predicted=predicted, code="", digests={})
+        paths = [self._results / "robot" / name for name in _ROBOT]
+        run = paths if all(path.is_file() for path in paths) else []
+        return read_inputs(
+            self._config, **one, **each, predicted=predicted, code="", digests={}, robot=run
+        )
+
+    @cached_property
+    def motion(self) -> pd.DataFrame:
+        """Motion of the robot over two strides, where the campaign has one."""
+        from rftfit.store import read_csv
+
+        return read_csv(self._results / "robot" / "motion.csv")
+
+    def strides(self, profile: str = "") -> list[dict[str, Any]]:
+        """Sum up that motion (`rftfit.report.captions.robot.strides`).
+
+        Parameters
+        ----------
+        profile : str, optional
+            Only this one.
+
+        Returns
+        -------
+        list of dict
+        """
+        return robot.strides(self.motion, profile)
 
     @property
     def level(self) -> str:

@@ -126,6 +126,7 @@ def _rows(errors: pd.DataFrame) -> list[dict[str, Any]]:
                 "simulated": {
                     str(row["profile"]): {
                         "speed": value(float(row["simulated_cm_per_s"]), 1),
+                        "span": span(row["simulated_lo_cm_per_s"], row["simulated_hi_cm_per_s"], 1),
                         "error": percent(float(row["error_percent"])),
                         "reason": text(row["reason"]),
                     }

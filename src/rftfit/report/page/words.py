@@ -10,7 +10,7 @@ PROFILES = {
     "table": "measured table",
     "fourier": "nine terms",
     "generic": "zeta \N{MULTIPLICATION SIGN} generic",
-    "depth_only": "depth only",
+    "depth_only": "depth-only",
 }
 """Names of the profiles for people."""
 

@@ -1,0 +1,361 @@
+"""Twenty campaigns: 1,000, 5,000 and 20,000 logs from text to alpha tables and to the page.
+
+Writes the logs of one medium as the re-enacted lab would, at twice its sampling rates, and copies
+them under new names into media of a thousand logs each, with a run sheet that fits, in a temporary
+folder. Takes some ten minutes, 7 GB of disk, and all of two cores: `make scale`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import json
+import os
+import resource
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "helpers"))
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import pyarrow as pa
+
+SIZES = (1_000, 5_000, 20_000)
+FLOOR_AT = 5_000
+PER_MEDIUM = 1_000
+RATE = 2  # times that of the demonstration campaign: 3,500 rows a force log, 100 kB a log
+CORES = 2
+TURNS = 3
+RESULT = Path(__file__).parent / "results" / "scale.md"
+CONFIG = Path("config/config.yaml")
+
+
+# the campaign ------------------------------------------------------------------------------------
+
+
+def template(raw: Path) -> list[Any]:
+    """Write the plate and rod runs of one published medium; their logs are copied later."""
+    from rftfit.campaign.load import load_campaign
+    from rftfit.lab import rig
+    from rftfit.lab.plan import plan_runs
+    from rftfit.lab.worker import Job, write_runs
+
+    rig.FORCE_HZ, rig.MOTION_HZ = RATE * rig.FORCE_HZ, RATE * rig.MOTION_HZ
+    config = load_campaign(CONFIG).config
+    runs = [run for run in plan_runs(config, ["poppy_LP"]) if run.kind in ("plate", "rod")]
+    write_runs(Job(config, raw, 2013, tuple((run, ()) for run in runs)))
+    return runs
+
+
+def build(root: Path, logs: int, runs: Sequence[Any], source: Path) -> int:
+    """Copy logs under new names until there are enough of them; bytes in all."""
+    from rftfit.lab.write import sheet_text
+
+    media = [f"bed{n:02d}" for n in range(1, max(1, logs // PER_MEDIUM) + 1)]
+    (root / "config").mkdir(parents=True)
+    config = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
+    config |= {"title": f"{logs} logs", "raw": "raw", "run_sheet": "raw/runs.csv"}
+    config["media"] = {name: {"title": name, "compaction": "LP"} for name in media}
+    config.pop("robot", None)
+    (root / CONFIG).write_text(yaml.safe_dump(config), encoding="utf-8")
+    rows, size = [], 0
+    plates = [run for run in runs if run.kind == "plate"]
+    rods = {run.run_id: run for run in runs}
+    for medium in media:
+        (root / "raw" / medium).mkdir(parents=True)
+        for number in range(logs // len(media) // 4):
+            plate = plates[number % len(plates)]
+            turn = f"{medium}_{number // len(plates) + 1}"
+            tare = rods[plate.tare_run]
+            for run in (tare, plate):
+                new = replace(
+                    run,
+                    run_id=f"{turn}_{run.run_id}",
+                    medium=medium,
+                    tare_run=f"{turn}_{run.tare_run}" if run.tare_run else "",
+                )
+                for old, name in ((run.force_log, new.force_log), (run.motion_log, new.motion_log)):
+                    shutil.copyfile(source / old, root / "raw" / name)
+                    size += (root / "raw" / name).stat().st_size
+                rows.append(new)
+    (root / "raw" / "runs.csv").write_text(sheet_text(rows, {}), encoding="utf-8")
+    return size
+
+
+# what is measured --------------------------------------------------------------------------------
+
+
+def to_alpha(config: Path, medium: str) -> int:
+    """Go from the logs of a medium to its alpha table; cells of it."""
+    from rftfit.campaign.load import load_campaign
+    from rftfit.measure.alpha import alpha_table
+    from rftfit.stages.ingest import ingest_medium
+    from rftfit.stages.slopes import fit_medium
+    from rftfit.stages.tare import tare_medium
+
+    campaign = load_campaign(config, medium)
+    samples, runs, _ = ingest_medium(campaign, medium)
+    tared, tares, _ = tare_medium(campaign, medium, samples, runs)
+    fits, _, _ = fit_medium(campaign, medium, runs, tared, tares)
+    if not (runs["status"] == "read").all() or fits["reason"].astype(bool).any():
+        sys.exit("a run of this campaign gave no alpha: nothing was measured")
+    return len(alpha_table(fits, medium, campaign.config.fit.confidence, 3))
+
+
+def media_of(config: Path) -> list[str]:
+    return list(yaml.safe_load(config.read_text(encoding="utf-8"))["media"])
+
+
+def chain(config: Path, cores: int) -> None:
+    """All media of a campaign, one after the other or two at a time."""
+    media = media_of(config)
+    if cores == 1:
+        for medium in media:
+            to_alpha(config, medium)
+        return
+    # each process measures some media, as the jobs of the workflow do
+    with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
+        list(pool.map(to_alpha, [config] * len(media), media))
+
+
+def read_dataset(config: Path, cores: int) -> None:
+    """Floor: all logs with pyarrow.dataset and nothing else."""
+    import pyarrow as pa
+    import pyarrow.csv as pacsv
+    import pyarrow.dataset as ds
+
+    pa.set_cpu_count(cores)
+    for files, names in _files(config):
+        read = pacsv.ReadOptions(skip_rows=3, column_names=names)
+        form = ds.CsvFileFormat(read_options=read)
+        schema = pa.schema([(name, pa.float64()) for name in names])
+        table: pa.Table = ds.dataset(files, schema=schema, format=form).to_table()
+        assert table.num_rows > 0
+
+
+def read_polars(config: Path, cores: int) -> None:  # noqa: ARG001  # told by the environment
+    """Floor: all logs with polars and nothing else, where it is installed."""
+    import polars as pl  # type: ignore[import-not-found,unused-ignore]
+
+    for files, names in _files(config):
+        schema = dict.fromkeys(names, pl.Float64)
+        frame = pl.scan_csv(files, skip_rows=3, has_header=False, schema=schema).collect()
+        assert frame.height > 0
+
+
+def read_pandas(config: Path, cores: int) -> None:  # noqa: ARG001
+    """All logs one by one with pandas."""
+    import pandas as pd
+
+    for files, _ in _files(config):
+        for file in files:
+            pd.read_csv(file, comment="#")
+
+
+def sha256(config: Path, cores: int) -> None:  # noqa: ARG001
+    """Digest of every log."""
+    from rftfit.store.manifest import sha256_of
+
+    for files, _ in _files(config):
+        for file in files:
+            sha256_of(file)
+
+
+def _files(config: Path) -> list[tuple[list[str], list[str]]]:
+    raw = config.parent.parent / "raw"
+    with (raw / "runs.csv").open(encoding="utf-8") as handle:
+        rows = list(csv.DictReader(handle))
+    kinds = (("force_log", "abcde"), ("motion_log", "abcd"))
+    return [([str(raw / row[kind]) for row in rows], list(names)) for kind, names in kinds]
+
+
+WAYS: dict[str, Callable[[Path, int], None]] = {
+    "rftfit": chain,
+    "pyarrow.dataset": read_dataset,
+    "polars.scan_csv": read_polars,
+    "pandas, one by one": read_pandas,
+    "sha256": sha256,
+}
+
+
+def inside(way: str, config: Path, cores: int, turns: int) -> None:
+    """In a process of its own: do it, and print the seconds of each turn and the peak memory."""
+    seconds, processor = [], []
+    for _ in range(turns):
+        begun, used = time.perf_counter(), _processor()
+        WAYS[way](config, cores)
+        seconds.append(time.perf_counter() - begun)
+        processor.append(_processor() - used)
+    print(json.dumps({"seconds": seconds, "processor": processor}))
+
+
+def _processor() -> float:
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in used)
+
+
+# running and telling -----------------------------------------------------------------------------
+
+
+def measured(words: Sequence[str], cwd: Path) -> tuple[float, float, float, str]:
+    """Wall-clock and processor seconds of a command, the peak of its largest process in MB, output."""
+    with tempfile.TemporaryFile("w+") as out:
+        begun = time.perf_counter()
+        process = subprocess.Popen(words, cwd=cwd, stdout=out, stderr=subprocess.STDOUT, text=True)
+        _, status, used = os.wait4(process.pid, 0)
+        took = time.perf_counter() - begun
+        out.seek(0)
+        told = out.read()
+    if os.waitstatus_to_exitcode(status):
+        sys.exit(f"{' '.join(words)} failed:\n{told[-5000:]}")
+    return took, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3, told
+
+
+def timed(way: str, root: Path, cores: int, turns: int = 1) -> tuple[list[float], float, float]:
+    """Wall-clock seconds of each turn, processor seconds of one, peak MB: in a process of its own."""
+    words = [sys.executable, str(Path(__file__).resolve()), "--way", way, "--turns", str(turns)]
+    words += ["--config", str(root / CONFIG), "--cores", str(cores)]
+    os.environ["POLARS_MAX_THREADS"] = str(cores)
+    *_, peak, told = measured(words, root)
+    found = json.loads(told.splitlines()[-1])
+    return found["seconds"], statistics.median(found["processor"]), peak
+
+
+def page_opens(page: Path) -> str:
+    """Seconds until a browser has opened the page."""
+    from chromium import Chromium, find
+
+    program = find()
+    if program is None:
+        return "no browser here"
+    with tempfile.TemporaryDirectory() as profile, Chromium(program, Path(profile)) as browser:
+        begun = time.perf_counter()
+        browser.open(page.as_uri())
+        height = browser.evaluate("document.body.scrollHeight")
+        took = time.perf_counter() - begun
+        faults = browser.complaints()
+        if faults or not height:
+            sys.exit(f"{page} does not open: {faults[:1]}")
+    return f"{took:.1f} s"
+
+
+def one_size(root: Path, logs: int, size: int) -> list[str]:
+    """Measure one campaign; a row of the table."""
+    rftfit = str(Path(sys.executable).with_name("rftfit"))
+    (alone,), _, peak_alone = timed("rftfit", root, 1)
+    targets = [f"results/alpha/{medium}.csv" for medium in media_of(root / CONFIG)]
+    run = [rftfit, "run", "--cores", str(CORES)]
+    alpha, _, peak_alpha, _ = measured([*run, *targets], root)
+    rest, _, peak_rest, _ = measured(run, root)
+    nothing, *_ = measured(run, root)
+    page = root / "results" / "report.html"
+    return [
+        f"{logs:,}",
+        f"{size / 1e9:.2f}",
+        f"{1e3 * alone / logs:.2f}",
+        f"{peak_alone:.0f}",
+        f"{alpha:.1f} ({1e3 * alpha / logs:.2f})",
+        f"{peak_alpha:.0f}",
+        f"{rest:.1f}",
+        f"{peak_rest:.0f}",
+        f"{nothing:.1f}",
+        f"{page.stat().st_size / 1e6:.1f}",
+        page_opens(page),
+    ]
+
+
+HEADS = (
+    "logs", "GB", "one process, logs to alpha: ms a log", "its peak, MB",
+    f"`rftfit run` to alpha, {CORES} cores: s (ms a log)", "largest process, MB",
+    "all the rest to the page, s", "largest process, MB", "nothing to do, s", "page, MB",
+    "page opens in",
+)  # fmt: skip
+
+
+def floor(root: Path, logs: int) -> list[str]:
+    """Compare with merely reading the files, all in turns."""
+    ways = [way for way in WAYS if way != "polars.scan_csv" or _has_polars()]
+    lines = []
+    for cores in (1, CORES):
+        found: dict[str, list[float]] = {way: [] for way in ways}
+        for _ in range(TURNS):
+            for way in ways:
+                # the second of two turns in one process: libraries and files are there already
+                found[way].append(timed(way, root, cores, 2)[0][-1])
+        middle = {way: statistics.median(seconds) for way, seconds in found.items()}
+        least = min(middle[way] for way in ways if way in ("pyarrow.dataset", "polars.scan_csv"))
+        for way in ways:
+            if cores == 1 or way in ("rftfit", "pyarrow.dataset", "polars.scan_csv"):
+                lines.append(
+                    f"| {way} | {cores} | {middle[way]:.2f} | {1e3 * middle[way] / logs:.2f} "
+                    f"| {middle[way] / least:.2f} |"
+                )
+    return [
+        f"| {logs:,} logs | cores | s | ms a log | to the floor |",
+        "|---|---|---|---|---|",
+        *lines,
+    ]
+
+
+def _has_polars() -> bool:
+    from importlib.util import find_spec
+
+    return find_spec("polars") is not None
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    body = [f"| {' | '.join(row)} |" for row in rows]
+    return [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads), *body]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--logs", type=int, nargs="*", default=SIZES)
+    parser.add_argument(
+        "--floor", type=int, default=FLOOR_AT, help="logs of that comparison; 0: none"
+    )
+    parser.add_argument("--way", choices=sorted(WAYS), help=argparse.SUPPRESS)
+    parser.add_argument("--config", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--cores", type=int, default=1, help=argparse.SUPPRESS)
+    parser.add_argument("--turns", type=int, default=1, help=argparse.SUPPRESS)
+    chosen = parser.parse_args()
+    if chosen.way:
+        inside(chosen.way, chosen.config, chosen.cores, chosen.turns)
+        return
+    rows: list[list[str]] = []
+    told = io.StringIO()
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "template"
+        runs = template(source)
+        for logs in sorted({*chosen.logs, chosen.floor} - {0}):
+            root = Path(folder) / f"logs{logs}"
+            size = build(root, logs, runs, source)
+            if logs == chosen.floor:
+                print(*floor(root, logs), "", sep="\n", file=told)
+                print(told.getvalue(), flush=True)
+            if logs in chosen.logs:
+                rows.append(one_size(root, logs, size))
+                print(*table(HEADS, rows[-1:]), sep="\n", flush=True)
+            shutil.rmtree(root)
+    text = "\n".join(table(HEADS, rows)) + "\n\n" + told.getvalue()
+    RESULT.parent.mkdir(exist_ok=True)
+    RESULT.write_text(text, encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

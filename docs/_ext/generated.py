@@ -1,0 +1,227 @@
+"""Reference pages made from the program's own definitions when the site is built.
+
+In a page, ``{generated} outputs`` in a fenced block stands for the text that is made.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+from sphinx.util.docutils import SphinxDirective
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from docutils import nodes
+    from sphinx.application import Sphinx
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [head, tuple("---" for _ in head), *rows]
+    return "".join(
+        f"| {' | '.join(cell.replace('|', '&#124;') for cell in line)} |\n" for line in lines
+    )
+
+
+def outputs() -> str:
+    """Every file that a run writes, with every column."""
+    from rftfit.measure.rows import Why
+    from rftfit.outputs.dictionary import PARTS, outputs_of
+
+    titles = {
+        "measure": "From logs to alpha",
+        "profile": "Profiles and scaling",
+        "predict": "Forces on legs",
+        "robot": "Robot",
+        "run": "Ledger, record, page and figures",
+        "commands": "Files of other commands",
+    }
+    text = ""
+    for part in PARTS:
+        text += f"## {titles[part]}\n\n"
+        others = []
+        for one in outputs_of(part):
+            if not one.columns:
+                others.append((f"`{one.file}`", one.about + _when(one.when)))
+                continue
+            name = one.file if "`" in one.file else f"`{one.file}`"
+            text += f"### {name}\n\n{one.about}\n\nOne row: {one.row}. Written by `{one.stage}`{_when(one.when)}\n\n"
+            rows = [
+                (
+                    ", ".join(f"`{name}`" for name in column.names),
+                    column.quantity,
+                    column.unit or ("" if column.kind == "number" else column.kind),
+                    column.meaning + (f" (only with {column.when})" if column.when else ""),
+                )
+                for column in one.columns
+            ]
+            text += _table(("column", "quantity", "unit or kind", "meaning"), rows) + "\n"
+        if others:
+            text += "### Files without columns\n\n" + _table(("file", "what it is"), others) + "\n"
+        if part == "measure":
+            codes = [(str(int(why)), why.text or "may be used") for why in Why]
+            text += "### Codes of `why`\n\n" + _table(("code", "meaning"), codes) + "\n"
+    return text
+
+
+def _when(condition: str) -> str:
+    return f"; only with {condition}." if condition else "."
+
+
+def commands() -> str:
+    """Every command with its arguments and options."""
+    import typer
+
+    from rftfit.cli import exit_codes
+    from rftfit.cli.app import app
+
+    group: Any = typer.main.get_command(app)
+    hints = {
+        str(info.name): get_type_hints(info.callback)
+        for info in app.registered_commands
+        if info.callback
+    }
+    text = ""
+    for name, command in group.commands.items():
+        words = [f"{_metavar(one)}" for one in command.params if _is_argument(one)]
+        usage = " ".join(["rftfit", name, "[OPTIONS]", *words])
+        text += f"## `rftfit {name}`\n\n{_paragraphs(command.help)}\n\nUsage: `{usage}`\n\n"
+        rows = [_parameter(one, hints[name]) for one in command.params]
+        rows.append(("`-h`, `--help`", "", "", "Show this and stop."))
+        text += _table(("option", "value", "default", "meaning"), rows) + "\n"
+        text += "".join(
+            f"{label}: `{example.strip()}`\n\n"
+            for label, _, example in (
+                part.partition(": ") for part in (command.epilog or "").split("\n\n") if part
+            )
+        )
+    codes = [(str(code), meaning) for code, meaning in exit_codes.MEANINGS.items()]
+    return text + "## Exit codes\n\n" + _table(("code", "meaning"), codes)
+
+
+def _is_argument(parameter: Any) -> bool:
+    return bool(parameter.param_type_name == "argument")
+
+
+def _metavar(parameter: Any) -> str:
+    word = parameter.metavar or parameter.name.upper()
+    return word if parameter.required else f"[{word.strip('[]')}]"
+
+
+def _parameter(one: Any, hints: dict[str, Any]) -> tuple[str, ...]:
+    argument = _is_argument(one)
+    names = [_metavar(one)] if argument else [*one.opts, *one.secondary_opts]
+    value = "" if argument or one.is_flag else (one.metavar or _word(hints[one.name]))
+    value += "; may be repeated" if one.multiple else ""
+    default = (
+        "" if one.default in (None, False, (), []) or callable(one.default) else f"`{one.default}`"
+    )
+    if getattr(one, "is_flag", False):
+        default = (
+            f"`{one.opts[0] if one.default else (one.secondary_opts or [''])[0]}`"
+            if one.secondary_opts
+            else ""
+        )
+    if one.required and not argument:
+        default = "required"
+    return (
+        ", ".join(f"`{name}`" for name in names),
+        value,
+        default,
+        " ".join((one.help or "").split()),
+    )
+
+
+def _word(hint: Any) -> str:
+    """Find a word for the value of an option that has none of its own."""
+    text = str(hint)
+    words = {"float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
+    return next((word for part, word in words.items() if part in text), "TEXT")
+
+
+def _paragraphs(text: str | None) -> str:
+    """Help in paragraphs of one line, without the marks that only a terminal knows."""
+    parts = re.split(r"\n\s*\n", (text or "").replace("\b", "").strip())
+    return "\n\n".join(" ".join(part.split()) for part in parts)
+
+
+def robot() -> str:
+    """Every key of a robot's file, every column of its run sheet."""
+    from rftfit.robot.config import Robot
+    from rftfit.robot.sheet import COLUMNS
+
+    schema = Robot.model_json_schema()
+    rows = list(_keys(schema, schema, ""))
+    keys = _table(("key", "default", "allowed", "meaning"), rows)
+    columns = _table(
+        ("column", "meaning"), [(f"`{name}`", meaning) for name, meaning in COLUMNS.items()]
+    )
+    return f"## The robot's file\n\n{keys}\n## The robot's run sheet\n\n{columns}"
+
+
+def _keys(node: dict[str, Any], schema: dict[str, Any], path: str) -> Iterator[tuple[str, ...]]:
+    for name, field in node.get("properties", {}).items():
+        target = _follow(field, schema)
+        items = _follow(target.get("items", {}), schema)
+        inner = next(iter((target.get("patternProperties") or {}).values()), None)
+        inner = inner or target.get("additionalProperties")
+        default = "required" if name in node.get("required", ()) else _default(field)
+        yield f"`{path}{name}`", default, _allowed(target), field.get("description", "")
+        yield from _keys(target, schema, f"{path}{name}.")
+        yield from _keys(items, schema, f"{path}{name}[].")
+        if isinstance(inner, dict):
+            yield from _keys(_follow(inner, schema), schema, f"{path}{name}.<name>.")
+
+
+def _follow(node: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
+    if "$ref" in node:
+        target: dict[str, Any] = schema["$defs"][node["$ref"].rsplit("/", 1)[1]]
+        return target
+    return node
+
+
+def _default(field: dict[str, Any]) -> str:
+    value = field.get("default")
+    return "see below" if isinstance(value, dict) else "" if value is None else f"`{value}`"
+
+
+def _allowed(node: dict[str, Any]) -> str:
+    if "enum" in node:
+        return "one of " + ", ".join(f"`{word}`" for word in node["enum"])
+    if node.get("type") == "array":
+        return "x, z" if "prefixItems" in node else "a list"
+    if node.get("type") == "object":
+        return "a section"
+    limits = [
+        f"{words} {node[key]:g}"
+        for key, words in (
+            ("exclusiveMinimum", "above"), ("minimum", "at least"),
+            ("exclusiveMaximum", "below"), ("maximum", "at most"),
+        )
+        if key in node
+    ]  # fmt: skip
+    kind = {"number": "a number", "integer": "a whole number", "string": "text"}.get(
+        node.get("type", ""), ""
+    )
+    return " ".join([kind, " and ".join(limits)]).strip()
+
+
+PAGES: dict[str, Callable[[], str]] = {"outputs": outputs, "commands": commands, "robot": robot}
+"""What can be generated."""
+
+
+class Generated(SphinxDirective):
+    """Put generated Markdown where it stands."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Make the text and parse it as a part of the page."""
+        return self.parse_text_to_nodes(PAGES[self.arguments[0]](), allow_section_headings=True)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the directive; Sphinx calls this."""
+    app.add_directive("generated", Generated)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

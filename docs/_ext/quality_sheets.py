@@ -1,0 +1,105 @@
+"""A small quality sheet, drawn when the site is built: what good and bad runs look like.
+
+Its runs are re-enacted ones, one row of them broken on purpose, and go through the stages as any do.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+MEDIUM = "poppy_LP"
+GAMMAS = ("18", "34", "45", "56", "72", "90")
+BROKEN = {
+    "bp00_g18_in": "wrong_unit",
+    "bp00_g34_in": "missing_tare",
+    "bp00_g45_in": "never_touches",
+    "bp00_g56_in": "truncated",
+    "bp00_g72_in": "gap",
+    "bp00_g90_in": "saturated",
+}
+NAME = "quality_sheet.png"
+
+
+def draw(project: Path, root: Path, png: Path) -> None:
+    """Write the logs, measure them, and draw the sheet.
+
+    Parameters
+    ----------
+    project : Path
+        With ``config/config.yaml``.
+    root : Path
+        Empty folder for the campaign.
+    png : Path
+        Written.
+    """
+    import shutil
+
+    import yaml
+
+    from rftfit.campaign.config import Config
+    from rftfit.campaign.load import load_campaign
+    from rftfit.lab import plan_runs
+    from rftfit.lab.worker import run_logs
+    from rftfit.lab.write import sheet_text
+    from rftfit.report.quality import draw_quality
+    from rftfit.stages.ingest import ingest_medium
+    from rftfit.stages.samples import stress_samples
+    from rftfit.stages.slopes import fit_medium
+    from rftfit.stages.tare import tare_medium
+
+    (root / "config").mkdir()
+    shutil.copy(project / "config" / "config.yaml", root / "config")
+    path = root / "config" / "config.yaml"
+    text, _, _ = path.read_text(encoding="utf-8").partition("\nrobot:")
+    path.write_text(text + "\n", encoding="utf-8")
+    config = Config(**yaml.safe_load(text))
+    planned = {run.run_id: run for run in plan_runs(config)}
+    names = [f"{beta}_g{gamma}_in" for beta in ("bp00", "bp30") for gamma in GAMMAS]
+    runs = [planned[f"{MEDIUM}_{name}"] for name in names]
+    runs += [planned[run.tare_run] for run in runs]
+    raw = root / "raw" / "paper"
+    for run in runs:
+        fault = BROKEN.get(run.run_id.removeprefix(f"{MEDIUM}_"))
+        missing = run.run_id in {
+            planned[f"{MEDIUM}_{name}"].tare_run
+            for name, word in BROKEN.items()
+            if word == "missing_tare"
+        }
+        faults = (fault,) if fault and fault != "missing_tare" else ()
+        for name, content in run_logs(run, config, 2013, faults).items():
+            (raw / name).parent.mkdir(parents=True, exist_ok=True)
+            if content is not None and not missing:
+                (raw / name).write_bytes(content)
+    (raw / "runs.csv").write_text(sheet_text(runs, {}), encoding="utf-8")
+    campaign = load_campaign(path)
+    traces, status, _ = ingest_medium(campaign, MEDIUM)
+    tared, tares, _ = tare_medium(campaign, MEDIUM, traces, status)
+    fits, windows, _ = fit_medium(campaign, MEDIUM, status, tared, tares)
+    figure = draw_quality(stress_samples(campaign, tared, windows), fits, "poppy seeds, loose")[0]
+    png.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(png, dpi=110, bbox_inches="tight", metadata={"Software": None})
+
+
+def _prepare(app: Sphinx) -> None:
+    from rftfit.store.digest import code_digest
+
+    png = Path(app.srcdir) / "_build" / "figures" / NAME
+    made_by = png.with_suffix(".digest")
+    stages = (f"rftfit.stages.{name}" for name in ("ingest", "tare", "slopes", "figures"))
+    code = code_digest("rftfit.lab", *stages)
+    if png.is_file() and made_by.is_file() and made_by.read_text(encoding="utf-8") == code:
+        return
+    with tempfile.TemporaryDirectory() as place:
+        draw(Path(app.srcdir).parent, Path(place), png)
+    made_by.write_text(code, encoding="utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Draw before the pages are read; Sphinx calls this."""
+    app.connect("builder-inited", _prepare)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,231 @@
+"""How far the robot's speed and best curvature hang on the errors of alpha.
+
+A speed is nearly linear in alpha and hangs on dozens of its cells, so its error is close to normal:
+few draws of alpha give its width, and Student's t with as many degrees of freedom makes up for their
+being few. Speeds of the draws are compared with that of the profile itself at the same, coarser time
+step, whose own error is the same in both and cancels.
+"""
+
+from __future__ import annotations
+
+import math
+from copy import copy
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.profile.depth_only import DepthOnlyProfile
+from rftfit.profile.nine_terms import FourierProfile
+from rftfit.profile.table import TableProfile
+from rftfit.robot.run import Condition
+from rftfit.robot.sensitivity import BEST_AT_HZ, CURVATURES
+from rftfit.robot.sweep import best_curvature, run_all
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rftfit.conventions import FloatArray
+    from rftfit.profile.base import Profile
+    from rftfit.robot.config import Robot
+
+DRAWS = 8
+"""For speeds: a half width is then good to a quarter; there are dozens of conditions."""
+
+BEST_DRAWS = 40
+"""For the best curvature, of which there is one."""
+
+COARSER = 4
+"""Time steps of the draws are so many times longer."""
+
+COLUMNS = [
+    "medium", "profile", "quantity", "curvature_times_R", "frequency_Hz", "half_width", "draws",
+    "reason",
+]  # fmt: skip
+"""Columns of the table of half widths; quantity `SPEED` (cm/s) or `BEST` (R'/r)."""
+
+SPEED, BEST = "speed", "best curvature"
+
+_AT_END = "the fastest curvature lies at the end of those that were tried"
+
+
+@dataclass(frozen=True)
+class Width:
+    """Half the width of an interval.
+
+    Parameters
+    ----------
+    half : float
+        NaN where it is not known.
+    draws : int
+        Behind it.
+    reason : str
+        Why it is not known; else empty.
+    """
+
+    half: float
+    draws: int
+    reason: str = ""
+
+
+def each_draw(stack: Profile, count: int) -> list[Profile]:
+    """Take the first draws of a stack apart.
+
+    Parameters
+    ----------
+    stack : Profile
+        With a leading axis of draws.
+    count : int
+        At most as many as there are.
+
+    Returns
+    -------
+    list of Profile
+
+    Raises
+    ------
+    TypeError
+        If that kind of profile has no draws.
+    """
+    if isinstance(stack, TableProfile):
+        return [_cells(stack, place) for place in range(min(count, len(stack.alpha_z)))]
+    if isinstance(stack, FourierProfile):
+        return [FourierProfile(values) for values in stack.coefficients[:count]]
+    if isinstance(stack, DepthOnlyProfile):
+        return [DepthOnlyProfile(values) for values in stack.values[:count]]
+    raise TypeError(f"no draws of a {type(stack).__name__}")
+
+
+def _cells(stack: TableProfile, place: int) -> TableProfile:
+    # as it is: a new one would symmetrise and extend again what has been extended already
+    taken = copy(stack)
+    taken.__dict__.pop("pack", None)
+    taken.alpha_z, taken.alpha_x = stack.alpha_z[place], stack.alpha_x[place]
+    return taken
+
+
+def coarser(robot: Robot) -> Robot:
+    """Return the robot with the time step of the draws.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Returns
+    -------
+    Robot
+    """
+    numerics = robot.numerics
+    longer = numerics.model_copy(update={"step_s": COARSER * numerics.step_s})
+    return robot.model_copy(update={"numerics": longer})
+
+
+def speeds_of(
+    robot: Robot, profiles: Sequence[Profile], conditions: Sequence[Condition],
+    threads: int | None = None,
+) -> FloatArray:  # fmt: skip
+    """Run every condition on every profile.
+
+    Parameters
+    ----------
+    robot : Robot
+    profiles : sequence of Profile
+    conditions : sequence of Condition
+    threads : int, optional
+
+    Returns
+    -------
+    numpy.ndarray, shape (profiles, conditions)
+        cm/s; NaN where a run is not steady.
+    """
+    rows = [
+        [run.speed_cm_per_s for run in run_all(robot, profile, conditions, threads)]
+        for profile in profiles
+    ]
+    return np.array(rows, dtype=float).reshape(len(profiles), len(conditions))
+
+
+def half_width(values: FloatArray, own: float, confidence: float) -> Width:
+    """Half the width of the interval of a number that few draws are known of.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, shape (draws,)
+        Of the draws.
+    own : float
+        Of the profile itself, which the draws scatter about.
+    confidence : float
+
+    Returns
+    -------
+    Width
+        Not known where any draw has no number: leaving it out would make the interval too narrow.
+    """
+    from scipy.special import stdtrit
+
+    if not math.isfinite(own):
+        return Width(math.nan, values.size, "the profile itself has no steady speed")
+    lost = int(np.isnan(values).sum())
+    if lost or not values.size:
+        return Width(math.nan, values.size, f"{lost} of {values.size} draws have no steady speed")
+    spread = math.sqrt(float(((values - own) ** 2).mean()))
+    return Width(float(stdtrit(values.size, 0.5 + confidence / 2)) * spread, values.size)
+
+
+def speed_widths(
+    robot: Robot,
+    profile: Profile,
+    draws: Sequence[Profile],
+    conditions: Sequence[Condition],
+    confidence: float,
+    threads: int | None = None,
+) -> list[Width]:
+    """Half widths of the intervals of the speed, cm/s.
+
+    Parameters
+    ----------
+    robot : Robot
+    profile : Profile
+    draws : sequence of Profile
+        The same under the errors of alpha.
+    conditions : sequence of Condition
+    confidence : float
+    threads : int, optional
+
+    Returns
+    -------
+    list of Width
+        In the order of the conditions.
+    """
+    found = speeds_of(coarser(robot), [profile, *draws], conditions, threads)
+    return [half_width(column[1:], float(column[0]), confidence) for column in found.T]
+
+
+def best_width(
+    robot: Robot,
+    profile: Profile,
+    draws: Sequence[Profile],
+    confidence: float,
+    threads: int | None = None,
+) -> Width:
+    """Half the width of the interval of the best curvature R'/r at 5 Hz.
+
+    Parameters
+    ----------
+    robot : Robot
+    profile : Profile
+    draws : sequence of Profile
+    confidence : float
+    threads : int, optional
+
+    Returns
+    -------
+    Width
+        Not known where the fastest curvature is the last one: beyond it nobody looked.
+    """
+    conditions = [Condition(BEST_AT_HZ, value) for value in CURVATURES]
+    found = speeds_of(coarser(robot), [profile, *draws], conditions, threads)
+    own, *others = (best_curvature(np.array(CURVATURES), row)[0] for row in found)
+    if own in (CURVATURES[0], CURVATURES[-1]):
+        return Width(math.nan, len(others), _AT_END)
+    return half_width(np.array(others), own, confidence)

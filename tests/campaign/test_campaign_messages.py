@@ -1,0 +1,44 @@
+"""What is said of the sections on logs, where they contradict themselves."""
+
+from __future__ import annotations
+
+import importlib
+import io
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from rftfit.campaign import workbook
+
+if TYPE_CHECKING:
+    from .conftest import Room
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ("{dialect: delimited, text: {delimiter: ',', encoding: utf-99}}",
+         "no encoding is called 'utf-99'; common ones: utf-8, cp1252, latin-1, shift_jis"),
+        ("{columns: {F1: {column: Fx, factor: 0}}}", "a factor of 0 would erase the column"),
+        ("{columns: {F1: {unit: N}}}", "needs either a column or a constant"),
+        ("{dialect: delimited}",
+         "the dialect delimited needs `text`, the description of the format"),
+        ("{dialect: rig, text: {delimiter: ','}}",
+         "`text` goes with the dialect delimited, found rig"),
+    ],
+)  # fmt: skip
+def test_sections_of_logs(room: Room, section: str, said: str) -> None:
+    room.config += f"force_log: {section}\n"
+    text = room.only("config.inconsistent")
+    assert "key force_log" in text
+    assert said in text
+
+
+def test_an_extreme_workbook(monkeypatch: pytest.MonkeyPatch) -> None:
+    openpyxl: Any = importlib.import_module("openpyxl")
+    book, out = openpyxl.Workbook(), io.BytesIO()
+    book.save(out)
+    monkeypatch.setattr(workbook, "MAX_TAGS", 10)
+    _, (problem,) = workbook.read_workbook(out.getvalue(), "runs.xlsx")
+    assert problem.code == "sheet.too-large"
+    assert "million XML tags are too many; at most 1e-05 million are read" in str(problem)

@@ -1,0 +1,57 @@
+"""Small and read-only disks, in a mount namespace of the test's own, where the system lets one have it."""
+
+from __future__ import annotations
+
+import functools
+import shutil
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+_OWN = ("unshare", "--user", "--map-root-user", "--mount")
+BLOCK = 4096
+
+
+@functools.cache
+def why_not() -> str:
+    """Why no disk can be made here; empty where it can."""
+    if not sys.platform.startswith("linux") or shutil.which("unshare") is None:
+        return "disks of a test's own need Linux and unshare"
+    trial = [*_OWN, "sh", "-c", "mount -t tmpfs -o size=64k tmpfs /mnt"]
+    done = subprocess.run(trial, capture_output=True, text=True, check=False)
+    return (
+        f"this system allows no disk of a test's own: {done.stderr.strip()}"
+        if done.returncode
+        else ""
+    )
+
+
+def on_own_disks(words: Sequence[str | Path], **more: object) -> subprocess.CompletedProcess[str]:
+    """Run a program that may mount: what it mounts nobody else sees, and goes with it."""
+    return subprocess.run([*_OWN, *words], text=True, check=False, **more)  # type: ignore[call-overload, no-any-return]
+
+
+def mount(folder: Path, size: int) -> None:
+    """Mount a disk of so many bytes on a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    words = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    subprocess.run(words, check=True)
+
+
+def change(folder: Path, *options: str) -> None:
+    """Give a disk another size, or make it read-only (``ro``) or writable (``rw``)."""
+    subprocess.run(["mount", "-o", ",".join(["remount", *options]), folder], check=True)
+
+
+def unmount(folder: Path) -> None:
+    subprocess.run(["umount", folder], check=True)
+
+
+def room(folder: Path) -> int:
+    """Bytes that the files of a folder take on a disk."""
+    sizes = (path.lstat().st_size for path in folder.rglob("*") if path.is_file())
+    return sum(-(-size // BLOCK) * BLOCK for size in sizes)

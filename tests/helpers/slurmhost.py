@@ -1,0 +1,238 @@
+"""A Slurm controller and two nodes of one core each on this machine, for as long as a test takes."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import psutil  # type: ignore[import-untyped]
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+CONF = Path("/etc/slurm/slurm.conf")
+NODES = ("n1", "n2")
+PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "srun", "scancel", "squeue", "sinfo")
+_PORTS = {"n1": 16821, "n2": 16822}
+_CONTROLLER_PORT = 16820
+_PR_SET_CHILD_SUBREAPER = 36
+
+
+class CannotRun(Exception):
+    """This machine cannot be a cluster; the message says why."""
+
+
+def prepare(say: object = print) -> None:
+    """See that this machine can be a cluster; install what is missing.
+
+    Raises
+    ------
+    CannotRun
+    """
+    if sys.platform != "linux" or os.geteuid() != 0:
+        raise CannotRun("it needs Linux and root: Slurm's daemons start jobs as other users")
+    if not Path("/sys/fs/cgroup").is_mount() and not any(Path("/sys/fs/cgroup").iterdir()):
+        raise CannotRun("/sys/fs/cgroup is not mounted, and slurmd needs it")
+    running = [p.info["name"] for p in psutil.process_iter(["name"])]
+    if "slurmctld" in running or "slurmd" in running:
+        raise CannotRun("Slurm is running here already; it will not be disturbed")
+    if any(shutil.which(name) is None for name in PROGRAMS):
+        if shutil.which("apt-get") is None:
+            raise CannotRun("Slurm and munge are not installed, and there is no apt-get to do it")
+        if callable(say):
+            say("apt-get install slurm-wlm munge ...")
+        for words in (
+            ("update",),
+            ("install", "-y", "--no-install-recommends", "slurm-wlm", "munge"),
+        ):
+            done = subprocess.run(
+                ["apt-get", "-q", *words], capture_output=True, text=True, check=False,
+                env={**os.environ, "DEBIAN_FRONTEND": "noninteractive"},
+            )  # fmt: skip
+        if done.returncode:
+            raise CannotRun(f"apt-get install slurm-wlm munge failed:\n{done.stderr[-800:]}")
+
+
+class SlurmHost:
+    """Daemons of one cluster, all children of this process.
+
+    Parameters
+    ----------
+    folder : Path
+        For its keys, sockets, logs and state.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.daemons: dict[str, subprocess.Popen[bytes]] = {}
+        self._found: Path | None = None
+
+    def start(self) -> None:
+        """Start everything and wait until both nodes take jobs."""
+        self.folder.mkdir(parents=True)
+        # what a daemon leaves behind becomes a child of this process, and so can be found again
+        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+        key = self.folder / "munge.key"
+        key.write_bytes(os.urandom(1024))
+        key.chmod(0o400)
+        for name in ("state", *(f"spool-{node}" for node in NODES)):
+            (self.folder / name).mkdir()
+        conf = self.folder / "slurm.conf"
+        conf.write_text(self._conf(), encoding="utf-8")
+        self._put_conf(conf)
+        self._daemon(
+            "munged", "munged", "--foreground", "--force", f"--key-file={key}",
+            f"--socket={self.socket}", f"--pid-file={self.folder / 'munged.pid'}",
+            f"--log-file={self.folder / 'munged.log'}", f"--seed-file={self.folder / 'munged.seed'}",
+        )  # fmt: skip
+        self._wait(self.socket.exists, "munged")
+        self._daemon("slurmctld", "slurmctld", "-D", "-c")
+        for node in NODES:
+            self._daemon(node, "slurmd", "-D", "-c", "-N", node)
+        self._wait(lambda: self.states() == dict.fromkeys(NODES, "idle"), "the two nodes")
+
+    @property
+    def socket(self) -> Path:
+        return self.folder / "munge.socket"
+
+    def _conf(self) -> str:
+        host = socket.gethostname().partition(".")[0]
+        memory = min(8000, psutil.virtual_memory().total // 2**20 // 2)
+        here = self.folder
+        lines = [
+            "ClusterName=rftfit", f"SlurmctldHost={host}(127.0.0.1)",
+            f"SlurmctldPort={_CONTROLLER_PORT}", "AuthType=auth/munge", "CredType=cred/munge",
+            f"AuthInfo=socket={self.socket}", "SlurmUser=root", "SlurmdUser=root",
+            f"StateSaveLocation={here / 'state'}", f"SlurmdSpoolDir={here}/spool-%n",
+            f"SlurmctldPidFile={here / 'slurmctld.pid'}", f"SlurmdPidFile={here}/slurmd-%n.pid",
+            f"SlurmctldLogFile={here / 'slurmctld.log'}", f"SlurmdLogFile={here}/slurmd-%n.log",
+            "ProctrackType=proctrack/linuxproc", "TaskPlugin=task/none",
+            "AccountingStorageType=accounting_storage/none", "SelectType=select/cons_tres",
+            "SelectTypeParameters=CR_Core", "ReturnToService=2", "MpiDefault=none",
+            "SwitchType=switch/none", "MinJobAge=3600", "SlurmctldTimeout=30", "SlurmdTimeout=30",
+            *(
+                f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={_PORTS[node]} "
+                f"CPUs=1 RealMemory={memory}"
+                for node in NODES
+            ),
+            f"PartitionName=main Nodes={','.join(NODES)} Default=YES MaxTime=INFINITE State=UP",
+        ]  # fmt: skip
+        return "\n".join(lines) + "\n"
+
+    def _put_conf(self, conf: Path) -> None:
+        # the jobs' own srun looks here, whatever SLURM_CONF says
+        CONF.parent.mkdir(exist_ok=True)
+        if CONF.exists() or CONF.is_symlink():
+            aside = CONF.with_name(f"slurm.conf.aside-{os.getpid()}")
+            CONF.rename(aside)
+            self._found = aside
+        CONF.symlink_to(conf)
+
+    def _take_conf_away(self) -> None:
+        if CONF.is_symlink() and CONF.readlink() == self.folder / "slurm.conf":
+            CONF.unlink()
+        if self._found is not None:
+            self._found.rename(CONF)
+            self._found = None
+
+    def _daemon(self, name: str, *command: str) -> None:
+        with (self.folder / f"{name}.out").open("wb") as out:
+            self.daemons[name] = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=out, stderr=out, start_new_session=True
+            )
+
+    def _wait(self, ready: object, what: str, seconds: float = 60.0) -> None:
+        end = time.monotonic() + seconds
+        assert callable(ready)
+        while not ready():
+            dead = [name for name, child in self.daemons.items() if child.poll() is not None]
+            if dead or time.monotonic() > end:
+                logs = "\n".join(
+                    path.read_text(errors="replace")[-500:]
+                    for path in sorted(self.folder.glob("*.out"))
+                )
+                raise CannotRun(f"{what} did not come up (ended: {dead})\n{logs}")
+            time.sleep(0.3)
+
+    def states(self) -> dict[str, str]:
+        """State of each node."""
+        done = subprocess.run(
+            ["sinfo", "-h", "-N", "-o", "%N %T"], capture_output=True, text=True, check=False
+        )
+        return dict(line.split() for line in done.stdout.splitlines() if line.strip())
+
+    def jobs(self, *words: str, form: str = "%i") -> list[str]:
+        """Jobs as ``squeue`` lists them, those that have ended too where asked for."""
+        done = subprocess.run(
+            ["squeue", "-h", "-o", form, *words], capture_output=True, text=True, check=False
+        )
+        return done.stdout.splitlines()
+
+    def kill_node(self, node: str) -> list[str]:
+        """End a node as a power cut would: its daemon, its jobs, all at once.
+
+        Returns
+        -------
+        list of str
+            Jobs that ran there.
+        """
+        hit = self.jobs("-w", node, "-t", "RUNNING")
+        daemon = self.daemons.pop(node)
+        daemon.kill()
+        daemon.wait()
+        for process in psutil.Process().children(recursive=True):
+            with contextlib.suppress(psutil.Error):
+                title = re.match(r"slurmstepd: \[(\d+)\.", " ".join(process.cmdline()))
+                if title and title[1] in hit:
+                    _kill_tree(process)
+        return hit
+
+    def revive_node(self, node: str) -> None:
+        """Start a killed node's daemon again."""
+        self._daemon(node, "slurmd", "-D", "-c", "-N", node)
+
+    def stop(self) -> None:
+        """End every job and daemon, and put the machine's own configuration back."""
+        try:
+            if self.daemons:
+                with contextlib.suppress(OSError, subprocess.TimeoutExpired):
+                    subprocess.run(
+                        ["scancel", "--me"], check=False, timeout=10, capture_output=True
+                    )
+                    time.sleep(1.0)
+            for child in self.daemons.values():
+                child.terminate()
+            for child in self.daemons.values():
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    child.wait(timeout=10)
+            for process in psutil.Process().children(recursive=True):
+                with contextlib.suppress(psutil.Error):
+                    if process.name().startswith(("slurm", "munge")):
+                        _kill_tree(process)
+            self.daemons.clear()
+        finally:
+            self._take_conf_away()
+
+    @contextlib.contextmanager
+    def running(self) -> Iterator[SlurmHost]:
+        """Start; stop at the end, whatever happens."""
+        try:
+            self.start()
+            yield self
+        finally:
+            self.stop()
+
+
+def _kill_tree(process: psutil.Process) -> None:
+    for child in [*process.children(recursive=True), process]:
+        with contextlib.suppress(psutil.Error):
+            child.kill()

@@ -1,0 +1,46 @@
+"""What the re-enacted lab cannot do, and says."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from rftfit.errors import InputError, OutputError, RftfitError
+from rftfit.lab import plan_runs, worker
+from rftfit.lab.faults import resolve
+from rftfit.lab.plan import plate_of
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
+
+
+def test_a_tare_of_another_medium_needs_one(config: Config) -> None:
+    runs = {run.run_id: run for run in plan_runs(config) if run.medium in ("poppy_LP", "")}
+    with pytest.raises(InputError, match="has no tare of another medium among these runs; name a"):
+        resolve(["wrong_medium_tare"], runs, "poppy_LP")
+
+
+def test_a_config_without_a_plate(config: Config) -> None:
+    legs = {name: one for name, one in config.intruders.items() if one.shape == "leg"}
+    with pytest.raises(InputError, match="intruders has no entry of shape plate"):
+        plate_of(config.model_copy(update={"intruders": legs}))
+
+
+def test_a_log_that_cannot_be_removed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def refuse(*_: Any, **__: Any) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "unlink", refuse)
+    with pytest.raises(OutputError, match=r"a.csv: cannot be removed: Permission denied"):
+        worker._remove(tmp_path / "a.csv")
+
+
+def test_a_writer_that_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    done = SimpleNamespace(returncode=-9, stdout=b"", stderr=b"no room\nMemoryError\n")
+    monkeypatch.setattr("subprocess.run", lambda *_, **__: done)
+    with pytest.raises(RftfitError, match="writing the logs stopped: MemoryError"):
+        worker._elsewhere(worker.Job(SimpleNamespace(), Path("raw"), 1, ()))  # type: ignore[arg-type]

@@ -1,0 +1,116 @@
+"""Long files are read block after block, side by side: nothing differs from reading them in one piece."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from foreign_logs import TEXTS, netft
+
+from rftfit.logs.ahead import MOST_WORKERS, in_order
+from rftfit.logs.base import LogError
+from rftfit.logs.registry import dialect
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rftfit.logs.base import Log
+
+NAMES = sorted(TEXTS)
+ROWS = 900
+
+
+@pytest.fixture
+def blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rftfit.logs.lines.BLOCK_BYTES", 3000)
+    monkeypatch.setattr("rftfit.logs.rig.WHOLE_BYTES", 3000)
+
+
+def damaged(name: str) -> bytes:
+    made = TEXTS[name](ROWS)
+    lines = list(made.lines)
+    for row in range(40, ROWS, 41):
+        lines[row] = (b"rubbish\n", b"1,2\n", lines[row].replace(b"1", b"x"))[row % 3]
+    return made.header + b"".join(lines) + made.lines[0][:-3]
+
+
+def assert_same(one: Log, other: Log) -> None:
+    assert list(one.columns) == list(other.columns)
+    for name, values in one.columns.items():
+        np.testing.assert_array_equal(values, other.columns[name])
+    assert (one.rows, one.dropped, one.missing) == (other.rows, other.dropped, other.missing)
+    assert (one.units, one.notes) == (other.units, other.notes)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_blocks_give_what_the_whole_gives(
+    name: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    path = tmp_path / "log.txt"
+    path.write_bytes(damaged(name))
+    reader = TEXTS[name](1).reader
+    whole = reader.load(path)
+    assert len(whole.dropped) > 1
+    request.getfixturevalue("blocks")
+    parts = list(reader.stream(path))
+    assert len(parts) > 5
+    assert sum(part.rows for part in parts) == whole.rows
+    assert_same(reader.load(path), whole)
+
+
+@pytest.mark.usefixtures("blocks")
+def test_a_reader_may_stop_after_the_first_block(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_bytes(netft(ROWS).content)
+    before = threading.active_count()
+    stream = iter(dialect("ati-netft").stream(path))
+    assert next(stream).size > 0
+    stream.close()  # type: ignore[attr-defined]
+    assert threading.active_count() == before
+
+
+@pytest.mark.usefixtures("blocks")
+def test_long_rig_logs_are_refused_like_short_ones(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    for content, code in (
+        (b"time_s,x_mm,z_mm\n" + b"1,2,3\n" * 900, "header"),
+        (b"time_s,x_mm,z_mm,angle_deg\n" + b"# nothing\n" * 900, "header_only"),
+        (b"\n" * 5000, "empty"),
+    ):
+        path.write_bytes(content)
+        (error,) = dialect("rig").load_many([path])
+        assert isinstance(error, LogError)
+        assert error.code == code
+        assert str(path) in str(error)
+
+
+def test_results_come_in_order_and_few_items_are_taken_ahead() -> None:
+    taken: list[int] = []
+
+    def items() -> Iterator[int]:
+        for item in range(1, 41):
+            taken.append(item)
+            yield item
+
+    def work(item: int) -> int:
+        time.sleep(0.002 * (item % 3))
+        return item * item
+
+    for place, result in enumerate(in_order(work, items()), start=1):
+        assert result == place**2
+        assert len(taken) <= place + MOST_WORKERS + 1
+    assert len(taken) == 40
+
+
+def test_an_error_of_the_work_reaches_whoever_asked() -> None:
+    def work(item: int) -> float:
+        return 1 / item
+
+    with pytest.raises(ZeroDivisionError):
+        list(in_order(work, [3, 2, 1, 0, 1]))
+    assert list(in_order(work, [])) == []
+    assert list(in_order(work, [2])) == [0.5]

@@ -1,0 +1,217 @@
+"""One plate run, from its tared stroke to its cell: forces known exactly, no logs."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from rftfit.campaign.runs import Run
+from rftfit.measure.fits import Fit, Stroke, filed_under, fit_run
+from rftfit.measure.rows import Why
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
+
+AREA = 3.81 * 2.54
+ALPHA_Z, ALPHA_X = 0.31, -0.12
+
+
+def run(direction: str = "intrusion", beta: float = 30.0, gamma: float = 45.0, **more: Any) -> Run:
+    values: dict[str, Any] = {
+        "run_id": "r1", "kind": "plate", "medium": "poppy_LP", "intruder": "plate",
+        "direction": direction, "beta_deg": beta, "gamma_deg": gamma, "depth_cm": math.nan,
+        "force_log": "", "motion_log": "", "tare_run": "", "tare_shared": False,
+        "surface_z_mm": None, "excluded": False, "reason": "", "note": "", "row": 2,
+    }  # fmt: skip
+    return Run(**values | more)
+
+
+def stroke(depth: np.ndarray, stress_z: np.ndarray | None = None, **more: Any) -> Stroke:
+    """Samples without noise, by default of a stress that is exactly linear in depth."""
+    stress = np.stack([ALPHA_Z * depth, ALPHA_X * depth])
+    if stress_z is not None:
+        stress[0] = stress_z
+    nothing = np.zeros((2, 2))
+    values: dict[str, Any] = {
+        "x": np.zeros(depth.size), "path": np.abs(depth - depth[0]), "force": AREA * stress,
+        "why": np.zeros(depth.size, dtype=np.int8), "zero_variance": nothing,
+        "zero_dof": np.full((2, 2), 12.0),
+    }  # fmt: skip
+    return Stroke(depth, **values | more)
+
+
+DOWN = np.linspace(0.0, 9.0, 901)
+
+
+def alpha(found: Fit) -> np.ndarray:
+    assert found.slope is not None, found.reason
+    return found.slope.alpha
+
+
+def test_intrusion(paper_config: Config) -> None:
+    found = fit_run(run(), stroke(DOWN), paper_config)
+    np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
+    assert (found.beta_deg, found.gamma_deg) == (30, 45)
+    # a plate at 30 degrees is wholly submerged from 1.2296 cm, and 6 cm above the bottom to 7.7704
+    assert [found.depth_from_cm, found.depth_to_cm] == pytest.approx([1.23, 7.77])
+    assert [Why(found.why[k]) for k in (0, 122, 123, 777, 778, 900)] == [
+        Why.ABOVE, Why.ABOVE, Why.GOOD, Why.GOOD, Why.BOTTOM, Why.BOTTOM,
+    ]  # fmt: skip
+    assert (found.flags, found.reason) == ((), "")
+
+
+def test_extraction_goes_under_its_mirror_image(paper_config: Config) -> None:
+    assert filed_under(run("extraction")) == (-30, -45, -1)
+    assert filed_under(run("extraction", 0, 0)) == (0, 0, -1)
+    assert filed_under(run("horizontal", -60, 0)) == (-60, 0, 1)
+    up = np.linspace(7.0, 0.0, 701)
+    found = fit_run(run("extraction"), stroke(up, path=np.linspace(0, 7, 701)), paper_config)
+    assert (found.beta_deg, found.gamma_deg) == (-30, -45)
+    np.testing.assert_allclose(alpha(found), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
+    # the first 0.1 cm, over which the force builds up, is left out
+    assert [Why(found.why[k]) for k in (0, 9, 10)] == [Why.STARTUP, Why.STARTUP, Why.GOOD]
+    assert found.depth_to_cm == pytest.approx(6.9)
+
+
+def test_extraction_start_outside_the_window_keeps_its_reason(paper_config: Config) -> None:
+    up = np.linspace(9.0, 0.0, 901)
+    found = fit_run(run("extraction"), stroke(up), paper_config)
+    assert Why(found.why[0]) == Why.BOTTOM
+
+
+def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config: Config) -> None:
+    path = np.linspace(0, 7, 701)
+    build = np.where(path < 2, 5.0, 1.0)  # what is left out may be anything
+    build[path < 2 / 3] = 9.0
+    depth = np.full(701, 5.08)
+    still = fit_run(
+        run("horizontal", 90.0, 0.0), stroke(depth, ALPHA_Z * depth, path=path), paper_config
+    )
+    assert still.slope is not None
+    assert still.slope.startup[0] == pytest.approx(0, abs=1e-12)
+    found = fit_run(
+        run("horizontal", 90.0, 0.0), stroke(depth, ALPHA_Z * depth * build, path=path),
+        paper_config,
+    )  # fmt: skip
+    np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
+    assert [Why(found.why[k]) for k in (199, 200)] == [Why.STARTUP, Why.GOOD]
+    assert found.slope is not None
+    # second and last third lie 4 alpha |z| above: q is cut to 1/2, so 4 alpha |z| (2/3) / 5 is left
+    assert found.slope.startup[0] == pytest.approx(4 * ALPHA_Z * (2 / 3) / 5)
+    assert found.slope.se[0] == pytest.approx(found.slope.startup[0])
+    assert found.flags == ()
+
+
+def test_a_sand_is_fitted_over_its_linear_regime(paper_config: Config) -> None:
+    bent = np.where(DOWN <= 2, ALPHA_Z * DOWN, 5.0)
+    found = fit_run(run(beta=0, gamma=90, medium="yuma"), stroke(DOWN, bent), paper_config)
+    assert [found.depth_from_cm, found.depth_to_cm] == pytest.approx([0, 2])
+    np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
+
+
+def test_a_sand_without_a_stated_regime_is_fitted_over_all(paper_config: Config) -> None:
+    sand = paper_config.media["yuma"].model_copy(update={"linear_to_cm": None})
+    config = paper_config.model_copy(update={"media": {"yuma": sand}})
+    found = fit_run(run(beta=0, gamma=90, medium="yuma"), stroke(DOWN), config)
+    assert found.depth_to_cm == 9
+
+
+def reasons(codes: dict[int, Why]) -> np.ndarray:
+    why = np.zeros(DOWN.size, dtype=np.int8)
+    for place, code in codes.items():
+        why[place] = code
+    return why
+
+
+def test_one_saturated_sample_of_the_window_is_too_many(paper_config: Config) -> None:
+    outside = fit_run(run(), stroke(DOWN, why=reasons({50: Why.SATURATED})), paper_config)
+    np.testing.assert_allclose(alpha(outside), [ALPHA_Z, ALPHA_X], rtol=1e-12)
+    assert Why(outside.why[50]) == Why.SATURATED
+    spoilt = stroke(DOWN, why=reasons({50: Why.SATURATED, 500: Why.SATURATED}), flags=("odd",))
+    found = fit_run(run(), spoilt, paper_config)
+    assert found.slope is None
+    assert found.reason == "transducer saturated in 1 samples of the window"
+    assert (found.beta_deg, found.gamma_deg, found.flags) == (30, 45, ("odd",))
+    assert math.isnan(found.depth_from_cm)
+    assert math.isnan(found.depth_to_cm)
+    assert Why(found.why[500]) == Why.SATURATED
+
+
+def test_how_much_of_a_tare_may_be_missing(paper_config: Config) -> None:
+    # the window has 655 samples: 0.02 of them and two more are 15.1
+    for missing, there in ((15, True), (16, False)):
+        why = reasons(dict.fromkeys(range(200, 200 + missing), Why.NO_TARE))
+        found = fit_run(run(), stroke(DOWN, why=why), paper_config)
+        assert (found.slope is not None) == there
+        assert (f"{missing} samples of the window have no tare" in found.reason) != there
+        if found.slope is not None:
+            assert found.slope.points == 655 - missing
+
+
+@pytest.mark.parametrize(("wanted", "least"), [(30, 30), (3, 8)])
+def test_too_few_points(paper_config: Config, wanted: int, least: int) -> None:
+    fit = paper_config.fit.model_copy(update={"min_points": wanted})
+    config = paper_config.model_copy(update={"fit": fit})
+    enough = fit_run(run(), stroke(np.linspace(2, 7, least)), config)
+    np.testing.assert_allclose(alpha(enough), [ALPHA_Z, ALPHA_X], rtol=1e-12)
+    found = fit_run(run(), stroke(np.linspace(2, 7, least - 1)), config)
+    assert found.slope is None
+    assert found.reason == f"too few points: {least - 1} in the window, {wanted} wanted"
+
+
+def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config: Config) -> None:
+    depth = np.linspace(2.0, 7.0, 501)
+    lever = depth.sum() / (depth**2).sum()
+    zero = np.array([[9e-4, 1e-4], [16e-4, 0.0]])  # N^2, of run and tare
+    found = fit_run(run(), stroke(depth, zero_variance=zero), paper_config)
+    assert found.slope is not None
+    np.testing.assert_allclose(found.slope.se, np.array([0.05, 0.01]) / AREA * lever, rtol=1e-9)
+    found = fit_run(run(), stroke(depth, depth_sd=0.02), paper_config)
+    assert found.slope is not None
+    np.testing.assert_allclose(
+        found.slope.se, 0.02 * lever * np.array([ALPHA_Z, -ALPHA_X]), rtol=1e-9
+    )
+
+
+def test_a_curve_is_told_with_its_size_and_sign(paper_config: Config) -> None:
+    used = DOWN[123:778]
+    # a parabola lies Z / S - 1 above its own line at the end Z, S = sum z^3 / sum z^2
+    percent = 100 * (used[-1] / ((used**3).sum() / (used**2).sum()) - 1)
+    found = fit_run(run(), stroke(DOWN, 0.05 * DOWN**2), paper_config)
+    told = f"alpha_z not linear ({percent:+.0f} % at the end of the window)"
+    assert found.flags == (told,)
+    before = stroke(DOWN, 0.05 * DOWN**2, flags=("odd",))
+    assert fit_run(run(), before, paper_config).flags == ("odd", told)
+    # the same curve below the noise of one sample, 0.05 N, bends nothing that could be measured
+    small = 0.05 / AREA / (percent / 100) / used[-1] * (used**2).sum() / (used**3).sum()
+    for factor, told_of in ((0.95, False), (1.05, True)):
+        faint = fit_run(run(), stroke(DOWN, factor * small * DOWN**2), paper_config)
+        assert bool(faint.flags) == told_of
+    # and one that lifts the end by less than 10 %: half parabola, half line
+    share = 0.1 / (percent / 100)
+    line = (used**3).sum() / (used**2).sum()
+    for factor, told_of in ((0.97, False), (1.03, True)):
+        mixed = factor * share * DOWN**2 / line + (1 - factor * share) * DOWN
+        assert bool(fit_run(run(), stroke(DOWN, mixed), paper_config).flags) == told_of
+
+
+def test_curvature_within_the_noise_is_not_told(paper_config: Config) -> None:
+    noise = np.random.default_rng(5).normal(0, 0.3, DOWN.size)
+    bend = 0.004 * DOWN**2
+    told = [
+        fit_run(run(), stroke(DOWN, bend + size * noise), paper_config).flags for size in (0, 10)
+    ]
+    assert told[0]
+    assert not told[1]
+
+
+def test_alphas_are_stress_per_depth_of_any_plate(paper_config: Config) -> None:
+    plate = paper_config.intruders["plate"].model_copy(update={"width_cm": 5.08})
+    config = paper_config.model_copy(update={"intruders": {"plate": plate}})
+    found = fit_run(run(), stroke(DOWN), config)
+    np.testing.assert_allclose(alpha(found), [ALPHA_Z / 2, ALPHA_X / 2], rtol=1e-12)
+    assert dataclasses.replace(found).slope is found.slope

@@ -1,0 +1,106 @@
+"""Variance of weighted sums of correlated errors against its exact value."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
+
+from rftfit.measure.autocorrelation import combine_dof, weighted_sum_variance
+from rftfit.measure.slope import fit_slope
+
+SERIES, N = 3000, 300
+SIGMA = 0.05
+
+
+def correlated(rho: float, seed: int, n: int = N) -> np.ndarray:
+    """Errors of deviation SIGMA, each `rho` times the one before plus something new."""
+    white = np.random.default_rng(seed).standard_normal((SERIES, n + 300))
+    scale = SIGMA * np.sqrt(1 - rho**2)
+    return np.asarray(lfilter([scale], [1, -rho], white, axis=1)[:, 300:])
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.6, -0.4])
+@pytest.mark.parametrize("weight", [np.ones(N), np.linspace(1, 4, N)], ids=["mean", "slope"])
+def test_variance_of_correlated_errors(rho: float, weight: np.ndarray) -> None:
+    errors = correlated(rho, 3)
+    fitted = (errors @ weight)[:, None] * weight / (weight @ weight)
+    variance, dof = weighted_sum_variance(errors - fitted, weight)
+    exact = SIGMA**2 * float(weight @ toeplitz(rho ** np.arange(N)) @ weight)
+    assert np.mean(variance) == pytest.approx(exact, rel=0.06)
+    # a Student t needs a variance that scatters as chi square with its degrees of freedom does
+    assert dof == 12
+    assert np.var(variance) == pytest.approx(2 * np.mean(variance) ** 2 / dof, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("n", "dof"), [(8, 1), (15, 3), (16, 3), (40, 8), (52, 11), (53, 12), (500, 12)]
+)
+def test_short_series_have_fewer_degrees_of_freedom(n: int, dof: float) -> None:
+    # one sample in eight goes into the autoregression, at most five; four are needed a cosine
+    errors = correlated(0.0, 5, n)
+    variance, found = weighted_sum_variance(errors - errors.mean(axis=1)[:, None], np.ones(n))
+    assert found == dof
+    assert np.isfinite(variance).all()
+    assert (variance > 0).all()
+
+
+def test_units_of_errors_and_weights() -> None:
+    errors, weight = correlated(0.6, 8)[:4], np.linspace(1, 4, N)
+    one, _ = weighted_sum_variance(errors, weight)
+    other, _ = weighted_sum_variance(1000 * errors, weight / 10)
+    np.testing.assert_allclose(other, 1e4 * one, rtol=1e-9)
+    none, _ = weighted_sum_variance(np.zeros((2, N)), weight)
+    assert (none == 0).all()
+
+
+def test_false_alarms_of_curvature_are_as_many_as_said() -> None:
+    """Lines with noise and nothing else: p is uniform, 5 % of them lie below 0.05."""
+    depth = np.linspace(2.0, 7.0, N)
+    for rho in (0.0, 0.7):
+        noise = correlated(rho, 13)
+        nothing = np.zeros((1, SERIES)), np.full((1, SERIES), 12.0)
+        p = fit_slope(depth, 0.3 * depth + noise, *nothing).nonlinear_p
+        assert np.mean(p) == pytest.approx(0.5, abs=0.02)
+        assert np.mean(p < 0.05) == pytest.approx(0.05, abs=0.013)
+        assert p.max() <= 1
+
+
+def test_an_error_of_the_zero_is_no_curvature() -> None:
+    """A shift bends the line through zero: its variance belongs into the test."""
+    depth = np.linspace(2.0, 7.0, N)
+    zero_sd = 0.02
+    shift = np.random.default_rng(3).normal(0, zero_sd, SERIES)[:, None]
+    stress = 0.3 * depth + shift + correlated(0.0, 14) / 10
+    variance, dof = np.full((1, SERIES), zero_sd**2), np.full((1, SERIES), 1000.0)
+    p = fit_slope(depth, stress, variance, dof).nonlinear_p
+    assert np.mean(p < 0.05) == pytest.approx(0.05, abs=0.013)
+    told = fit_slope(depth, stress, 0 * variance, dof).nonlinear_p
+    assert np.mean(told < 0.05) > 0.5
+
+
+def test_no_stress_is_straight() -> None:
+    found = fit_slope(np.linspace(1, 5, 50), np.zeros((2, 50)), np.zeros((1, 2)), np.ones((1, 2)))
+    np.testing.assert_array_equal(found.alpha, 0)
+    np.testing.assert_array_equal(found.nonlinear_ratio, 0)
+    np.testing.assert_array_equal(found.nonlinear_p, 1)
+    np.testing.assert_array_equal(found.se, 0)
+
+
+def test_startup_widens_by_the_lever_of_the_depth() -> None:
+    depth = np.concatenate([np.full(20, 2.0), np.full(20, 4.0)])
+    # sum z / sum z^2 = (2 + 4) / (4 + 16)
+    startup = np.array([0.02, -0.01])
+    found = fit_slope(
+        depth, np.outer([0.3, 0.1], depth), np.zeros((1, 2)), np.ones((1, 2)), 0.0, startup
+    )
+    np.testing.assert_allclose(found.startup, 0.3 * startup)
+    np.testing.assert_allclose(found.se, 0.3 * np.abs(startup), rtol=1e-9)
+    np.testing.assert_allclose(found.alpha, [0.3, 0.1])
+
+
+def test_degrees_of_freedom_add_up_as_welch_and_satterthwaite_say() -> None:
+    # equal parts with equal degrees of freedom: as many as both together
+    np.testing.assert_allclose(combine_dof(np.ones((2, 3)), np.full((2, 3), 7.0)), 14)
+    np.testing.assert_allclose(combine_dof(np.array([3.0, 1.0]), np.array([6.0, 2.0])), 16 / 2)

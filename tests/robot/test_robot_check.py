@@ -1,0 +1,123 @@
+"""`rftfit check` of a campaign's robot: its file, its sheet and its tracks, all problems at once."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from rftfit.cli.app import app
+from rftfit.robot.check import check_robot
+
+PROJECT = Path(__file__).parents[2]
+RUNS = (
+    "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
+    "p1,plate,poppy_LP,plate,intrusion,0,90,p1_f.csv,p1_m.csv\n"
+)
+HEAD = "run_id,condition,medium,curvature_times_R,frequency_Hz,track\n"
+GOOD = "a1,a,poppy_LP,1,2,tracks/a1.csv\na2,a,poppy_LP,1,,tracks/a2.csv\n"
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    root = tmp_path / "campaign"
+    tracks = root / "raw" / "paper" / "robot" / "tracks"
+    tracks.mkdir(parents=True)
+    (root / "config").mkdir()
+    shutil.copy(PROJECT / "config" / "config.yaml", root / "config")
+    (root / "raw" / "paper" / "runs.csv").write_text(RUNS, encoding="utf-8")
+    for name in ("a1", "a2"):
+        (tracks / f"{name}.csv").write_text("t_s,x_cm,z_cm\n0,0,0\n", encoding="utf-8")
+    (tracks.parent / "runs.csv").write_text(HEAD + GOOD, encoding="utf-8")
+    return root
+
+
+def edit(root: Path, **values: Any) -> None:
+    path = root / "config" / "config.yaml"
+    data = yaml.safe_load(path.read_text("utf-8"))
+    path.write_text(yaml.safe_dump(data | values), encoding="utf-8")
+
+
+def said(root: Path) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["check", "--config", str(root / "config" / "config.yaml")])
+    return result.exit_code, " ".join(result.output.split())
+
+
+def test_a_good_robot_is_counted(root: Path) -> None:
+    found = check_robot(root / "config" / "config.yaml")
+    assert (found.medium, len(found.trials), found.problems) == ("poppy_LP", 2, ())
+    code, text = said(root)
+    assert code == 0
+    assert "robot on poppy_LP: 2 trials of 1 condition" in text
+
+
+def test_every_problem_of_sheet_file_and_tracks_at_once(root: Path) -> None:
+    sheet = root / "raw" / "paper" / "robot" / "runs.csv"
+    rows = (
+        "p1,a,poppy_LP,1,2,tracks/a1.csv\n"
+        "b1,b,poppy,2,,tracks/b1.csv\n"
+        "c1,c,poppy_LP,0.5,200,../a1.csv\n"
+        "a2,d,poppy_LP,0,,tracks/a_2.csv\n"
+    )
+    sheet.write_text(HEAD + rows, encoding="utf-8")
+    text = (
+        (PROJECT / "config" / "robot.yaml").read_text("utf-8").replace("mass_g: 150", "mass_g: 0")
+    )
+    (root / "config" / "mine.yaml").write_text(text, encoding="utf-8")
+    edit(
+        root,
+        robot={"medium": "poppy_LP", "runs": "paper/robot/runs.csv", "file": "config/mine.yaml"},
+    )
+    edit(root, raw="raw", run_sheet="raw/paper/runs.csv")
+    # the campaign's own sheet is wrong as well: that hides nothing
+    own = root / "raw" / "paper" / "runs.csv"
+    own.write_text(RUNS.replace("plate,intrusion", "plait,intrusion"), encoding="utf-8")
+    code, told = said(root)
+    assert code == 2
+    for words in (
+        "raw/paper/robot/runs.csv, row 2, column run_id: found 'p1'; allowed: a name that no run of",
+        "row 3, column medium: found 'poppy'; allowed: poppy_LP",
+        "row 3, column curvature_times_R: found '2'; allowed: -1 to 1",
+        "row 4, column frequency_Hz: found '200'",
+        "row 4, column track: found '../a1.csv'",
+        "row 5, column track: found 'tracks/a_2.csv'; allowed: a file that exists",
+        "did you mean 'tracks/a2.csv'?",
+        " config/mine.yaml, line 13, key body.mass_g: found '0'; allowed: above 0",
+        "raw/paper/runs.csv, row 2, column intruder: found 'plait'",
+    ):
+        assert words in told, told
+    assert "Traceback" not in told
+
+
+def test_a_missing_track_is_a_warning(root: Path) -> None:
+    (root / "raw" / "paper" / "robot" / "tracks" / "a2.csv").unlink()
+    code, told = said(root)
+    assert code == 0
+    assert "runs.csv, row 3, column track: found 'tracks/a2.csv'" in told
+    found = check_robot(root / "config" / "config.yaml")
+    assert [problem.severity for problem in found.problems] == ["warning"]
+
+
+def test_a_link_out_of_raw_is_an_error(root: Path, tmp_path: Path) -> None:
+    (tmp_path / "elsewhere.csv").write_text("t_s,x_cm,z_cm\n", encoding="utf-8")
+    track = root / "raw" / "paper" / "robot" / "tracks" / "a2.csv"
+    track.unlink()
+    try:
+        track.symlink_to(tmp_path / "elsewhere.csv")
+    except OSError:
+        pytest.skip("links cannot be made here")
+    code, told = said(root)
+    assert code == 2
+    assert "a link leads out of it" in told
+
+
+def test_without_a_robot_or_its_medium_there_is_nothing_to_check(root: Path) -> None:
+    (root / "raw" / "paper" / "robot" / "runs.csv").write_text("nonsense\n", encoding="utf-8")
+    sheet = root / "raw" / "paper" / "runs.csv"
+    assert check_robot(root / "config" / "config.yaml").problems
+    sheet.write_text(RUNS.replace("poppy_LP", "poppy_CP"), encoding="utf-8")
+    assert check_robot(root / "config" / "config.yaml").problems == ()

@@ -1,0 +1,54 @@
+"""What makes the generic profile's reversed legs too fast: the lift of a belly that slides level."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rftfit.profile.table import TableProfile
+from rftfit.robot.configfile import paper_robot
+from rftfit.robot.errors import published_speeds
+from rftfit.robot.ingredients import compared, ingredients, summary
+
+MEDIUM = "poppy_LP"
+BELLY = "table, nine terms in alpha_z at (0, 0) alone"
+
+
+def test_each_profile_changes_what_it_says() -> None:
+    found = ingredients(MEDIUM)
+    rng = np.random.default_rng(4)
+    beta, gamma = rng.uniform(-1.5, 1.5, 200), rng.uniform(-1.5, 1.5, 200)
+    table = TableProfile.published(MEDIUM).alpha(beta, gamma)
+    np.testing.assert_array_equal(found["measured table"].alpha(beta, gamma), table)
+    belly = found[BELLY].alpha(beta, gamma)
+    np.testing.assert_array_equal(belly[1], table[1])
+    # bilinear between the nodes: 30 and 18.43 degrees around that cell
+    near = (np.abs(np.degrees(beta)) < 30) & (np.abs(np.degrees(gamma)) < 18.43)
+    assert near.any()
+    np.testing.assert_allclose(belly[0][~near], table[0][~near], atol=1e-12)
+    assert (belly[0][near] > table[0][near]).all()
+    nine, own = (found[f"nine terms of it{end}"] for end in (", at the cells of the table", ""))
+    nodes = np.radians([30.0, 0.0, -60.0]), np.radians([45.0, 0.0, 90.0])
+    np.testing.assert_allclose(nine.alpha(*nodes), own.alpha(*nodes), atol=1e-3)
+
+
+def test_the_lift_of_the_level_belly_alone_makes_reversed_legs_too_fast() -> None:
+    measured = published_speeds(MEDIUM)
+    fast = measured[(measured["curvature_times_R"] < -0.9) & (measured["frequency_Hz"] > 4.8)]
+    assert len(fast) == 2
+    names = (
+        "measured table",
+        BELLY,
+        "mean table of five media, times zeta",
+        "generic M0 times zeta",
+    )
+    errors = {}
+    for name in names:
+        errors[name] = summary(compared(paper_robot(), ingredients(MEDIUM)[name], fast))[2]
+    assert abs(errors["measured table"]) < 20
+    assert errors[BELLY] > 40
+    assert errors["generic M0 times zeta"] > 40
+    # without the nine terms, the mean of the media does well
+    assert errors["mean table of five media, times zeta"] == pytest.approx(
+        errors["measured table"], abs=15
+    )

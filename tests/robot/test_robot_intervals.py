@@ -1,0 +1,112 @@
+"""Intervals of speed and best curvature: draws of alpha through the robot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit import reference
+from rftfit.profile.depth_only import DepthOnlyProfile
+from rftfit.profile.fourier import as_array
+from rftfit.profile.nine_terms import FourierProfile
+from rftfit.profile.table import TableProfile
+from rftfit.reference import alpha_grid
+from rftfit.robot.configfile import paper_robot
+from rftfit.robot.intervals import (
+    BEST,
+    COLUMNS,
+    SPEED,
+    best_width,
+    coarser,
+    each_draw,
+    half_width,
+    speed_widths,
+    speeds_of,
+)
+from rftfit.robot.run import Condition
+from rftfit.stages.robot_intervals import widths
+from rftfit.validate.predictions import Candidate
+
+FAST = [Condition(5.0, 0.8), Condition(4.0, 1.0)]
+NINE = FourierProfile(as_array(reference.coefficients("poppy_LP")))
+
+
+def nine_draws(spread: float, count: int = 8) -> FourierProfile:
+    noise = np.random.default_rng(5).standard_normal((count, 9))
+    return FourierProfile(NINE.coefficients * (1 + spread * noise))
+
+
+def test_half_width_is_students() -> None:
+    # about the profile's own number, whose place is known: one degree of freedom a draw
+    values = 7.0 + np.array([0.3, -0.1, 0.2, -0.4])
+    root_mean_square = math.sqrt((0.09 + 0.01 + 0.04 + 0.16) / 4)
+    found = half_width(values, 7.0, 0.95)
+    assert found.half == pytest.approx(2.776445 * root_mean_square, rel=1e-6)
+    assert (found.draws, found.reason) == (4, "")
+
+
+def test_no_width_where_a_draw_has_no_speed() -> None:
+    found = half_width(np.array([1.0, np.nan, 2.0]), 1.0, 0.95)
+    assert math.isnan(found.half)
+    assert found.reason == "1 of 3 draws have no steady speed"
+    assert "profile itself" in half_width(np.ones(3), math.nan, 0.95).reason
+
+
+def test_draws_of_every_kind_of_profile() -> None:
+    noise = np.random.default_rng(1).normal(1, 0.02, (3, 2, 7, 13))
+    grid = alpha_grid("poppy_LP")
+    table = TableProfile(grid[0] * noise[:, 0], grid[1] * noise[:, 1])
+    beta, gamma = np.radians([-70.0, 10.0, 33.0]), np.radians([120.0, 90.0, -20.0])
+    for stack in (table, nine_draws(0.02, 3), DepthOnlyProfile.of(table)):
+        whole = np.stack(stack.alpha(beta, gamma), axis=1)
+        draws = each_draw(stack, 2)
+        assert len(draws) == 2
+        for place, draw in enumerate(draws):
+            np.testing.assert_allclose(np.stack(draw.alpha(beta, gamma)), whole[place], rtol=1e-12)
+            assert draw.pack is not None
+
+
+def test_widths_grow_with_the_errors_of_alpha() -> None:
+    robot = paper_robot()
+    small, large = (
+        speed_widths(robot, NINE, each_draw(nine_draws(spread), 8), FAST, 0.95)
+        for spread in (0.002, 0.004)
+    )
+    ratios = [two.half / one.half for one, two in zip(small, large, strict=True)]
+    assert ratios == pytest.approx([2, 2], rel=0.05)
+    assert all(0.001 < width.half < 2 for width in large)
+
+
+def test_the_coarser_step_changes_no_width() -> None:
+    robot, draws = paper_robot(), each_draw(nine_draws(0.01, 4), 4)
+    fine = speeds_of(robot, [NINE, *draws], FAST)
+    coarse = speeds_of(coarser(robot), [NINE, *draws], FAST)
+    assert coarser(robot).numerics.step_s == pytest.approx(4 * robot.numerics.step_s)
+    shifts = [(found[1:] - found[0]) for found in (fine, coarse)]
+    spread = [np.sqrt((shift**2).mean(axis=0)) for shift in shifts]
+    np.testing.assert_allclose(spread[1], spread[0], rtol=0.02)
+
+
+def test_no_interval_of_a_best_curvature_at_the_end() -> None:
+    # on nine terms the c-leg itself is the fastest
+    found = best_width(paper_robot(), NINE, each_draw(nine_draws(0.001, 2), 2), 0.95)
+    assert math.isnan(found.half)
+    assert "at the end of those that were tried" in found.reason
+
+
+def test_table_of_widths() -> None:
+    measured = pd.DataFrame(
+        {"curvature_times_R": [1.0, 0.8, 0.0], "frequency_Hz": [5.0, 5.0, np.nan]}
+    )
+    found = widths(
+        paper_robot(), [Candidate("generic", NINE, nine_draws(0.002, 3))], measured, 0.95
+    )
+    assert list(found.columns) == COLUMNS[1:]
+    assert list(found["quantity"]) == [SPEED, SPEED, BEST]
+    assert set(found["draws"]) == {3}
+    speeds = found[found["quantity"] == SPEED]
+    assert (speeds["half_width"] > 0).all()
+    assert list(speeds["curvature_times_R"]) == [1.0, 0.8]

@@ -1,0 +1,75 @@
+"""What is said of the robot's sheet, tracks and speeds."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.errors import InputError, RftfitError
+from rftfit.robot.errors import speed_errors
+from rftfit.robot.sheet import read_trials
+from rftfit.stages import robot as stage
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def test_a_column_that_stands_twice(tmp_path: Path) -> None:
+    path = tmp_path / "runs.csv"
+    path.write_text(
+        "run_id,condition,medium,curvature_times_R,track,track\na,c,sand,1,a.csv,b.csv\n"
+    )
+    _, problems = read_trials(path, "runs.csv", "sand")
+    assert [problem.code for problem in problems] == ["robot-sheet.duplicate-column"]
+    assert "runs.csv, row 1, column track: found 'track'; allowed: each column once" in str(
+        problems[0]
+    )
+
+
+def test_a_robot_that_moves_back() -> None:
+    measured = pd.DataFrame(
+        {"condition": ["c"], "medium": ["sand"], "curvature_times_R": [1.0], "frequency_Hz": [2.0],
+         "speed_cm_per_s": [-1.0], "speed_sd_cm_per_s": [0.1], "trials": [3], "calibrated": [False],
+         "reason": [""]}
+    )  # fmt: skip
+    speed = pd.DataFrame(
+        {"profile": ["table"], "curvature_times_R": [1.0], "frequency_Hz": [2.0],
+         "speed_cm_per_s": [5.0], "speed_lo_cm_per_s": [4.0], "speed_hi_cm_per_s": [6.0],
+         "reason": [""], "calibrated": [False]}
+    )  # fmt: skip
+    (row,) = speed_errors(measured, speed).to_dict("records")
+    assert row["reason"] == "no share of a measured speed that is not positive"
+    assert np.isnan(row["error_percent"])
+
+
+def test_rows_of_a_track_that_do_not_add_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trial: Any = SimpleNamespace(
+        run_id="a", condition="c", medium="sand", curvature_times_R=1.0, frequency_Hz=2.0,
+        track="a.csv",
+    )  # fmt: skip
+    track = SimpleNamespace(rows=10, dropped={"no number for x": 1}, time_s=np.arange(8.0))
+    monkeypatch.setattr(stage, "read_track", lambda _: track)
+    monkeypatch.setattr(stage, "pace", lambda *_: SimpleNamespace(flags=()))
+    with pytest.raises(
+        RftfitError, match=r"the rows of a.csv do not add up: 9 counted, 10 in the file"
+    ):
+        stage._measure(trial, tmp_path, 2)
+
+
+def test_a_sweep_on_a_medium_without_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    from rftfit.cli.simulate_sweep import sweep
+
+    campaign = SimpleNamespace(media_with_runs=("yuma",), root=tmp_path)
+    section = SimpleNamespace(medium="poppy_LP")
+    monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
+    monkeypatch.setattr("rftfit.stages.robot.robot_of", lambda _: (section, None))
+    with pytest.raises(
+        InputError, match=r"config, key robot.medium: poppy_LP has no runs, so there"
+    ):
+        sweep(config=tmp_path / "config.yaml")

@@ -1,0 +1,187 @@
+"""A robot cut into elements, and when a run counts as steady: numbers by hand."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rftfit.robot.config import Numerics
+from rftfit.robot.parts import assemble
+from rftfit.robot.steady import fallen, highest_point, irregular, settled
+
+if TYPE_CHECKING:
+    from rftfit.robot.config import Robot
+
+
+def test_areas_and_lengths_are_those_of_the_robot(robot: Robot) -> None:
+    parts = assemble(robot, 1.0)
+    assert parts.names == ("belly", "front", "rear", "tripod_1", "tripod_2")
+    assert parts.elements == 30 * 9
+    belly, front, rear, leg, _ = parts.members()
+    assert belly[:, 5].sum() == pytest.approx(13 * 2)
+    assert front[:, 5].sum() == pytest.approx(3 * 2)
+    # a half circle over the diameter 2R' = 4.1 cm, 1 cm wide
+    assert leg[:, 5].sum() == pytest.approx(math.pi * 2.05, rel=1e-3)
+    assert 2 * leg[:, 4].sum() == pytest.approx(math.pi * 2.05, rel=1e-3)
+    flat = assemble(robot, 0.0).members()[3]
+    assert flat[:, 5].sum() == pytest.approx(4.1)
+    for plate in (belly, front, rear, leg):
+        np.testing.assert_allclose(np.hypot(plate[:, 2], plate[:, 3]), 1)
+    np.testing.assert_allclose(belly[:, 1], -1.0)
+    np.testing.assert_allclose(front[:, 0], 6.5)
+    np.testing.assert_allclose(rear[:, 0], -6.5)
+    np.testing.assert_allclose([front[:, 1].mean(), rear[:, 1].mean()], 0.5, atol=1e-12)
+
+
+def test_tripods_are_three_hips_half_a_turn_apart(robot: Robot) -> None:
+    parts = assemble(robot, 1.0)
+    np.testing.assert_array_equal(parts.groups[:, 3], [1, 1, 1, 3, 3])
+    np.testing.assert_array_equal(parts.turns[:, 0], [0, 0, 0, 1, 1])
+    np.testing.assert_allclose(parts.turns[:, 1], [1, 1, 1, 1, -1])
+    np.testing.assert_allclose(parts.turns[:, 2], 0, atol=1e-15)
+    first, last = parts.groups[3, 2], parts.groups[4, 2]
+    z = robot.legs.hips[0].z_cm
+    np.testing.assert_allclose(parts.places[first : first + 3], [[5.5, z], [-5.5, z], [0, z]])
+    np.testing.assert_allclose(parts.places[last : last + 3], [[0, z], [5.5, z], [-5.5, z]])
+    np.testing.assert_array_equal(parts.places[:3], 0)
+
+
+def test_a_newton_moves_150_grams_by_its_weight(robot: Robot) -> None:
+    per_newton, per_newton_cm, gravity = assemble(robot, 1.0).inertia
+    # 1 N on 0.150 kg is 6.667 m/s^2; 1 N cm on 2080 g cm^2 = 2.08e-4 kg m^2 is 48.08 rad/s^2
+    assert per_newton == pytest.approx(100 * 1 / 0.150)
+    assert per_newton_cm == pytest.approx(0.01 / 2.08e-4)
+    assert gravity == pytest.approx(980.665)
+
+
+@pytest.mark.parametrize("curvature", [-1.0, -0.4, 0.0, 0.5, 1.0])
+def test_reach_of_a_leg_is_its_tip(robot: Robot, curvature: float) -> None:
+    # the tip is 2R' = 4.1 cm away; a curved leg's last element counts with its length
+    reach, longest = assemble(robot, curvature).reach_cm, math.pi * 2.05 / 30
+    assert 4.1 - 1e-9 <= reach <= 4.1 + (longest if curvature else 1e-9)
+
+
+def test_a_robot_without_legs_reaches_nowhere(robot: Robot) -> None:
+    parts = assemble(robot, 0.0)
+    still = dataclasses.replace(parts, turns=parts.turns * [0, 1, 1, 1, 1, 1, 1])
+    assert still.reach_cm == 0
+
+
+@pytest.mark.parametrize("curvature", [-1.0, 0.0, 0.7])
+def test_box_holds_its_elements_and_no_more(robot: Robot, curvature: float) -> None:
+    parts = assemble(robot, curvature)
+    for rows, turned in zip(parts.members(), parts.turns, strict=True):
+        ends = [rows[:, :2] + sign * rows[:, 4:5] * rows[:, 2:4] for sign in (-1, 1)]
+        low, high = np.min(ends, axis=(0, 1)), np.max(ends, axis=(0, 1))
+        np.testing.assert_allclose(turned[3:5], (low + high) / 2, atol=1e-12)
+        np.testing.assert_allclose(turned[5:7], (high - low) / 2, atol=1e-8)
+        assert (turned[5:7] > (high - low) / 2).all()
+
+
+def test_highest_point_turns_with_the_body(robot: Robot) -> None:
+    parts = assemble(robot, 1.0)
+    level = np.array([7.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    assert highest_point(parts, level) == pytest.approx(1 + 2)
+    # a quarter turn brings one end of the body, 6.5 cm from its middle, to the top
+    for pitch in (math.pi / 2, -math.pi / 2):
+        level[2] = pitch
+        assert highest_point(parts, level) == pytest.approx(1 + 6.5)
+    level[2] = math.radians(30)
+    assert highest_point(parts, level) == pytest.approx(
+        1 + 2 * math.cos(math.pi / 6) + 6.5 * math.sin(math.pi / 6)
+    )
+    # leaning over backward, the lower end of the rear plate comes out on top
+    level[2] = math.radians(135)
+    assert highest_point(parts, level) == pytest.approx(1 + (1 + 6.5) * math.sqrt(0.5))
+    level[2] = math.pi
+    assert highest_point(parts, level) == pytest.approx(1 + 1)
+
+
+def test_fallen_is_past_its_limit_and_names_the_stride(robot: Robot) -> None:
+    parts, numerics = assemble(robot, 1.0), robot.numerics
+    ends = np.zeros((4, 6))
+    for pitch_deg, outcome in ((90.0, None), (90.5, "tipped"), (-90.0, None), (-90.5, "tipped")):
+        ends[-1, 1:3] = 7.0, math.radians(pitch_deg) * (1 - 1e-12)
+        verdict = fallen(parts, ends, numerics)
+        assert (verdict.outcome if verdict else None) == outcome
+        if verdict:
+            assert verdict.reason.endswith("degrees after stride 3")
+            assert verdict.averaged == 0
+    for height, outcome in ((-1.999, None), (-2.001, "buried")):
+        ends[-1, 1:3] = height, 0.0
+        verdict = fallen(parts, ends, numerics)
+        assert (verdict.outcome if verdict else None) == outcome
+    ends[-1] = math.nan
+    unknown = fallen(parts, ends, numerics)
+    assert unknown is not None
+    assert (unknown.outcome, unknown.reason) == ("not steady", "a force is unknown in stride 3")
+
+
+def test_settled_compares_speeds_per_second() -> None:
+    numerics = Numerics(settled_share=0.01, settled_cm_per_s=0.5)
+    ends = np.zeros((7, 6))
+    # strides of 0.5 s, two to a stretch of 1 s: 100 cm/s, then 101.0 cm/s is within 1 %
+    ends[:, 0] = [0, 7, 14, 64, 114, 164, 215]
+    assert settled(ends, 2, 0.5, numerics)
+    ends[-1, 0] = 215.1
+    assert not settled(ends, 2, 0.5, numerics)
+    # the other way round: slower, by a share of the later speed
+    ends[-1, 0] = 213.02
+    assert settled(ends, 2, 0.5, numerics)
+    ends[-1, 0] = 212.98
+    assert not settled(ends, 2, 0.5, numerics)
+    # at 1 cm/s a share is too strict: 0.5 cm/s is allowed
+    ends[:, 0] = [0, 0, 0, 0.5, 1, 1.5, 2.49]
+    assert settled(ends, 2, 0.5, numerics)
+    ends[-1, 0] = 2.51
+    assert not settled(ends, 2, 0.5, numerics)
+    # the same course in strides of twice the time is half as fast, and so are its differences
+    assert settled(ends, 2, 1.0, numerics)
+    # backward likewise
+    ends[:, 0] = [0, -7, -14, -64, -114, -164, -215]
+    assert settled(ends, 2, 0.5, numerics)
+
+
+@pytest.mark.parametrize(("column", "limit"), [(1, 0.05), (2, math.radians(1.0))])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_settled_looks_at_height_and_pitch_of_both_ends(
+    column: int, limit: float, sign: int
+) -> None:
+    ends = np.zeros((7, 6))
+    ends[:, 0] = 10.0 * np.arange(7)
+    for size, expected in ((0.99, True), (1.01, False)):
+        ends[:, column] = 0
+        ends[-1, column] = sign * size * limit
+        assert settled(ends, 2, 1.0, Numerics()) == expected
+    # three stretches are needed, the first for the transient
+    ends[:, column] = 0
+    assert settled(ends, 2, 1.0, Numerics())
+    assert not settled(ends[1:], 2, 1.0, Numerics())
+    # where the stretch before began does not matter, nor the transient
+    ends[:, column] = 0
+    ends[:3, column] = 1.0
+    assert settled(ends, 2, 1.0, Numerics())
+
+
+def test_irregular_compares_the_last_two_thirds() -> None:
+    numerics = Numerics(steady_share=0.05, settled_cm_per_s=0.05)
+    for last, outcome in ((104.9, "steady"), (105.6, "not steady"), (95.3, "steady"),
+                          (95.1, "not steady")):  # fmt: skip
+        speeds = np.repeat([3.0, 100.0, last], 4)
+        verdict = irregular(speeds, numerics)
+        assert verdict.outcome == outcome
+        assert verdict.averaged == (8 if outcome == "steady" else 0)
+        assert f"second and last third of 12 strides: 100 and {last:.3g} cm/s" in verdict.reason
+    # an odd rest belongs to the first third
+    assert irregular(np.array([900.0, 900.0, 10.0, 10.0]), numerics).outcome == "steady"
+    assert irregular(np.array([0.0, 0.04, 0.0]), numerics).outcome == "steady"
+    assert irregular(np.array([0.0, 0.06, 0.0]), numerics).outcome == "not steady"
+    backward = irregular(np.repeat([0.0, -100.0, -104.9], 4), numerics)
+    assert (backward.outcome, backward.averaged) == ("steady", 8)
+    short = irregular(np.array([1.0, 1.0]), numerics)
+    assert short.reason == "too short: 2 strides, at least 3 are needed"
+    assert irregular(np.array([1.0, 1.0, 1.0]), numerics).averaged == 2

@@ -1,0 +1,150 @@
+"""One campaign on this machine, on a Slurm cluster, and on one that loses a node: the same bytes?
+
+``make cluster``: needs root, and Debian's packages slurm-wlm and munge, which it installs where they
+are missing. Controller and two nodes of one core run on this machine, in a temporary folder, and are
+stopped at the end, whatever happens; /etc/slurm/slurm.conf is then as it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+
+from campaigns import PROJECT, Folder, make_campaign
+from slurmhost import CannotRun, SlurmHost, prepare
+
+MEDIA = ("poppy_LP", "yuma")
+# what this site needs beyond the project's profile: nodes of one core, and a cluster that keeps no
+# accounts, so that only squeue knows what became of a job
+SITE = "slurm-status-command: squeue\nslurm-no-account: true\n"
+ONE_CORE = ("cores: 2\n", "cores: 1\n")
+LOST = "n2"
+PATIENCE_S = 3600
+
+
+def site_profile(folder: Path) -> Path:
+    """Write the project's profile with this site's lines, as a user would."""
+    text = (PROJECT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8")
+    assert ONE_CORE[0] in text
+    folder.mkdir()
+    (folder / "config.yaml").write_text(text.replace(*ONE_CORE) + SITE, encoding="utf-8")
+    return folder
+
+
+def rftfit(folder: Folder, log: Path, *words: str) -> subprocess.Popen[bytes]:
+    """Start a command in a campaign's folder."""
+    with log.open("wb") as out:
+        return subprocess.Popen(
+            [sys.executable, "-m", "rftfit.cli.main", *words],
+            cwd=folder.root, stdin=subprocess.DEVNULL, stdout=out, stderr=out,
+        )  # fmt: skip
+
+
+def finish(child: subprocess.Popen[bytes], log: Path) -> None:
+    """Wait for a command; stop with its words where it fails."""
+    try:
+        status = child.wait(timeout=PATIENCE_S)
+    except BaseException:
+        child.terminate()
+        child.wait()
+        raise
+    if status:
+        sys.exit(f"exit status {status}:\n{log.read_text(errors='replace')[-3000:]}")
+
+
+def lose_a_node(host: SlurmHost, child: subprocess.Popen[bytes], after: int) -> list[str]:
+    """Wait until some jobs are done and one runs on a node, then end that node."""
+    try:
+        while child.poll() is None:
+            done = host.jobs("-t", "COMPLETED")
+            ages = host.jobs("-w", LOST, "-t", "RUNNING", form="%M")
+            # a job that has come far enough to have written something
+            if len(done) >= after and ages and ages[0] > "0:05":
+                return host.kill_node(LOST)
+            time.sleep(0.5)
+    except BaseException:
+        child.terminate()
+        child.wait()
+        raise
+    return []
+
+
+def differences(one: Folder, other: Folder) -> list[str]:
+    """Results that are not the same in both."""
+    mine, theirs = one.digests(), other.digests()
+    return sorted(name for name in mine | theirs if mine.get(name) != theirs.get(name))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sweep", action="store_true", help="the robot's full sweep too")
+    parser.add_argument("--keep", type=Path, help="work in this new folder and keep it")
+    chosen = parser.parse_args()
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    for name in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(name, interrupt)
+    try:
+        prepare()
+        with tempfile.TemporaryDirectory(prefix="rftfit-cluster-") as folder:
+            same = compare(chosen.keep or Path(folder), sweep=chosen.sweep)
+    except CannotRun as error:
+        sys.exit(f"no cluster here: {error}")
+    except KeyboardInterrupt:
+        sys.exit("stopped; every job and daemon of this test has been ended")
+    sys.exit(0 if same else 1)
+
+
+def compare(root: Path, *, sweep: bool) -> bool:
+    """Run everything and print a row for each; True where all bytes are the same."""
+    root.mkdir(exist_ok=True)
+    first = make_campaign(root / "campaign", MEDIA)
+    others = {name: Folder(root / name) for name in ("cluster", "lossy")}
+    for other in others.values():
+        shutil.copytree(first.root, other.root)
+    profile = site_profile(root / "site")
+    same = True
+    print(f"{'what':52s} {'jobs':>5s} {'wall, s':>8s}  same bytes", flush=True)
+
+    def row(what: str, jobs: str, since: float, against: Folder | None) -> None:
+        nonlocal same
+        found = differences(first, against) if against else []
+        verdict = "" if against is None else "NO" if found else f"yes, {len(first.digests())} files"
+        same &= not found
+        print(f"{what:52s} {jobs:>5s} {time.monotonic() - since:8.1f}  {verdict}", flush=True)
+        for name in found:
+            print(f"    differs: {name}")
+
+    steps = [("run", "whole workflow", 2), *[("sweep", "robot's full sweep", 3)] * sweep]
+    for command, what, after in steps:
+        began = time.monotonic()
+        log = root / f"{command}-local.log"
+        finish(rftfit(first, log, command, "--cores", "2"), log)
+        row(f"{what}, this machine, 2 cores", "", began, None)
+        for name, other in others.items():
+            lossy = name == "lossy"
+            with SlurmHost(root / f"slurm-{command}-{name}").running() as host:
+                began, log = time.monotonic(), root / f"{command}-{name}.log"
+                child = rftfit(other, log, command, "--cluster", str(profile))
+                hit = lose_a_node(host, child, after) if lossy else []
+                finish(child, log)
+                told = f"{what}, cluster" + f", node lost under job {' '.join(hit)}" * lossy
+                row(told, str(len(host.jobs("-t", "all"))), began, other)
+                if lossy and not hit:
+                    print("    no node was lost: the run was over before")
+                    same = False
+    return same
+
+
+if __name__ == "__main__":
+    main()

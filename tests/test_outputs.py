@@ -1,0 +1,252 @@
+"""The dictionary of outputs: consistent in itself, and true of the tables that the program makes.
+
+`tests/workflow/test_workflow_whole.py` holds it against every file of a whole run.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import pytest
+import yaml
+from dictionary_check import check_results, columns_in, undescribed, unit_of, wrong_kind
+from rigroom import Room
+
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import load_campaign
+from rftfit.cli.main import main
+from rftfit.outputs.dictionary import KINDS, column_of, describe, outputs
+from rftfit.stages.ingest import ingest, ingest_medium
+from rftfit.stages.legs import legs
+from rftfit.stages.slopes import slopes
+from rftfit.stages.tare import tare
+from rftfit.store import write_csv
+
+if TYPE_CHECKING:
+    from rftfit.outputs.dictionary import Output
+
+ROOT = Path(__file__).parents[1]
+TABLES = [one for one in outputs() if one.columns]
+MEDIUM = "poppy_LP"
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plate pushed and pulled, a level one and a leg, through the stages that know their logs."""
+    folder = tmp_path_factory.mktemp("outputs")
+    room = Room(folder)
+    room.add(*(f"{MEDIUM}_{name}" for name in ("bp30_g90_in", "bp30_g90_ex", "c_leg")))
+    config, made = room.write(), folder / "results"
+
+    def at(name: str, end: str = "csv") -> Path:
+        path = made / name / f"{MEDIUM}.{end}"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    traces, tared = at("traces", "parquet"), at("tared", "parquet")
+    ingest(config, MEDIUM, traces, at("runs"), at("ledger/ingest"))
+    tare(config, MEDIUM, traces, at("runs"), tared, at("tares"), at("ledger/tare"))
+    slopes(
+        config, MEDIUM, at("runs"), tared, at("tares"), at("fits"), at("alpha"),
+        at("windows", "parquet"), at("ledger/slopes"),
+    )  # fmt: skip
+    legs(config, MEDIUM, at("runs"), tared, at("legs"), at("ledger/legs"))
+    return folder
+
+
+def only_files_are_lacking(problems: list[str]) -> bool:
+    return all("no such file was made" in problem for problem in problems)
+
+
+# --- the dictionary itself ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("table", TABLES, ids=lambda one: one.file)
+def test_units_in_names_are_those_of_the_dictionary(table: Output) -> None:
+    names = [name for column in table.columns for name in column.names]
+    assert len(names) == len(set(names))
+    for column in table.columns:
+        assert column.kind in KINDS
+        assert column.quantity
+        assert column.meaning
+        if column.unit.startswith("as "):
+            # another column tells, and it is there; of the reproduction table a text does
+            assert column.unit.removeprefix("as ") in names
+            assert not any(unit_of(name) for name in column.names)
+        elif table.file.endswith(".json"):
+            assert not any(unit_of(name) for name in column.names)
+        else:
+            assert {unit_of(name) for name in column.names} == {column.unit}
+
+
+def test_a_word_means_the_same_in_every_table() -> None:
+    """One name, one kind, one unit.
+
+    But `why` is a code beside samples and a text elsewhere, and strides of a track have fractions.
+    """
+    seen: dict[str, set[tuple[str, str]]] = {}
+    for table in (one for one in TABLES if not one.file.endswith(".json")):
+        for column in table.columns:
+            for name in column.names:
+                if not column.unit.startswith("as ") and column.quantity != "as in the run sheet":
+                    seen.setdefault(name, set()).add((column.kind, column.unit))
+    assert {name for name, kinds in seen.items() if len(kinds) > 1} == {"why", "strides"}
+
+
+def test_every_stage_that_is_named_exists() -> None:
+    from rftfit.__main__ import STAGES
+
+    for one in outputs():
+        if one.file.startswith("results/") and one.stage not in ("all", "figure_*"):
+            assert set(one.stage.split(", ")) <= set(STAGES), one.file
+
+
+def test_every_result_of_the_rules_is_described() -> None:
+    """Also what the demonstration does not make: each path of an output in workflow/rules."""
+    lacking = []
+    for path in sorted((ROOT / "workflow" / "rules").glob("*.smk")):
+        for found in re.findall(r'"(results/[^"]+)"', path.read_text(encoding="utf-8")):
+            name = re.sub(r"\{+[^{}]*\}+", "word", found.replace("{ending}", "png"))
+            # a rule gives all endings but the first apart
+            if name.endswith("/word"):
+                continue
+            name = name if "." in name.rsplit("/", 1)[1] else f"{name}.png"
+            if describe(name) is None:
+                lacking.append(found)
+    assert lacking == []
+
+
+# --- against tables -------------------------------------------------------------------------------
+
+
+def test_tables_of_the_measurement(root: Path) -> None:
+    problems = check_results(root / "results")
+    assert only_files_are_lacking(problems), problems
+    made = {describe(p.relative_to(root).as_posix()) for p in (root / "results").rglob("*.*")}
+    assert len(made - {None}) >= 9
+
+
+STATED = {
+    "results/ledger.csv": "rftfit.measure.ledger:COLUMNS",
+    "results/fourier/media.csv": "rftfit.stages.fourier:COLUMNS",
+    "results/fourier/terms.csv": "rftfit.stages.fourier:TERM_COLUMNS",
+    "results/coefficients.csv": "rftfit.stages.fourier:COLUMNS",
+    "results/penetration.csv": "rftfit.stages.scaling:COLUMNS",
+    "results/alpha_extended.csv": "rftfit.stages.symmetry:COLUMNS",
+    "results/predicted.csv": "rftfit.stages.trials:COLUMNS",
+    "results/leg_errors.csv": "rftfit.validate.leg_errors:COLUMNS",
+    "results/sands.csv": "rftfit.stages.sands:COLUMNS",
+    "results/robot/measured.csv": "rftfit.robot.errors:MEASURED",
+    "results/robot/errors.csv": "rftfit.robot.errors:ERRORS",
+    "results/robot/intervals.csv": "rftfit.robot.intervals:COLUMNS",
+    "results/robot/optimum.csv": "rftfit.validate.robot_optimum:COLUMNS",
+}
+"""Where the code itself lists the columns of a table."""
+
+
+@pytest.mark.parametrize("file", STATED)
+def test_columns_that_the_code_lists(file: str) -> None:
+    module, _, name = STATED[file].partition(":")
+    output = describe(file)
+    assert output is not None
+    columns = getattr(importlib.import_module(module), name)
+    assert undescribed(output, columns) == []
+
+
+def test_columns_of_found_clocks_and_surface(tmp_path: Path) -> None:
+    text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
+    values: dict[str, Any] = yaml.safe_load(text)
+    values |= {"clock": {"method": "estimate"}, "surface": {"method": "find"}}
+    del values["robot"]
+    Config.model_validate(values)
+    room = Room(tmp_path, config=yaml.safe_dump(values)).add(f"{MEDIUM}_bp00_g90_in")
+    # the run sheet names logs that are not there: a refused run has all columns too
+    room.logs = dict.fromkeys(room.logs)
+    _, runs, _ = ingest_medium(load_campaign(room.write()), MEDIUM)
+    output = describe(f"results/runs/{MEDIUM}.csv")
+    assert output is not None
+    assert undescribed(output, runs.columns) == []
+    extra = {name for one in output.columns if one.when for name in one.names}
+    assert extra <= set(runs.columns)
+
+
+def test_tables_of_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "dig.csv").write_text(
+        "t_s,x_cm,z_cm,angle_deg\n0,0,6,0\n1,0,3,0\n2,-1,2,10\n", encoding="utf-8"
+    )
+    (tmp_path / "scoop.csv").write_text("x_cm,z_cm\n0,0\n0,-4\n1,-5\n", encoding="utf-8")
+    out = [str(tmp_path / name) for name in ("alpha.csv", "leg.csv", "path.csv", "walk")]
+    scoop = ["--outline", str(tmp_path / "scoop.csv"), "--width", "5"]
+    runs = [
+        ["scale", "--alpha", "0.9", "--output", out[0]],
+        ["predict", "--leg", "c_leg", "--alpha", "0.9", "--output", out[1]],
+        ["predict", *scoop, "--path", str(tmp_path / "dig.csv"), "--medium", MEDIUM, "--output", out[2]],
+        ["simulate", "--frequency", "4", "--curvature", "1", "--medium", MEDIUM, "--no-animation", "--output", out[3]],
+    ]  # fmt: skip
+    for words in runs:
+        assert main(words) == 0, capsys.readouterr().err
+    files = {"scale": [out[0]], "predict": out[1:3], "simulate": [f"{out[3]}/motion.csv"]}
+    for command, made in files.items():
+        (output,) = (one for one in outputs() if one.stage == f"rftfit {command}")
+        for name in made:
+            names, table = columns_in(Path(name))
+            assert undescribed(output, names) == []
+            assert table is not None
+            assert wrong_kind(output, table) == []
+            told = {name for one in output.columns if not one.when for name in one.names}
+            assert {one for one in told if "<" not in one} <= set(names)
+
+
+# --- the check itself -----------------------------------------------------------------------------
+
+
+def test_a_column_or_file_too_many_or_too_few_is_seen(root: Path, tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    (results / "fits").mkdir(parents=True)
+    table = pd.read_csv(root / "results" / "fits" / f"{MEDIUM}.csv")
+    changed = table.drop(columns="alpha_x_dof").assign(alpha_y_N=1.0, n_points=0.5)
+    write_csv(changed, results / "fits" / f"{MEDIUM}.csv")
+    (results / "new.csv").write_text("a\n1\n", encoding="utf-8")
+    problems = "\n".join(check_results(results))
+    for words in (
+        "alpha_x_dof is in the dictionary only",
+        "alpha_y_N is not in the dictionary",
+        "n_points is called count, found",
+        "results/new.csv is not in the dictionary",
+        "results/alpha/<medium>.csv is in the dictionary, but no such file was made",
+    ):
+        assert words in problems
+
+
+def test_the_closest_entry_describes(root: Path) -> None:
+    assert root.is_dir()
+    found = {path: describe(path) for path in ("results/ledger/robot.csv", "results/a/b/c/d.csv")}
+    assert found["results/ledger/robot.csv"] is not None
+    assert found["results/a/b/c/d.csv"] is None
+    motion = describe("results/robot/motion.csv")
+    assert motion is not None
+    column = column_of(motion, "force_z_tripod_2_N")
+    assert column is not None
+    assert column.name.endswith("tripod_<number>_N")
+
+
+def test_the_pages_are_made_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every file, column, command, option and key of a robot is on its generated page."""
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    import generated  # type: ignore[import-not-found]
+
+    text = generated.outputs()
+    for one in outputs():
+        assert one.file in text
+        for column in one.columns:
+            assert f"`{column.names[0]}`" in text
+    text = generated.commands()
+    for words in ("## `rftfit run`", "| `--robot` | FILE |", "| `--frequency` | Hz | required |", "| 130 |"):  # fmt: skip
+        assert words in text
+    assert "| `numerics.step_s` | `0.0001` | a number above 0" in generated.robot()
+    assert "| `body.plates.<name>.width_cm` | required |" in generated.robot()

@@ -1,0 +1,152 @@
+"""Disks that are full or read-only, and circumstances that may not change a byte.
+
+`make fulldisk` and `make samebytes` do the same with the real workflow.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from disks import on_own_disks, why_not
+
+from rftfit.cli.failures import failure_text, nothing_written
+from rftfit.cli.snakemake_output import Watcher
+from rftfit.errors import OutputError
+from rftfit.store import atomic_path
+
+FULL = Path("/dev/full")
+SCALE = "-m rftfit.cli.main scale --alpha 0.9"
+PREDICT = "-m rftfit.cli.main predict --leg c_leg --medium poppy_LP --output"
+STAGE = """
+import sys
+from rftfit.errors import OutputError
+import rftfit.__main__ as program
+def fails():
+    raise OutputError("results/alpha.csv: cannot write")
+program.stage_function = lambda name: fails
+sys.exit(program.main(["slopes"]))
+"""
+CIRCUMSTANCES = {
+    "été ü": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONHASHSEED": "1"},
+    "elsewhere": {"PYTHONUTF8": "1", "TZ": "Asia/Kathmandu", "PYTHONHASHSEED": "2"},
+}
+
+
+def call(words: str, *more: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *words.split(), *more], capture_output=True, text=True, check=False,
+        env={**os.environ, **environment}, encoding="utf-8",
+    )  # fmt: skip
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a device of Linux")
+def test_an_answer_that_nobody_has_room_for() -> None:
+    with FULL.open("w") as full:
+        done = subprocess.run(
+            [sys.executable, *SCALE.split()], stdout=full, stderr=subprocess.PIPE, text=True,
+            check=False,
+        )  # fmt: skip
+    assert done.returncode == 3
+    assert done.stderr == (
+        "rftfit: standard output: cannot write: No space left on device; free some space or write "
+        "elsewhere, then run again\n"
+    )
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a device of Linux")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_stage_whose_log_is_on_the_full_disk_is_heard(unbuffered: str) -> None:
+    """Its message goes to standard output, which `rftfit run` reads; the exit status is kept."""
+    with FULL.open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-c", STAGE], stdout=subprocess.PIPE, stderr=full, text=True,
+            check=False, env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+        )  # fmt: skip
+    assert done.returncode == 3
+    assert done.stdout == "rftfit slopes: results/alpha.csv: cannot write\n"
+
+
+@pytest.mark.skipif(bool(why_not()), reason=why_not())
+@pytest.mark.parametrize(
+    ("options", "why"), [("size=8k", "No space left on device"), ("ro", "Read-only file system")]
+)
+def test_a_disk_that_refuses_a_result(tmp_path: Path, options: str, why: str) -> None:
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    done = on_own_disks(
+        ["sh", "-c",
+         f'mount -t tmpfs -o {options} tmpfs "$0" && "$@" "$0/leg.csv"; told=$?; ls -A "$0"; exit $told',
+         str(disk), sys.executable, *PREDICT.split()],
+        capture_output=True,
+    )  # fmt: skip
+    assert done.returncode == 3
+    assert (
+        f"rftfit: {disk}/leg.csv: cannot write: {why}. Nothing was left half-written" in done.stderr
+    )
+    assert "Traceback" not in done.stdout + done.stderr
+    # ls finds nothing, not even an unfinished file
+    assert not done.stdout.endswith("csv\n")
+
+
+def told(*lines: str) -> Watcher:
+    watcher = Watcher()
+    for line in lines:
+        watcher.feed(line)
+    watcher.close()
+    return watcher
+
+
+def test_a_job_whose_log_cannot_be_made(tmp_path: Path) -> None:
+    """Nothing of it was started: the shell said why in the user's language, and ended with 1."""
+    status = "CalledProcessError: Command 'exec python' returned non-zero exit status 1."
+    block = ("Error in rule page:", "    jobid: 3", "    log: results/logs/page.log")
+    refused = told(status, *block)
+    text = failure_text(refused, tmp_path, Path("log"))
+    assert "  page:\n    results/logs/page.log: cannot write: free some space" in text
+    assert nothing_written(refused, tmp_path)
+    # a log that is there, or a job that ended otherwise, is something else
+    other = told(status.replace("status 1", "status 137"), *block)
+    assert "killed (SIGKILL)" in failure_text(other, tmp_path, Path("log"))
+    assert not nothing_written(other, tmp_path)
+    (tmp_path / "results/logs").mkdir(parents=True)
+    (tmp_path / "results/logs/page.log").touch()
+    assert "no message; exit status 1" in failure_text(refused, tmp_path, Path("log"))
+    assert not nothing_written(refused, tmp_path)
+
+
+def test_snakemake_itself_cannot_write(tmp_path: Path) -> None:
+    refused = told(
+        "OSError: [Errno 28] No space left on device", "During handling of the above exception"
+    )
+    assert failure_text(refused, tmp_path, Path("log")) == (
+        "the workflow stopped before any job:\n    Snakemake cannot write: No space left on device; "
+        "free some space or allow writing there, then run again\nThe whole log: log"
+    )
+    assert nothing_written(refused, tmp_path)
+    assert not nothing_written(told("OSError: [Errno 2] No such file or directory"), tmp_path)
+    assert not nothing_written(told(), tmp_path)
+
+
+def test_the_reason_is_the_systems_own(tmp_path: Path) -> None:
+    def write() -> None:
+        with atomic_path(tmp_path / "traces.parquet"):
+            raise OSError(errno.ENOSPC, "Error writing bytes to file. Detail: [errno 28] No space")
+
+    with pytest.raises(OutputError, match=r"cannot write: No space left on device\. Nothing"):
+        write()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_same_bytes_in_any_locale_and_time_zone(tmp_path: Path) -> None:
+    made = set()
+    for name, environment in CIRCUMSTANCES.items():
+        target = tmp_path / name / "leg.csv"
+        done = call(PREDICT, target, **environment)
+        assert done.returncode == 0, done.stderr
+        made.add(target.read_bytes())
+    assert len(made) == 1

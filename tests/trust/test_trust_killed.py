@@ -1,0 +1,278 @@
+"""Killed, or refused by a disk: nothing half-written, no orphan, and the next run goes on by itself.
+
+`make killed` does the same to the real workflow, at random moments.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+from campaigns import PROJECT, make_campaign
+
+from rftfit.store import atomic_path, write_text
+from rftfit.store.atomic import _cleared, clear_rests, is_rest
+from rftfit.store.holder import left_by_the_dead
+from rftfit.store.parent import VARIABLE, end_with_parent
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+
+HALF = """
+import os, signal, sys
+from rftfit.store import atomic_path
+with atomic_path(sys.argv[1]) as path:
+    path.write_text("hal")
+    print("half", flush=True)
+    if sys.argv[2:] == ["live"]:
+        sys.stdin.read()
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+CHILD = """
+import sys, time
+from rftfit.store.parent import end_with_parent
+assert end_with_parent()
+print("watching", flush=True)
+time.sleep(60)
+"""
+PARENT = f"""
+import os, subprocess, sys
+subprocess.Popen([sys.executable, "-c", sys.argv[1]], env={{**os.environ, "{VARIABLE}": str(os.getpid())}})
+sys.stdin.read()
+"""
+WORKFLOW = """
+from rftfit.store.holder import hold
+from rftfit.store.parent import SHELL_PREFIX, end_group, end_with_parent
+end_with_parent(end_group)
+shell.prefix(SHELL_PREFIX)
+onstart:
+    hold(Path(".snakemake"))
+rule all:
+    input: "results/first.txt", "results/second.txt"
+rule first:
+    output: "results/first.txt"
+    shell: "python stage.py {output}"
+rule second:
+    input: "results/first.txt"
+    output: "results/second.txt"
+    shell: "python stage.py {output}"
+"""
+STAGE = """
+import os, sys, time
+from rftfit.store import write_text
+from rftfit.store.parent import end_with_parent
+assert end_with_parent()
+if not os.path.exists("go") and sys.argv[1].endswith("second.txt"):
+    write_text("began", "")
+    time.sleep(60)
+    write_text("results/orphan.txt", "")
+write_text(sys.argv[1], "done")
+"""
+
+
+def killed_midway(target: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", HALF, target], capture_output=True, check=False)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+
+
+def rests(folder: Path) -> list[str]:
+    return [path.name for path in folder.iterdir() if is_rest(path.name)]
+
+
+def wait_for(what: object, seconds: float = 20) -> float:
+    began = time.monotonic()
+    while not what():  # type: ignore[operator]
+        assert time.monotonic() - began < seconds
+        time.sleep(0.02)
+    return time.monotonic() - began
+
+
+def test_killed_while_it_writes(tmp_path: Path) -> None:
+    target = tmp_path / "alpha.csv"
+    killed_midway(target)
+    assert not target.exists()
+    (left,) = rests(tmp_path)
+    write_text(target, "old")
+    # the first write into a folder clears what is left there
+    assert rests(tmp_path) == []
+    killed_midway(target)
+    assert target.read_text(encoding="utf-8") == "old"
+    assert rests(tmp_path) != [left]
+
+
+def test_what_a_living_process_writes_is_not_cleared_away(tmp_path: Path) -> None:
+    words = [sys.executable, "-c", HALF, str(tmp_path / "alpha.csv"), "live"]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
+        assert child.stdout is not None
+        child.stdout.readline()
+        (tmp_path / ".alpha.1.part.csv").write_text("a dead one's")
+        (tmp_path / ".alpha.csv").write_text("the user's")
+        (tmp_path / ".link.1.part.csv").symlink_to(tmp_path / ".alpha.csv")
+        with atomic_path(tmp_path / "beta.csv") as own:
+            assert clear_rests(tmp_path) == 0
+            assert sorted(rests(tmp_path)) == sorted(
+                [f".alpha.{child.pid}.part.csv", ".link.1.part.csv", own.name]
+            )
+            own.write_text("")
+        child.kill()
+    _cleared.clear()
+    write_text(tmp_path / "beta.csv", "")
+    assert rests(tmp_path) == [".link.1.part.csv"]
+    assert (tmp_path / ".alpha.csv").read_text(encoding="utf-8") == "the user's"
+
+
+def test_an_orphan_ends_itself() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", PARENT, CHILD],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    ) as parent:  # fmt: skip
+        assert parent.stdout is not None
+        assert parent.stdout.readline() == b"watching\n"
+        began = time.monotonic()
+        parent.kill()
+        # the orphan holds the pipes: they end with it
+        assert b"ended, since the workflow" in parent.communicate(timeout=20)[1]
+        assert time.monotonic() - began < 5
+
+
+def test_whose_parent_ended_before_it_looked(monkeypatch: pytest.MonkeyPatch) -> None:
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    ends: list[bool] = []
+    monkeypatch.setenv(VARIABLE, str(gone.pid))
+    assert not end_with_parent(lambda: ends.append(True))
+    assert ends == [True]
+
+
+@pytest.mark.parametrize("named", ["", "x", None])
+def test_what_a_person_starts_watches_nobody(
+    monkeypatch: pytest.MonkeyPatch, named: str | None
+) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    if named is not None:
+        monkeypatch.setenv(VARIABLE, named)
+    assert not end_with_parent(pytest.fail)
+    assert VARIABLE not in os.environ
+
+
+@pytest.fixture
+def locked(tmp_path: Path) -> Path:
+    """A folder that a process has locked and noted, which has died since."""
+    (tmp_path / "locks").mkdir()
+    (tmp_path / "locks" / "0.output.lock").write_text("results/alpha.csv\n")
+    script = (
+        "import pathlib, sys; from rftfit.store.holder import hold; hold(pathlib.Path(sys.argv[1]))"
+    )
+    subprocess.run([sys.executable, "-c", script, tmp_path], check=True)
+    return tmp_path
+
+
+def is_certain(folder: Path) -> bool:
+    with left_by_the_dead(folder) as certain:
+        return certain
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells one start from another")
+def test_only_what_is_certain_is_taken_for_the_dead_ones(locked: Path) -> None:
+    note, lock = locked / "rftfit" / "holder", locked / "locks" / "0.output.lock"
+    text = note.read_text(encoding="utf-8")
+    assert is_certain(locked)
+    with left_by_the_dead(locked) as first, left_by_the_dead(locked) as second:
+        assert (first, second) == (True, False)
+    # another computer, or the same one started anew
+    for other in ("elsewhere\n" + text.partition("\n")[2], text.partition("\n")[0] + "\n1-2\n", ""):
+        note.write_text(other, encoding="utf-8")
+        assert not is_certain(locked)
+    note.write_text(text, encoding="utf-8")
+    assert is_certain(locked)
+    # a lock that came after the note is somebody else's
+    os.utime(lock, ns=(0, note.stat().st_mtime_ns + 1))
+    assert not is_certain(locked)
+    lock.unlink()
+    assert not is_certain(locked)
+    note.unlink()
+    assert not is_certain(locked)
+
+
+def test_the_lock_of_a_living_process_is_left(locked: Path) -> None:
+    script = (
+        "import pathlib, sys; from rftfit.store.holder import hold; hold(pathlib.Path(sys.argv[1]));"
+        "print('holds', flush=True); sys.stdin.read()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", script, str(locked)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as child:
+        assert child.stdout is not None
+        child.stdout.readline()
+        assert not is_certain(locked)
+
+
+def test_every_rule_is_one_program() -> None:
+    """The prefix of the shell puts it in the shell's place: no second command could follow."""
+    texts = [
+        path.read_text(encoding="utf-8") for path in sorted((PROJECT / "workflow").rglob("*.smk"))
+    ]
+    commands = [
+        "".join(re.findall(r'"([^"\n]*)"', block))
+        for text in texts
+        for block in re.findall(r"\n +shell:\n((?: +f?\".*\n)+)", text)
+    ]
+    assert len(commands) == sum(len(re.findall(r"\n +shell:", text)) for text in texts) > 20
+    for command in commands:
+        assert command.startswith("python -m rftfit ")
+        assert command.endswith(" 2> {log:q}")
+        assert not set("|;&<`$") & set(command)
+
+
+@pytest.fixture
+def fake(tmp_path: Path) -> Path:
+    root = make_campaign(tmp_path / "camp é", ("yuma",), plates_only=True).root
+    (root / "Snakefile").write_text(WORKFLOW, encoding="utf-8")
+    (root / "stage.py").write_text(STAGE, encoding="utf-8")
+    return root
+
+
+def rftfit_run(root: Path) -> subprocess.Popen[str]:
+    words = ["-m", "rftfit.cli.main", "run", "--snakefile", "Snakefile", "--cores", "1"]
+    return subprocess.Popen(
+        [sys.executable, *words], cwd=root, text=True, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("killed", ["Snakemake", "rftfit run", "both"])
+def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake: Path, killed: str) -> None:
+    from kills import living, working
+
+    child = rftfit_run(fake)
+    wait_for((fake / "began").exists)
+    now = living(child)
+    assert now.snakemake is not None
+    assert len(working(fake)) == 3
+    victims = {"Snakemake": [now.snakemake], "rftfit run": [now.run]}
+    for victim in victims.get(killed, [now.run, now.snakemake]):
+        victim.kill()
+    wait_for(lambda: not working(fake), 15)
+    _, err = child.communicate(timeout=20)
+    if killed == "Snakemake":
+        assert child.returncode == 4
+        assert "Snakemake itself was ended by SIGKILL" in err
+        assert "`rftfit run` goes on from there" in err
+    assert not (fake / "results/orphan.txt").exists()
+    assert not (fake / "results/second.txt").exists()
+    # Snakemake clears its lock where it still can
+    locked = bool(list((fake / ".snakemake/locks").glob("*")))
+    assert locked == (killed != "rftfit run")
+    (fake / "go").touch()
+    out, err = rftfit_run(fake).communicate()
+    assert ("its lock is cleared" in err) == locked
+    assert "[1/2] second" in out
+    assert (fake / "results/second.txt").read_text(encoding="utf-8") == "done"

@@ -1,0 +1,181 @@
+"""Peaks of measured curves: exact parabolas, and scatter that is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.measure.slope import student_quantile
+from rftfit.validate.leg_errors import COLUMNS, NUMBERS, _error_interval, leg_errors
+from rftfit.validate.peaks import extreme, measured_peak
+
+THETA = np.arange(-135.0, 136.0)
+
+
+def parabola(top_N: float, centre_deg: float, theta: np.ndarray = THETA) -> np.ndarray:
+    return np.asarray(top_N * (1 - ((theta - centre_deg) / 40) ** 2))
+
+
+@pytest.mark.parametrize("centre", [0.0, 0.5, 17.25, -60.4, 2.6])
+def test_the_top_of_a_parabola_is_exact_between_readings(centre: float) -> None:
+    found = measured_peak(THETA, parabola(8.0, centre), "z")
+    # the fine grid has steps of 0.1 degrees: 0.05 off is 8 (0.05 / 40)^2 N
+    assert found.force_N == pytest.approx(8, abs=2e-5)
+    pull = parabola(-8.0, centre).clip(max=0)
+    assert measured_peak(THETA, pull, "x").force_N == pytest.approx(-8, abs=2e-5)
+
+
+def test_horizontal_force_peaks_with_either_sign() -> None:
+    curve = np.array([1.0, 3.0, -5.0, 2.0])
+    assert (extreme(curve, "z"), extreme(curve, "x")) == (1, 2)
+    bell = np.exp(-((THETA / 30) ** 2))
+    curve = -4 * bell + 2 * np.exp(-(((THETA - 90) / 30) ** 2))
+    assert measured_peak(THETA, curve, "x").force_N == pytest.approx(-4, abs=0.01)
+    assert measured_peak(THETA, curve, "z").force_N == pytest.approx(2, abs=0.01)
+
+
+def test_one_spike_is_not_the_peak() -> None:
+    curve = parabola(8.0, 30.0).clip(0)
+    curve[THETA == -60] = 9.0
+    assert measured_peak(THETA, curve, "z").force_N == pytest.approx(8, abs=2e-5)
+
+
+def test_a_peak_at_the_end_is_not_beyond_it() -> None:
+    rising = 2.0 + 0.01 * THETA
+    assert measured_peak(THETA, rising, "z").force_N == pytest.approx(rising[-1])
+    assert measured_peak(THETA, rising[::-1], "z").force_N == pytest.approx(rising[-1])
+
+
+def test_few_readings_give_the_highest_without_an_error() -> None:
+    five = np.array([1.0, 4.0, 9.0, 3.0, 1.0])
+    found = measured_peak(np.arange(5.0), five, "z")
+    assert found.force_N == 9
+    assert math.isnan(found.se_N)
+    six = parabola(3.0, 2.0, np.arange(6.0))
+    assert measured_peak(np.arange(6.0), six, "z").force_N == pytest.approx(3)
+    sparse = np.arange(-120.0, 121.0, 5.0)  # three readings within 5 degrees
+    assert measured_peak(sparse, parabola(3.0, 1.0, sparse), "z").force_N == pytest.approx(
+        3 * (1 - 1 / 1600)
+    )
+
+
+@pytest.mark.parametrize("length", [33, 36])
+def test_scatter_needs_twelve_blocks_of_three(length: int) -> None:
+    noise = np.random.default_rng(2).normal(0, 0.1, length)
+    theta = np.arange(float(length))
+    found = measured_peak(theta, parabola(5.0, length / 2, theta) + noise, "z")
+    assert math.isnan(found.se_N) == (length < 36)
+
+
+def test_error_of_the_peak_is_its_scatter() -> None:
+    """White and correlated readings: the stated error is the spread of many peaks."""
+    random = np.random.default_rng(11)
+    for taps in ([1.0], [0.6, 0.6, 0.6]):
+        errors, stated = [], []
+        for _ in range(400):
+            white = random.normal(0, 0.05, THETA.size + 2)
+            noise = np.convolve(white, taps, mode="valid")[: THETA.size]
+            found = measured_peak(THETA, parabola(4.0, 10.0) + noise, "z")
+            errors.append(found.force_N - 4)
+            stated.append(found.se_N)
+        spread = math.sqrt(np.mean(np.square(errors)))
+        assert np.mean(stated) == pytest.approx(spread, rel=0.2)
+
+
+def test_interval_of_a_peak_error_by_hand() -> None:
+    t = float(student_quantile(0.95, 24.0))
+    assert t == pytest.approx(2.0639, abs=1e-4)
+    # 12 N (11.4 to 12.9) predicted, 10 N measured without error: +14 to +29 %
+    assert _error_interval(12.0, [11.4, 12.9], 10.0, 0.0, 0.95) == pytest.approx((14, 29))
+    assert _error_interval(12.0, [12.9, 11.4], 10.0, 0.0, 0.95) == pytest.approx((14, 29))
+    # a prediction without error, 10 +- 0.5 N measured: 120 % times 1 -+ 0.05 t
+    assert _error_interval(12.0, [12.0, 12.0], 10.0, 0.5, 0.95) == pytest.approx(
+        (20 - 6 * t, 20 + 6 * t)
+    )
+    # both signs turned is the same error
+    assert _error_interval(-12.0, [-11.4, -12.9], -10.0, 0.0, 0.95) == pytest.approx((14, 29))
+    lo, hi = _error_interval(-12.0, [-11.4, -12.9], 10.0, 0.0, 0.95)
+    assert (lo, hi) == pytest.approx((-229, -214))
+    both = _error_interval(12.0, [11.4, 12.9], 10.0, 0.5, 0.95)
+    assert both == pytest.approx(
+        (20 - 120 * math.hypot(0.05, 0.05 * t), 20 + 120 * math.hypot(0.075, 0.05 * t))
+    )
+    for case in ((0.0, 10.0), (12.0, 0.0)):
+        assert all(math.isnan(end) for end in _error_interval(case[0], [1, 2], case[1], 0.1, 0.95))
+
+
+def test_a_short_curve_is_smoothed_too() -> None:
+    theta = np.arange(15.0)
+    curve = np.array(8.0 * (1 - ((theta - 7) / 8) ** 2))
+    curve[0] = 9.0
+    assert measured_peak(theta, curve, "z").force_N == pytest.approx(8, abs=1e-9)
+
+
+def curves(measured: np.ndarray, predicted: np.ndarray) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Two tables with the same curve for z and x; the prediction is known within 0.1 N."""
+    names = {"theta_deg": THETA, "medium": "m", "leg": "c_leg", "reason": ""}
+    ends = {f"force_{c}_{end}_N": predicted + sign * 0.1
+            for c in "zx" for end, sign in (("lo", -1), ("hi", 1))}  # fmt: skip
+    forces = ({"force_z_N": part, "force_x_N": part} for part in (measured, predicted))
+    ours, theirs = (pd.DataFrame(names | force) for force in forces)
+    return ours, theirs.assign(profile="table", **ends)
+
+
+def wide(top_N: float) -> np.ndarray:
+    """A parabola that stays positive: its peak is exact, and its scatter is 0."""
+    return np.asarray(top_N * (1 - (THETA / 150) ** 2))
+
+
+def test_peak_errors_have_the_errors_they_are_told_of() -> None:
+    measured, predicted = curves(wide(10.0), wide(12.0))
+    t = float(student_quantile(0.95, 24.0))
+    row = leg_errors(measured, predicted).iloc[0]
+    assert list(row[["peak_error_lo_percent", "peak_error_hi_percent"]]) == pytest.approx([19, 21])
+    known = leg_errors(measured.assign(zero_se_z_N=0.3, zero_se_x_N=0.0), predicted, {"m": 0.04})
+    for (_, row), off in zip(known.iterrows(), (math.hypot(0.3, 0.4), 0.4), strict=True):
+        half = 120 * math.hypot(0.1 / 12, t * off / 10)
+        assert row["peak_error_lo_percent"] == pytest.approx(20 - half)
+        assert row["peak_error_hi_percent"] == pytest.approx(20 + half)
+    other = leg_errors(measured, predicted, {"another": 0.04}).iloc[0]
+    assert other["peak_error_hi_percent"] == pytest.approx(21)
+
+
+def test_what_a_parabola_does_to_a_corner_is_in_the_interval() -> None:
+    corner = np.asarray(10.0 * (1 - np.abs(THETA) / 150))
+    row = leg_errors(*curves(corner, corner)).iloc[0]
+    lost = 1 - measured_peak(THETA, corner, "z").force_N / 10
+    assert 0.005 < lost < 0.02  # a corner of 5 degrees either side, cut off
+    peak = 10 * (1 - lost)
+    t = float(student_quantile(0.95, 24.0))
+    se = measured_peak(THETA, corner, "z").se_N
+    half = 100 * 10 / peak * math.hypot(0.1 / 10, t * math.hypot(se, lost * peak) / peak)
+    assert row["peak_error_hi_percent"] - row["peak_error_percent"] == pytest.approx(half)
+
+
+def test_lift_is_not_suction() -> None:
+    lift, suction = (np.exp(-(((THETA - at) / 25) ** 2)) for at in (-40, 60))
+    curve = 5 * lift - 8 * suction
+    table = leg_errors(*curves(curve, curve)).set_index("component")
+    assert table.loc["z", "peak_measured_N"] == pytest.approx(5, abs=0.02)
+    assert table.loc["x", "peak_measured_N"] == pytest.approx(-8, abs=0.02)
+
+
+def test_no_force_has_no_relative_error() -> None:
+    table = leg_errors(*curves(0 * THETA, wide(12.0)))
+    empty = ["peak_error_percent", "peak_error_lo_percent", "rms_relative_to_peak", "r2"]
+    assert table[empty].isna().all(axis=None)
+    assert (table["peak_measured_N"] == 0).all()
+    assert np.isfinite(table["rms_error_N"]).all()
+
+
+def test_a_prediction_without_number_or_reason_says_so() -> None:
+    table = leg_errors(*curves(wide(10.0), np.full(THETA.size, np.nan)))
+    assert set(table["reason"]) == {"the prediction has no number"}
+    measured, predicted = curves(wide(10.0), wide(12.0))
+    lonely = leg_errors(measured.assign(leg="flat_leg"), predicted)
+    assert set(lonely["reason"]) == {"no measured curve"}
+    assert (lonely[list(NUMBERS)].dtypes == float).all()
+    assert list(leg_errors(measured, predicted.iloc[:0]).columns) == COLUMNS

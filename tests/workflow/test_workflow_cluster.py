@@ -1,0 +1,68 @@
+"""The cluster's profile fits the workflow: every rule is known, has resources, and stands in a group."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+from campaigns import PROJECT, Folder, make_campaign
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+PROFILE = PROJECT / "profiles" / "slurm" / "config.yaml"
+# what takes long has a job to itself; the other two have no work of their own
+ALONE = {f"robot_sweep_{name}" for name in ("table", "generic", "depth_only")}
+ALONE |= {f"robot_full_batch_{name}" for name in ("table", "generic", "depth_only")}
+ALONE |= {"robot_intervals"}
+NO_WORK = {"all", "robot_full"}
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def profile() -> Any:
+    return yaml.safe_load(PROFILE.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+    return make_campaign(tmp_path_factory.mktemp("cluster") / "campaign", ("poppy_LP",))
+
+
+def test_every_rule_has_a_place(profile: Any, folder: Folder) -> None:
+    rules = set(folder.snakemake("--list-rules").stdout.split())
+    assert {"ingest", "page", "robot_full_batch_table"} < rules
+    grouped = set(profile["groups"])
+    named = grouped | set(profile["set-resources"])
+    assert named <= rules
+    assert grouped.isdisjoint(ALONE)
+    assert rules - grouped == ALONE | NO_WORK
+    assert set(profile["groups"].values()) == set(profile["group-components"])
+
+
+def test_every_job_has_memory_and_time(profile: Any) -> None:
+    assert profile["default-resources"].keys() == {"mem_mb", "runtime"}
+    assert profile["executor"] == "slurm"
+    # a job that a dying node takes with it goes back into the queue
+    assert profile["slurm-requeue"] is True
+    assert "retries" not in profile
+    for rule, own in profile["set-resources"].items():
+        assert own.keys() <= {"mem_mb", "runtime"}, rule
+        for key, value in own.items():
+            assert value > profile["default-resources"][key], (rule, key)
+
+
+def test_groups_make_no_circle(profile: Any, folder: Folder, tmp_path: Path) -> None:
+    # all but what only the plugin understands, which need not be installed here
+    kept = {k: v for k, v in profile.items() if k != "executor" and not k.startswith("slurm-")}
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(kept), encoding="utf-8")
+    text = folder.run("--dry-run", "all", "robot_full", "--workflow-profile", str(tmp_path))
+    groups = re.findall(r"Group job (\w+) ", text)
+    assert set(groups) == {"medium", "tables", "figures", "robot", "end"}
+    batches = text.count("rule robot_full_batch_")
+    assert batches == 3 * profile["set-scatter"]["sweep"]
+    # a few dozen jobs at most, whatever the campaign
+    assert len(groups) + 4 <= 24
