@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import argparse
 import csv
-import io
 import json
 import os
-import resource
 import shutil
 import statistics
 import subprocess
@@ -21,6 +19,7 @@ import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -61,11 +60,11 @@ def template(raw: Path) -> list[Any]:
     return runs
 
 
-def build(root: Path, logs: int, runs: Sequence[Any], source: Path) -> int:
+def build(root: Path, logs: int, runs: Sequence[Any], source: Path, per_medium: int) -> int:
     """Copy logs under new names until there are enough of them; bytes in all."""
     from rftfit.lab.write import sheet_text
 
-    media = [f"bed{n:02d}" for n in range(1, max(1, logs // PER_MEDIUM) + 1)]
+    media = [f"bed{n:02d}" for n in range(1, max(1, logs // per_medium) + 1)]
     (root / "config").mkdir(parents=True)
     config = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
     config |= {"title": f"{logs} logs", "raw": "raw", "run_sheet": "raw/runs.csv"}
@@ -126,10 +125,15 @@ def chain(config: Path, cores: int) -> None:
     if cores == 1:
         for medium in media:
             to_alpha(config, medium)
-        return
-    # each process measures some media, as the jobs of the workflow do
-    with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
-        list(pool.map(to_alpha, [config] * len(media), media))
+    else:
+        # each process measures some media, as the jobs of the workflow do
+        list(_pool(cores).map(to_alpha, [config] * len(media), media))
+
+
+@cache
+def _pool(cores: int) -> ProcessPoolExecutor:
+    """Return processes that stay for the second turn: starting them is nobody's reading speed."""
+    return ProcessPoolExecutor(cores, mp_context=get_context("spawn"))
 
 
 def read_dataset(config: Path, cores: int) -> None:
@@ -196,16 +200,11 @@ def inside(way: str, config: Path, cores: int, turns: int) -> None:
     """In a process of its own: do it, and print the seconds of each turn and the peak memory."""
     seconds, processor = [], []
     for _ in range(turns):
-        begun, used = time.perf_counter(), _processor()
+        begun, used = time.perf_counter(), time.process_time()
         WAYS[way](config, cores)
         seconds.append(time.perf_counter() - begun)
-        processor.append(_processor() - used)
+        processor.append(time.process_time() - used)
     print(json.dumps({"seconds": seconds, "processor": processor}))
-
-
-def _processor() -> float:
-    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(one.ru_utime + one.ru_stime for one in used)
 
 
 # running and telling -----------------------------------------------------------------------------
@@ -225,14 +224,14 @@ def measured(words: Sequence[str], cwd: Path) -> tuple[float, float, float, str]
     return took, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3, told
 
 
-def timed(way: str, root: Path, cores: int, turns: int = 1) -> tuple[list[float], float, float]:
-    """Wall-clock seconds of each turn, processor seconds of one, peak MB: in a process of its own."""
+def timed(way: str, root: Path, cores: int, turns: int = 1) -> tuple[float, float, float]:
+    """Wall-clock and processor seconds of the last turn, peak MB: in a process of its own."""
     words = [sys.executable, str(Path(__file__).resolve()), "--way", way, "--turns", str(turns)]
     words += ["--config", str(root / CONFIG), "--cores", str(cores)]
     os.environ["POLARS_MAX_THREADS"] = str(cores)
     *_, peak, told = measured(words, root)
     found = json.loads(told.splitlines()[-1])
-    return found["seconds"], statistics.median(found["processor"]), peak
+    return found["seconds"][-1], found["processor"][-1], peak
 
 
 def page_opens(page: Path) -> str:
@@ -256,7 +255,7 @@ def page_opens(page: Path) -> str:
 def one_size(root: Path, logs: int, size: int) -> list[str]:
     """Measure one campaign; a row of the table."""
     rftfit = str(Path(sys.executable).with_name("rftfit"))
-    (alone,), _, peak_alone = timed("rftfit", root, 1)
+    wall, alone, peak_alone = timed("rftfit", root, 1)
     targets = [f"results/alpha/{medium}.csv" for medium in media_of(root / CONFIG)]
     run = [rftfit, "run", "--cores", str(CORES)]
     alpha, _, peak_alpha, _ = measured([*run, *targets], root)
@@ -266,6 +265,7 @@ def one_size(root: Path, logs: int, size: int) -> list[str]:
     return [
         f"{logs:,}",
         f"{size / 1e9:.2f}",
+        f"{1e3 * wall / logs:.2f}",
         f"{1e3 * alone / logs:.2f}",
         f"{peak_alone:.0f}",
         f"{alpha:.1f} ({1e3 * alpha / logs:.2f})",
@@ -279,7 +279,7 @@ def one_size(root: Path, logs: int, size: int) -> list[str]:
 
 
 HEADS = (
-    "logs", "GB", "one process, logs to alpha: ms a log", "its peak, MB",
+    "logs", "GB", "logs to alpha in one process, ms a log", "its processor time, ms a log", "its peak, MB",
     f"`rftfit run` to alpha, {CORES} cores: s (ms a log)", "largest process, MB",
     "all the rest to the page, s", "largest process, MB", "nothing to do, s", "page, MB",
     "page opens in",
@@ -289,26 +289,27 @@ HEADS = (
 def floor(root: Path, logs: int) -> list[str]:
     """Compare with merely reading the files, all in turns."""
     ways = [way for way in WAYS if way != "polars.scan_csv" or _has_polars()]
-    lines = []
+    floors = [way for way in ways if way in ("pyarrow.dataset", "polars.scan_csv")]
+    head = f"{logs:,} logs to alpha, or merely read"
+    lines = [
+        f"| {head} | cores | s | processor, s | {' | '.join(f'to {way}' for way in floors)} |",
+        "|---" * (4 + len(floors)) + "|",
+    ]
     for cores in (1, CORES):
-        found: dict[str, list[float]] = {way: [] for way in ways}
+        found: dict[str, list[tuple[float, float]]] = {way: [] for way in ways}
         for _ in range(TURNS):
             for way in ways:
                 # the second of two turns in one process: libraries and files are there already
-                found[way].append(timed(way, root, cores, 2)[0][-1])
-        middle = {way: statistics.median(seconds) for way, seconds in found.items()}
-        least = min(middle[way] for way in ways if way in ("pyarrow.dataset", "polars.scan_csv"))
-        for way in ways:
-            if cores == 1 or way in ("rftfit", "pyarrow.dataset", "polars.scan_csv"):
-                lines.append(
-                    f"| {way} | {cores} | {middle[way]:.2f} | {1e3 * middle[way] / logs:.2f} "
-                    f"| {middle[way] / least:.2f} |"
-                )
-    return [
-        f"| {logs:,} logs | cores | s | ms a log | to the floor |",
-        "|---|---|---|---|---|",
-        *lines,
-    ]
+                found[way].append(timed(way, root, cores, 2)[:2])
+        for way in ways if cores == 1 else ["rftfit", *floors]:
+            wall, used = (statistics.median(column) for column in zip(*found[way], strict=True))
+            # of processes beside this one only the wall-clock is known
+            told = "" if way == "rftfit" and cores > 1 else f"{used:.2f}"
+            pairs = [zip(found[way], found[other], strict=True) for other in floors]
+            ratios = [statistics.median(a[0] / b[0] for a, b in pair) for pair in pairs]
+            cells = [way, str(cores), f"{wall:.2f}", told, *(f"{ratio:.2f}" for ratio in ratios)]
+            lines.append(f"| {' | '.join(cells)} |")
+    return lines
 
 
 def _has_polars() -> bool:
@@ -337,21 +338,22 @@ def main() -> None:
         inside(chosen.way, chosen.config, chosen.cores, chosen.turns)
         return
     rows: list[list[str]] = []
-    told = io.StringIO()
+    told: list[str] = []
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "template"
         runs = template(source)
-        for logs in sorted({*chosen.logs, chosen.floor} - {0}):
-            root = Path(folder) / f"logs{logs}"
-            size = build(root, logs, runs, source)
-            if logs == chosen.floor:
-                print(*floor(root, logs), "", sep="\n", file=told)
-                print(told.getvalue(), flush=True)
-            if logs in chosen.logs:
-                rows.append(one_size(root, logs, size))
-                print(*table(HEADS, rows[-1:]), sep="\n", flush=True)
+        root = Path(folder) / "campaign"
+        if chosen.floor:
+            build(root, chosen.floor, runs, source, PER_MEDIUM // 2)  # an even number of media
+            told = floor(root, chosen.floor)
+            print(*told, "", sep="\n", flush=True)
             shutil.rmtree(root)
-    text = "\n".join(table(HEADS, rows)) + "\n\n" + told.getvalue()
+        for logs in chosen.logs:
+            size = build(root, logs, runs, source, PER_MEDIUM)
+            rows.append(one_size(root, logs, size))
+            print(*table(HEADS, rows[-1:]), sep="\n", flush=True)
+            shutil.rmtree(root)
+    text = "\n".join([*table(HEADS, rows), "", *told]) + "\n"
     RESULT.parent.mkdir(exist_ok=True)
     RESULT.write_text(text, encoding="utf-8")
     print(text)

@@ -62,9 +62,10 @@ def test_legs_that_disagree_earn_nothing() -> None:
 
 
 def test_two_legs_cannot_be_cross_validated() -> None:
-    measured = curves(ONE, ONE)
+    measured = curves(dict.fromkeys(LEGS, 0.7), ONE)
     table = result(measured[measured["leg"] != "c_leg"])
-    assert table["rms_cv_N"].isna().all()
+    assert table[["rms_cv_N", "gain_cv_percent"]].isna().all(axis=None)
+    assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
     assert not table["earns_its_place"].any()
 
 

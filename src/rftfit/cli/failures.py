@@ -123,7 +123,8 @@ def _told_apart(failed: dict[str, Failure], root: Path) -> dict[str, Failure]:
     if silent and len(silent) == len(failed):
         first = next(iter(silent.values())).job
         names = ", ".join(one.job.title for one in silent.values())
-        return {first.number: Failure(Job(f"one of {names}", first.number, first.fields))}
+        only = {"message": first.fields.get("message", "")}
+        return {first.number: Failure(Job(f"one of {names}", first.number, only))}
     return {number: one for number, one in failed.items() if number not in silent}
 
 

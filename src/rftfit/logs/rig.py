@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from rftfit.logs.base import Log, LogError, join
@@ -11,7 +13,7 @@ from rftfit.logs.numbers import Parsed, is_data, parse_bodies
 from rftfit.logs.textlog import Plan, TextReader
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
     from pathlib import Path
     from typing import Self
 
@@ -85,7 +87,7 @@ class RigDialect(TextReader):
         header, body = _split(head)
         names, units = _columns(header)
         layout = Layout(names, tuple(_NUMBER for _ in names), comment="#")
-        return Plan(layout, units, len(head) - len(body))
+        return Plan(layout, dict(units), len(head) - len(body))
 
     def load(self, path: Path) -> Log:
         """Read a force log or a motion log.
@@ -121,9 +123,11 @@ class RigDialect(TextReader):
         list of Log or LogError
             In the order of `paths`.
         """
-        if any(_is_long(path) for path in paths):
+        long = [_is_long(path) for path in paths]
+        if any(long):
             return [
-                self._long(path) if _is_long(path) else self.load_many([path])[0] for path in paths
+                self._long(path) if alone else self.load_many([path])[0]
+                for path, alone in zip(paths, long, strict=True)
             ]
         texts = [_text(path) for path in paths]
         logs: list[Log | LogError | None] = [t if isinstance(t, LogError) else None for t in texts]
@@ -180,7 +184,7 @@ class _Text(NamedTuple):
 
 def _is_long(path: Path) -> bool:
     try:
-        return path.stat().st_size > WHOLE_BYTES
+        return path.stat().st_size > min(WHOLE_BYTES, MAX_BYTES)
     except OSError:
         return False
 
@@ -192,7 +196,8 @@ def _text(path: Path) -> _Text | LogError:
             return LogError("empty", f"{path}: the file is empty")
         header, body = _split(content)
         try:
-            return _Text(*_columns(header), body)
+            names, units = _columns(header)
+            return _Text(names, dict(units), body)
         except ValueError as error:
             rows = sum(map(is_data, body.splitlines()))
             return LogError("header", f"{path}: {error}", rows)
@@ -209,11 +214,8 @@ def _log(path: Path, text: _Text, parsed: Parsed) -> Log | LogError:
 
 def _read(path: Path) -> bytes:
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise LogError(
-                "too_large", f"{path}: larger than {MAX_BYTES >> 20} MB; a log holds one run"
-            )
-        return path.read_bytes()
+        with path.open("rb", buffering=0) as file:
+            return file.readall()
     except FileNotFoundError:
         raise LogError("missing", f"{path}: log missing") from None
     except OSError as error:
@@ -225,8 +227,10 @@ def _split(content: bytes) -> tuple[str, bytes]:
     start = 3 if content.startswith(b"\xef\xbb\xbf") else 0
     while start < len(content):
         # \n, \r\n or \r alone; the blank line between \r and \n is passed over
-        ends = (content.find(mark, start) for mark in (b"\n", b"\r"))
-        end = min((place for place in ends if place >= 0), default=len(content))
+        end = content.find(b"\n", start)
+        end = len(content) if end < 0 else end
+        early = content.find(b"\r", start, end)
+        end = end if early < 0 else early
         line = content[start:end].strip()
         start = end + 1
         if line and not line.startswith(b"#"):
@@ -234,7 +238,8 @@ def _split(content: bytes) -> tuple[str, bytes]:
     return "", b""
 
 
-def _columns(header: str) -> tuple[tuple[str, ...], dict[str, str]]:
+@lru_cache(64)
+def _columns(header: str) -> tuple[tuple[str, ...], Mapping[str, str]]:
     """Names without units, and the units; `ValueError` says what is wrong with the header."""
     if ";" in header or "\t" in header:
         found = "semicolons" if ";" in header else "tabs"
@@ -255,4 +260,4 @@ def _columns(header: str) -> tuple[tuple[str, ...], dict[str, str]]:
             f"found the header {header[:120]!r}; allowed: 'time_s,arm_moving,F1_N,F2_N,F3_N' for a "
             "force log, 'time_s,x_mm,z_mm,angle_deg' for a motion log"
         )
-    return found_names, units
+    return found_names, MappingProxyType(units)

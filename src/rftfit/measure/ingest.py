@@ -156,12 +156,13 @@ def _make_trace(
     motion = read_motion(config, run, motion_log)
     limits = np.array(config.transducer.range_N)[:, None]
     saturated = np.asarray((np.abs(channels) >= _NEAR_FULL_RANGE * limits).any(axis=0))
-    clock, alignment = find_clock(config, run, force_time, line, force[0], motion, ~saturated)
+    spans = motion.spans(config.arm)
+    usable = ~saturated
+    clock, alignment = find_clock(config, run, force_time, line, force[0], motion, usable, spans)
     on_motion = clock.motion_time(force_time)
     motion, surface = place_surface(
-        config, run, motion, on_motion[~saturated], force[0, ~saturated], clock.se_s or 0.0
+        config, run, motion, on_motion[usable], force[0, usable], clock.se_s or 0.0
     )
-    spans = motion.spans(config.arm)
     start, end = stroke_of(config, run, motion, spans)
     x, z, angle = motion.at(on_motion)
     why = np.full(force_time.size, Why.GOOD, dtype=np.int8)
@@ -171,9 +172,10 @@ def _make_trace(
     why[saturated] = Why.SATURATED
 
     moving = np.zeros(force_time.size, dtype=bool)
-    for span_start, span_end in spans:
-        # a tenth of a second around each stretch belongs to its ramps
-        moving |= (on_motion > span_start - 0.1) & (on_motion < span_end + 0.1)
+    # a tenth of a second around each stretch belongs to its ramps
+    first = np.searchsorted(on_motion, spans[:, 0] - 0.1, side="right")
+    for begin, stop in zip(first, np.searchsorted(on_motion, spans[:, 1] + 0.1), strict=True):
+        moving[begin:stop] = True
     intruder = config.intruders[run.intruder]
     in_air = z >= height_needed(intruder, angle, config.fit.air_clearance_cm)
     in_stroke = (on_motion >= start) & (on_motion <= end)

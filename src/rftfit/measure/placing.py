@@ -52,6 +52,7 @@ def find_clock(
     lift: FloatArray,
     motion: Motion,
     usable: np.ndarray | None = None,
+    spans: FloatArray | None = None,
 ) -> tuple[ClockFit, Alignment | None]:
     """Bring the clocks of force and motion log together.
 
@@ -69,6 +70,8 @@ def find_clock(
     motion : Motion
     usable : numpy.ndarray of bool, shape (n,), optional
         Which samples may be believed; all if not given.
+    spans : numpy.ndarray, shape (k, 2), optional
+        From `Motion.spans`, where it was called already.
 
     Returns
     -------
@@ -106,7 +109,7 @@ def find_clock(
             "the force log has no column arm_moving; clock.method sync_line needs it, allowed "
             "without: estimate, same_clock"
         )
-    spans = motion.spans(config.arm)
+    spans = motion.spans(config.arm) if spans is None else spans
     seen = whole_spans(moving_spans(time, line, 0.5), float(time[0]), float(time[-1]))
     # the speed is known from the second sample to the last but one; no spans in fewer than three
     done = whole_spans(spans, *motion.time[[1, -2]]) if len(spans) else spans

@@ -107,12 +107,12 @@ def strokes(samples: pd.DataFrame) -> dict[str, Samples]:
     dict of str to Samples
         By run_id.
     """
-    part = samples[(samples["phase"] == "stroke").to_numpy()]
-    columns = {name: part[name].to_numpy() for name in ("x_cm", "depth_cm", "angle_deg")}
-    force = part[["force_z_N", "force_x_N"]].to_numpy().T
-    why = part["why"].to_numpy()
+    part = (samples["phase"] == "stroke").to_numpy()
+    columns = {name: samples[name].to_numpy()[part] for name in ("x_cm", "depth_cm", "angle_deg")}
+    force = np.stack([samples[name].to_numpy()[part] for name in ("force_z_N", "force_x_N")])
+    why = samples["why"].to_numpy()[part]
     found = {}
-    for name, rows in split_runs(part).items():
+    for name, rows in split_runs(samples.loc[part, ["run_id"]]).items():
         x, depth = columns["x_cm"][rows], columns["depth_cm"][rows]
         path = np.hypot(x - x[0], depth - depth[0])
         found[name] = Samples(depth, x, columns["angle_deg"][rows], path, force[:, rows], why[rows])
