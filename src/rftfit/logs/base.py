@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.errors import InputError
+from rftfit.logs.ahead import in_order
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -256,10 +257,13 @@ def join(blocks: Iterable[Log]) -> Log:
     if len(parts) == 1:
         return parts[0]
     first = parts[0]
-    columns: dict[str, FloatArray] = {}
-    for name in list(first.columns):
-        # one column after the other: the blocks of a column go as soon as it is joined
-        columns[name] = np.concatenate([part.columns.pop(name) for part in parts])
+    names = list(first.columns)
+
+    def column(name: str) -> FloatArray:
+        # the blocks of a column go as soon as it is joined
+        return np.concatenate([part.columns.pop(name) for part in parts])
+
+    columns = dict(zip(names, in_order(column, names), strict=True))
     return Log(
         first.path,
         columns,

@@ -71,17 +71,10 @@ class Parser:
         parts = self._parse(body)
         cut = int(self._is_data(rest))
         dropped = added(*(part.dropped for part in parts), {CUT: cut} if cut else {})
-        offsets = np.cumsum([0, *(part.rows for part in parts)])
-        index = [part.index + offset for part, offset in zip(parts, offsets[:-1], strict=True)]
-        columns = {
-            name: np.concatenate([part.columns[name] for part in parts])
-            if len(parts) > 1
-            else parts[0].columns[name]
-            for name in parts[0].columns
-        }
-        found = Rows(columns, np.concatenate(index), int(offsets[-1]) + cut, dropped)
+        found = _together(parts)
+        found = Rows(found.columns, found.index, found.rows + cut, dropped)
         finite = np.ones(found.index.size, dtype=bool)
-        for values in columns.values():
+        for values in found.columns.values():
             if values.dtype == float:
                 finite &= np.isfinite(values)
         return found.take(finite, FINITE)
@@ -210,6 +203,18 @@ class Parser:
         if _NUMBER.fullmatch(cell) or _NOT_FINITE.fullmatch(cell):
             return float(cell)
         return NUMBER
+
+
+def _together(parts: list[Rows]) -> Rows:
+    """Put the parts of a block together."""
+    if len(parts) == 1:
+        return parts[0]
+    offsets = np.cumsum([0, *(part.rows for part in parts)])
+    index = [part.index + offset for part, offset in zip(parts, offsets[:-1], strict=True)]
+    columns = {
+        name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns
+    }
+    return Rows(columns, np.concatenate(index), int(offsets[-1]), {})
 
 
 def _single_blanks(body: bytes) -> bytes:

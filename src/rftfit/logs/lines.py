@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-BLOCK_BYTES = 1 << 21
+BLOCK_BYTES = 1 << 22
 MAX_LINE = 1 << 16
 
 _WIDE = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
@@ -60,7 +60,7 @@ class TextFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._chunks = _chunks(path)
-        self._first = next(self._chunks, b"")
+        self._first = bytes(next(self._chunks, b""))
         self.head = self._first[:HEAD_BYTES]
         if not self._first or self._first.isspace():
             raise LogError("empty", f"{path}: the file is empty")
@@ -89,7 +89,7 @@ class TextFile:
             if place:
                 # one copy, however long the block
                 yield Block(b"".join((carry, memoryview(chunk)[:place])), b"")
-                carry = chunk[place:]
+                carry = bytes(chunk[place:])
             else:
                 carry += chunk
             if len(carry) > MAX_LINE:
@@ -99,19 +99,24 @@ class TextFile:
         yield Block(carry[:place], carry[place:])
 
 
-def _behind_last_line(text: bytes, stop: int) -> int:
+def _behind_last_line(text: bytes | bytearray, stop: int) -> int:
     return max(text.rfind(b"\n", 0, stop), text.rfind(b"\r", 0, stop)) + 1
 
 
-def _chunks(path: Path) -> Iterator[bytes]:
+def _chunks(path: Path) -> Iterator[bytes | bytearray]:
+    """Pieces of a file; each is good until the next one is asked for."""
     try:
         with path.open("rb") as handle:
             first = handle.read(BLOCK_BYTES)
             wide = _WIDE.get(first[:2])
             if wide is None:
                 yield first.removeprefix(codecs.BOM_UTF8)
-                while chunk := handle.read(BLOCK_BYTES):
-                    yield chunk
+                if len(first) < BLOCK_BYTES:
+                    return
+                # one buffer for all that follows: fresh memory costs as much as reading
+                buffer = bytearray(BLOCK_BYTES)
+                while size := handle.readinto(buffer):
+                    yield buffer if size == len(buffer) else buffer[:size]
                 return
             decoder = codecs.getincrementaldecoder(wide)("replace")
             yield decoder.decode(first[2:]).encode()

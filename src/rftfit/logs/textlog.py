@@ -204,7 +204,8 @@ class TextReader(Reader):
 
 def _log(path: Path, plan: Plan, rows: Rows, first: int) -> Log:
     before = plan.packets.missing if plan.packets else 0
-    columns = plan.derive(rows.columns, rows.index + first) if plan.derive else rows.columns
+    index = rows.index + first if first else rows.index
+    columns = plan.derive(rows.columns, index) if plan.derive else rows.columns
     missing = {}
     if plan.packets:
         lost = plan.packets.missing - before
