@@ -45,7 +45,7 @@ sweep: env ## run the paper's whole sweep of the robot; stop it at will, it goes
 	@$(BIN)/rftfit sweep $(ARGS)
 
 test: env ## run the whole test suite
-	@$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(ARGS)
 
 lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/ruff check

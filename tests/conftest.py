@@ -19,6 +19,11 @@ def pytest_configure() -> None:
         os.environ["COVERAGE_PROCESS_START"] = str(ROOT / "tests" / "messages.coveragerc")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with whole workflows: one of them at the end would leave the other processor idle."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+
+
 @pytest.fixture(scope="session")
 def paper_config() -> Config:
     """The configuration of the demonstration campaign."""

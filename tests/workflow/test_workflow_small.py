@@ -86,7 +86,7 @@ def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
     faults = ("gap:poppy_LP_bp00_g90_in", "saturated:poppy_LP_bp30_g90_in",
               "missing_tare:poppy_LP_bm30_g90_in", "truncated:poppy_LP_bp60_g90_in",
               "wrong_unit:poppy_LP_bp30_g45_in", "never_touches:poppy_LP_bm30_g45_in")  # fmt: skip
-    folder = make_campaign(tmp_path / "faults", ("poppy_LP",), faults)
+    folder = make_campaign(tmp_path / "faults", ("poppy_LP",), faults, plates_only=True)
     folder.run()
     fits = folder.table("fits/poppy_LP.csv").set_index("run_id")
     words = {
