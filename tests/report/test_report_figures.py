@@ -130,6 +130,20 @@ def test_complete_maps_have_no_word_of_missing_runs() -> None:
     assert "poppy_LP" in words(figure)
 
 
+def test_memory_grows_with_the_media_and_not_with_their_square() -> None:
+    """What is drawn by way of an image of the whole figure stays in memory until a pdf is closed."""
+    assert not [one for one in small_map().findobj() if one.get_rasterized()]
+
+
+def test_bars_show_the_colours_of_their_maps() -> None:
+    figure = small_map()
+    (strip,) = figure.axes[1].images
+    mesh = figure.axes[0].collections[0]
+    assert strip.get_clim() == mesh.get_clim()
+    assert strip.get_cmap() == mesh.get_cmap()
+    assert tuple(strip.get_extent()[2:]) == figure.axes[1].get_ylim() == mesh.get_clim()
+
+
 def test_colours_are_symmetric_about_zero() -> None:
     figure = small_map()
     mesh = figure.axes[0].collections[0]

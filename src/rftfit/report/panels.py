@@ -30,6 +30,7 @@ BOTTOM_CM = 0.85
 
 _SHADING = "////"
 _MISSING = "xxxxxx"
+_STRIP = 256
 
 
 def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -> Axes:
@@ -194,6 +195,15 @@ def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable) -> None:
     width = box.width / SIDE_CM
     place = figure.add_axes((box.x1 + 0.09 * width, box.y0, 0.13 * width, box.height))
     bar = figure.colorbar(drawn, cax=place)
+    # matplotlib's own strip is drawn through an image of the whole figure, and a pdf keeps all of them
+    if bar.solids is not None:
+        bar.solids.remove()
+    lowest, highest = place.get_ylim()
+    place.imshow(
+        np.linspace(lowest, highest, _STRIP)[:, None],
+        extent=(*place.get_xlim(), lowest, highest), origin="lower", aspect="auto",
+        cmap=drawn.get_cmap(), vmin=lowest, vmax=highest,
+    )  # fmt: skip
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
     bar.outline.set_linewidth(0.4)
