@@ -222,3 +222,9 @@ def test_a_start_up_is_the_same_at_all_depths() -> None:
     # own errors in squares, what the start-up leaves as a sum
     own = 0.003 * math.sqrt(share @ share)
     assert cell(found, 60, 0)[column("z", "_se")] == pytest.approx(math.hypot(own, share @ startup))
+
+
+def test_a_slight_slant_is_no_horizontal_run() -> None:
+    # its window begins where the log lets it: that is no depth of preparation, repeats are repeats
+    slight = (-0.4, -0.3, -0.2, 0.2, 0.3, 0.4)
+    assert set(table(*pairs((30.0, 30.0), slight, (2.54, 5.08)))["spread"]) == {"repeats"}

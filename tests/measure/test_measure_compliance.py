@@ -117,3 +117,14 @@ def test_the_zero_is_the_median_of_the_first_twentieth() -> None:
     found = compliance_of(depth, shifted, 0.01)
     np.testing.assert_allclose(found.force, plain.force, atol=1e-9)
     np.testing.assert_allclose(found.travel, plain.travel, atol=1e-9)
+
+
+def test_one_bad_reading_at_the_peak_is_one_of_many() -> None:
+    depth, force = push(200.0)
+    bad = depth.copy()
+    bad[-1] += 0.05
+    # the last level has 20 readings; from its middle to its end their mean counts half as much again
+    moved = (
+        compliance_of(bad, force, 0.01).travel[-1] - compliance_of(depth, force, 0.01).travel[-1]
+    )
+    assert 0 < moved < 2 * 0.05 / 20

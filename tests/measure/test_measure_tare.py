@@ -88,3 +88,9 @@ def test_nothing_in_common() -> None:
 def test_too_few_samples(samples: int) -> None:
     with pytest.raises(TareError, match=f"tare rod1: {samples} samples are no tare"):
         Tare.from_samples("rod1", "depth_cm", DEPTH[:samples], rod(DEPTH)[:, :samples])
+
+
+def test_only_a_step_wider_than_the_longest_is_a_hole() -> None:
+    position = np.array([0.0, 1.0, 3.0, 5.5])
+    tare = Tare("rod1", "depth_cm", position, rod(position), longest_step=2.0)
+    assert tare.covers(np.array([0.5, 2.0, 4.0])).tolist() == [True, True, False]

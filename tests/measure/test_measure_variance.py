@@ -112,3 +112,17 @@ def test_degrees_of_freedom_add_up_as_welch_and_satterthwaite_say() -> None:
     # without any variance, the most that a part of that same component has
     none = combine_dof(np.zeros((2, 2)), np.array([[8.0, 3.0], [10.0, 2.0]]))
     np.testing.assert_array_equal(none, [10, 3])
+
+
+@pytest.mark.parametrize(
+    ("rho", "least", "most"), [(0.6, 0.97, 1.18), (0.0, 0.97, 1.05), (-0.9, 0.95, 1.03)]
+)
+def test_a_short_rest_is_not_too_sure_and_hardly_too_unsure(
+    rho: float, least: float, most: float
+) -> None:
+    """Half a second of rest: what the bias of so short an autoregression leaves."""
+    n = 60
+    errors = correlated(rho, 3, n)
+    variance, _ = weighted_sum_variance(errors - errors.mean(axis=1)[:, None], np.ones(n))
+    exact = SIGMA**2 * float(toeplitz(rho ** np.arange(n)).sum())
+    assert least < np.mean(variance) / exact < most

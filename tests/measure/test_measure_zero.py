@@ -168,3 +168,9 @@ def test_the_noisier_rest_speaks_for_both() -> None:
         for k in range(60)
     ]  # fmt: skip
     assert np.mean([zero.variance for zero in many if zero]) == pytest.approx(0.04 / 200, rel=0.15)
+
+
+def test_an_arm_that_twitches_all_the_time_never_rests() -> None:
+    # one reading in 41 is of a moving arm: no half second of rest in one piece
+    twitching = MOVING | (np.arange(TIME.size) % 41 == 0)
+    assert find_zero(TIME, FORCE, stretches((0, 2)), twitching, 10.0, 0.0) is None

@@ -108,6 +108,12 @@ def test_leg_that_stops_turning_early(room: Room, run: str) -> None:
     assert len(rows) == 2
     assert (rows["theta_to_deg"] == theta.max()).all()
     assert rows["reason"].str.startswith("the measured curve has only theta -13").all()
+    # its lift has its peak at -40 degrees, its horizontal force behind the end
+    lift, along = (rows[rows["component"] == c].iloc[0] for c in "zx")
+    assert -8 < lift["peak_error_percent"] < -1
+    assert along["reason"].endswith("which may leave out its peak")
+    assert along[["peak_measured_N", "peak_predicted_N", "peak_error_percent"]].isna().all()
+    assert along["rms_error_N"] > 1
     if run == AIR:
         assert results.fates(next(log for log in room.logs if f"{LEG}_force" in log))[
             "dropped", "outside the tare's range"

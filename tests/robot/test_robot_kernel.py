@@ -137,7 +137,8 @@ def test_compilers_cache_tells_closures_apart(
     assert found == [(0, 1), (1, 0), (0, 1)]
 
 
-def test_any_phases_and_hips(robot: Robot, profile: Profile) -> None:
+@pytest.mark.parametrize("turn", [0.7, 2.5])  # every group bears a load in one of them
+def test_any_phases_and_hips(robot: Robot, profile: Profile, turn: float) -> None:
     """Phases that are no half turns, hips at heights of their own, groups of one, two and three."""
     hips = [
         hip.model_copy(update={"phase_turns": phase, "z_cm": z, "x_cm": x})
@@ -149,14 +150,14 @@ def test_any_phases_and_hips(robot: Robot, profile: Profile) -> None:
     odd = robot.model_copy(update={"legs": robot.legs.model_copy(update={"hips": hips})})
     parts = assemble(odd, 0.8)
     state, rate = np.array([40.0, 0.4, 0.2, 10.0, -5.0, 0.3]), 12.0
-    ours = step(profile, parts, state, 0.7, rate, 1e-3, 1)
-    theirs = plain.advance(profile, parts, state, 0.7, rate, 1e-3, 1)[1]
+    ours = step(profile, parts, state, turn, rate, 1e-3, 1)
+    theirs = plain.advance(profile, parts, state, turn, rate, 1e-3, 1)[1]
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
     samples = np.empty((1, kernel.SAMPLE_HEAD + 2 * len(parts.names)))
-    step(profile, parts, state, 0.7, rate, 1e-3, 1, every=1, samples=samples)
+    step(profile, parts, state, turn, rate, 1e-3, 1, every=1, samples=samples)
     drive = 0.0
     for forces, (_, _, first, members), turned in zip(
-        plain.forces(profile, parts, state, 0.7, rate), parts.groups, parts.turns, strict=True
+        plain.forces(profile, parts, state, turn, rate), parts.groups, parts.turns, strict=True
     ):
         if turned[0]:
             x, z = parts.places[first : first + members, :, None].transpose(1, 0, 2)

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.validate.peaks import extreme, measured_peak
+from rftfit.validate.peaks import HALF_WIDTH_DEG, extreme, measured_peak
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import pandas as pd
+
+    from rftfit.conventions import FloatArray
 
 COMPONENTS = ("z", "x")
 NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
@@ -50,7 +52,8 @@ def leg_errors(
     -------
     pandas.DataFrame
         One row per medium, leg, profile and component; a predicted curve without a measured one
-        has a reason instead of numbers. The interval of the peak error has the errors of alpha, of
+        has a reason instead of numbers, and one that stopped early near its highest point has no
+        peak. The interval of the peak error has the errors of alpha, of
         the leg's readings, of their zero and of the parabola through its peak, and the spread of its
         bed.
     """
@@ -89,8 +92,14 @@ def _compare(
     if not np.isfinite(ours).all():
         why = [str(reason) for reason in both["reason"].unique() if str(reason)]
         return row | {"reason": "; ".join(why) or "the prediction has no number"}
+    off = ours - truth
+    rms = float(np.sqrt(np.mean(off**2)))
+    scatter = float(np.sum((truth - truth.mean()) ** 2))
+    row |= {"rms_error_N": rms, "r2": 1 - float(off @ off) / scatter if scatter else math.nan}
     if np.ptp(theta) < FULL_RANGE_DEG:
         row["reason"] = f"the measured curve has only theta {theta.min():g} to {theta.max():g} deg"
+        if _at_an_end(theta, ours, component) or _at_an_end(theta, truth, component):
+            return row | {"reason": f"{row['reason']}, which may leave out its peak"}
     at, found = extreme(ours, component), measured_peak(theta, truth, component)
     peak, best = found.force_N, float(ours[at])
     ends = [float(both[f"force_{component}_{end}_N"].iloc[at]) for end in ("lo", "hi")]
@@ -99,9 +108,6 @@ def _compare(
     shape = (measured_peak(theta, ours, component).force_N / best - 1) * peak if best else 0.0
     error = math.hypot(found.se_N, zero, spread * peak, shape)
     lo, hi = _error_interval(best, ends, peak, error, confidence)
-    off = ours - truth
-    rms = float(np.sqrt(np.mean(off**2)))
-    spread = float(np.sum((truth - truth.mean()) ** 2))
     return row | {
         "peak_measured_N": peak,
         "peak_predicted_N": best,
@@ -110,10 +116,14 @@ def _compare(
         "peak_error_percent": 100 * (best / peak - 1) if peak else math.nan,
         "peak_error_lo_percent": lo,
         "peak_error_hi_percent": hi,
-        "rms_error_N": rms,
         "rms_relative_to_peak": rms / abs(peak) if peak else math.nan,
-        "r2": 1 - float(off @ off) / spread if spread else math.nan,
     }
+
+
+def _at_an_end(theta: FloatArray, force: FloatArray, component: str) -> bool:
+    """Tell whether a part of a curve is highest where it ends: the whole curve may be higher."""
+    top = theta[extreme(force, component)]
+    return bool(min(top - theta.min(), theta.max() - top) <= HALF_WIDTH_DEG)
 
 
 def _error_interval(
