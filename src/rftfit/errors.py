@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
 
 class RftfitError(Exception):
     """Base of every error that is shown to the user as one message, without a traceback."""
@@ -25,3 +31,34 @@ class WorkflowError(RftfitError):
     """The workflow stopped."""
 
     exit_code = 4
+
+
+class AllAtOnce:
+    """Errors of several inputs that do not hang on one another, told together."""
+
+    def __init__(self) -> None:
+        self._found: list[str] = []
+
+    @contextmanager
+    def part(self) -> Iterator[None]:
+        """Put an error of this input aside.
+
+        Yields
+        ------
+        None
+        """
+        try:
+            yield
+        except InputError as error:
+            self._found.append(str(error))
+
+    def check(self) -> None:
+        """Raise what was put aside.
+
+        Raises
+        ------
+        InputError
+            If there was any error.
+        """
+        if self._found:
+            raise InputError("\n".join(self._found))

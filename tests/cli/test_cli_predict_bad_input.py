@@ -54,6 +54,17 @@ def test_every_repeated_time_is_told(rftfit: Callable[..., Said], here: Path) ->
         assert f"later than the {before}" in said.err
 
 
+def test_outline_path_and_medium_are_told_at_once(rftfit: Callable[..., Said], here: Path) -> None:
+    (here / "points.csv").write_text("x_cm,z_cm\n1,2\n")
+    (here / "path.csv").write_text(PATH + "0,0,0,0\n0,0,-1,0\n")
+    files = ("--width", "2", "--outline", "points.csv", "--path", "path.csv")
+    said = rftfit("predict", *files, "--medium", "popy_LP")
+    assert said.code == 2
+    for text in ("points.csv, row 2", "path.csv, row 3, column t_s", "popy_LP"):
+        assert text in said.err
+    assert not (here / "forces.csv").exists()
+
+
 def test_one_missing_cell(rftfit: Callable[..., Said], here: Path) -> None:
     """Only what needs the cell is unknown; the file, the screen and the summary say why."""
     from rftfit.store import write_csv

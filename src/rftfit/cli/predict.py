@@ -9,7 +9,7 @@ import typer
 
 from rftfit.cli.output import say, warn
 from rftfit.cli.scale import check_test, number_of
-from rftfit.errors import InputError
+from rftfit.errors import AllAtOnce, InputError
 
 if TYPE_CHECKING:
     from rftfit.cli.predict_inputs import Motion
@@ -125,11 +125,16 @@ def predict(
     from rftfit.store import write_text
 
     _check_together(medium, profile, results, method, alpha, se)
-    # a value that cannot be wrong where none was given: the level is checked in any case
-    check_test(0.9 if alpha is None else alpha, se or 0.0, confidence)
-    body = make_outline(leg, curvature, outline, width, elements)
-    motion = make_motion(hip, path)
-    source = _source(medium, profile, results, method, alpha, se or 0.0, confidence)
+    inputs = AllAtOnce()
+    with inputs.part():
+        body = make_outline(leg, curvature, outline, width, elements)
+    with inputs.part():
+        motion = make_motion(hip, path)
+    with inputs.part():
+        # a value that cannot be wrong where none was given: the level is checked in any case
+        check_test(0.9 if alpha is None else alpha, se or 0.0, confidence)
+        source = _source(medium, profile, results, method, alpha, se or 0.0, confidence)
+    inputs.check()
     check_target(output, MARK, "forces", force, (outline, path))
     prediction = predict_forces(source, body, motion.poses, confidence)
     peaks = find_peaks(motion, prediction)
