@@ -31,6 +31,20 @@ def fails():
 program.stage_function = lambda name: fails
 sys.exit(program.main(["slopes"]))
 """
+DRAWING = """
+import resource, signal, sys
+from matplotlib.figure import Figure
+from rftfit.errors import OutputError
+from rftfit.report.saving import save
+figure = Figure(figsize=(0.3, 0.3), dpi=20)
+figure.add_subplot().plot([n % 7 for n in range(9000)], [n % 11 + n / 9000 for n in range(9000)])
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (6000, 6000))
+try:
+    save(figure, sys.argv[1])
+except OutputError as error:
+    print(error)
+"""
 CIRCUMSTANCES = {
     "été ü": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONHASHSEED": "1"},
     "elsewhere": {"PYTHONUTF8": "1", "TZ": "Asia/Kathmandu", "PYTHONHASHSEED": "2"},
@@ -42,6 +56,15 @@ def call(words: str, *more: str | Path, **environment: str) -> subprocess.Comple
         [sys.executable, *words.split(), *more], capture_output=True, text=True, check=False,
         env={**os.environ, **environment}, encoding="utf-8",
     )  # fmt: skip
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of file sizes are Unix's")
+def test_a_pdf_that_is_refused_is_no_fault_of_the_program(tmp_path: Path) -> None:
+    """There, what matplotlib raises while it closes the file is no error of a file."""
+    done = call("-c", DRAWING, tmp_path / "figure")
+    assert done.returncode == 0, done.stderr
+    assert "figure.pdf: cannot write: File too large" in done.stdout
+    assert [path.name for path in tmp_path.iterdir()] == ["figure.png"]
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a device of Linux")

@@ -11,7 +11,8 @@ from rftfit.cli.inspection import GAP_STEPS
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, join
 from rftfit.report import style
-from rftfit.store import atomic_path
+from rftfit.report.saving import FORMATS, content
+from rftfit.store import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -22,11 +23,6 @@ if TYPE_CHECKING:
     from rftfit.cli.inspection import Survey
     from rftfit.conventions import FloatArray
     from rftfit.logs.base import Reader
-
-FORMATS = ("png", "pdf", "svg")
-
-MOST_ROWS = 200_000
-"""Rows that are drawn of a long log."""
 
 MOST_ROWS = 200_000
 """Rows that are drawn of a long log."""
@@ -129,5 +125,4 @@ def plot_log(reader: Reader, source: Path, found: Survey, target: Path) -> None:
         )
     log = thinned(reader.stream(source), found.used)
     figure = draw_log(log, found.quantities.get("time", "time"))
-    with style.context(), atomic_path(target) as path:
-        figure.savefig(path, format=ending)
+    write_bytes(target, content(figure, ending))

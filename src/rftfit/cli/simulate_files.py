@@ -80,9 +80,9 @@ def write_motion(folder: Path, run: Run, tail: pd.DataFrame, notes: Sequence[str
     OutputError
         If a file cannot be written.
     """
-    from rftfit.report import style
     from rftfit.report.robot_motion import draw_motion
-    from rftfit.store import atomic_path, write_text
+    from rftfit.report.saving import content
+    from rftfit.store import write_bytes, write_text
 
     assert run.series is not None
     speed = f"{run.speed_cm_per_s:.6g} cm/s" if math.isfinite(run.speed_cm_per_s) else "none"
@@ -93,8 +93,7 @@ def write_motion(folder: Path, run: Run, tail: pd.DataFrame, notes: Sequence[str
     write_text(folder / MOTION, "\n".join(lines) + f"\n{body}")
     figure = draw_motion(tail.assign(profile="table"))
     # one format: three would take longer than the run
-    with style.context(), atomic_path(folder / FIGURE) as path:
-        figure.savefig(path, format="png", metadata={"Software": None})
+    write_bytes(folder / FIGURE, content(figure, "png"))
 
 
 def write_animation(

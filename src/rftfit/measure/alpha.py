@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 ANGLE_TOLERANCE_DEG = 0.05
+
+SAME_DEPTH_CM = 0.1
+"""Horizontal runs closer in depth than this were meant for one depth."""
+
 Row = dict[Any, Any]
 """One row of the table of fits."""
 
@@ -97,16 +101,28 @@ def alpha_table(
 
 def _repeats(records: list[Row], component: str) -> list[tuple[FloatArray, FloatArray]]:
     """Group the runs of one cell, and of one depth where it is horizontal."""
-    groups: dict[tuple[float, float, float], list[Row]] = {}
+    groups: dict[tuple[float, float], list[Row]] = {}
     for run in records:
         if math.isfinite(run[column(component)]):
-            level = round(float(run["gamma_deg"]), 1) == 0
-            depth = round(run["depth_from_cm"], 1) if level else 0.0
             # -90 and 90 degrees are one plate
             beta = round(float(run["beta_deg"]), 1)
-            key = (abs(beta) if abs(beta) == 90 else beta, round(float(run["gamma_deg"]), 1), depth)
+            key = (abs(beta) if abs(beta) == 90 else beta, round(float(run["gamma_deg"]), 1))
             groups.setdefault(key, []).append(run)
-    return [_parts(group, component)[:2] for group in groups.values()]
+    return [
+        _parts(group, component)[:2]
+        for (_, gamma), runs in groups.items()
+        for group in (_by_depth(runs) if gamma == 0 else [runs])
+    ]
+
+
+def _by_depth(runs: list[Row]) -> list[list[Row]]:
+    """Part horizontal runs by the depth they were made at; none is reached exactly."""
+    parts: list[list[Row]] = []
+    for run in sorted(runs, key=lambda row: float(row["depth_from_cm"])):
+        if not parts or run["depth_from_cm"] - parts[-1][-1]["depth_from_cm"] > SAME_DEPTH_CM:
+            parts.append([])
+        parts[-1].append(run)
+    return parts
 
 
 def _cell(
@@ -117,7 +133,7 @@ def _cell(
     good = [run for run in runs if math.isfinite(run[column("z")])]
     flags = [f"{run['run_id']}: {run['flags']}" for run in runs if run["flags"]]
     reasons = [f"{run['run_id']}: {run['reason']}" for run in runs if run["reason"]]
-    n_depths = len({round(run["depth_from_cm"], 1) for run in good}) if horizontal else depths
+    n_depths = len(_by_depth(good)) if horizontal else depths
     if not runs:
         reasons.append("no run")
     elif good and n_depths < 2 <= depths:

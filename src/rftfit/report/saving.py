@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rftfit.report import style
-from rftfit.store import atomic_path
+from rftfit.store import write_bytes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,13 +44,31 @@ def save(figure: Figure, base: str | Path) -> list[Path]:
     """
     base = Path(base)
     written = []
+    for ending in FORMATS:
+        # not with_suffix: it would cut glass0.3mm_LP at the point
+        target = base.with_name(f"{base.name}.{ending}")
+        write_bytes(target, content(figure, ending))
+        written.append(target)
+    return written
+
+
+def content(figure: Figure, ending: str) -> bytes:
+    """Return what a figure's file holds.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    ending : str
+        One of `FORMATS`.
+
+    Returns
+    -------
+    bytes
+        The whole file: what matplotlib itself raises on a full disk does not say that it is full.
+    """
+    more: dict[str, Any] = {"pil_kwargs": {"compress_level": 4}} if ending == "png" else {}
+    whole = BytesIO()
     # some settings (letters, hatches, salt of the ids) are looked up while writing
     with style.context():
-        for ending in FORMATS:
-            # not with_suffix: it would cut glass0.3mm_LP at the point
-            target = base.with_name(f"{base.name}.{ending}")
-            more: dict[str, Any] = {"pil_kwargs": {"compress_level": 4}} if ending == "png" else {}
-            with atomic_path(target) as path:
-                figure.savefig(path, format=ending, metadata=_METADATA[ending], **more)
-            written.append(target)
-    return written
+        figure.savefig(whole, format=ending, metadata=_METADATA[ending], **more)
+    return whole.getvalue()
