@@ -228,3 +228,42 @@ def test_a_slight_slant_is_no_horizontal_run() -> None:
     # its window begins where the log lets it: that is no depth of preparation, repeats are repeats
     slight = (-0.4, -0.3, -0.2, 0.2, 0.3, 0.4)
     assert set(table(*pairs((30.0, 30.0), slight, (2.54, 5.08)))["spread"]) == {"repeats"}
+
+
+@pytest.mark.parametrize("nominal", [2.54, 2.55, 2.5])
+def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal: float) -> None:
+    """Whatever the digits: repeats of one depth are one depth, and a depth that lacks is told."""
+    near = [run(n, 60, 0, 0.1, depth=nominal + off) for n, off in (("a", -0.02), ("b", 0.02))]
+    here = cell(table(*near), 60, 0)
+    assert math.isnan(here[column("z")])
+    assert here["reason"] == "only 1 of 3 depths"
+    here = cell(table(*near, run("c", 60, 0, 0.1, depth=2 * nominal)), 60, 0)
+    assert here[column("z")] == pytest.approx(0.1)
+    assert here["flags"] == "2 of 3 depths"
+    repeats = [
+        {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
+        for beta in (-60, -30, 0, 30, 60, 90)
+        for row in near
+    ]
+    assert set(table(*repeats)["spread"]) == {"repeats"}
+
+
+def test_depths_apart_by_more_than_a_millimetre_are_two() -> None:
+    here = cell(horizontal(2.0, 2.15), 60, 0)
+    assert here["flags"] == "2 of 3 depths"
+
+
+def test_what_several_runs_have_to_tell_is_told_in_turn() -> None:
+    no = math.nan
+    here = cell(
+        table(
+            run("a", 0, 90, 0.3, flags="gap of 2 s"), run("b", 0, 90, 0.3, flags="drift"),
+            run("c", 0, 90, no, no, reason="log missing"), run("d", 0, 90, no, no, reason="no zero"),
+        ), 0, 90,
+    )  # fmt: skip
+    assert here["flags"] == "a: gap of 2 s; b: drift"
+    assert here["reason"] == "c: log missing; d: no zero"
+
+
+def test_plates_held_otherwise_are_no_repeats() -> None:
+    assert set(table(*pairs((30.0, 30.4), GAMMAS))["spread"]) == {"one bed as prepared"}

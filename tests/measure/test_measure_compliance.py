@@ -128,3 +128,8 @@ def test_one_bad_reading_at_the_peak_is_one_of_many() -> None:
         compliance_of(bad, force, 0.01).travel[-1] - compliance_of(depth, force, 0.01).travel[-1]
     )
     assert 0 < moved < 2 * 0.05 / 20
+
+
+def test_thirty_readings_are_looked_at() -> None:
+    with pytest.raises(ComplianceError, match="21 readings in contact are too few; 30 at least"):
+        compliance_of(*push(50.0, in_air=9, contact=21), 0.01)

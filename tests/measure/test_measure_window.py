@@ -78,3 +78,10 @@ def test_every_reason_has_its_text() -> None:
     assert len(texts) == len(Why)
     assert Why.GOOD.text == ""
     assert all(why.text for why in Why if why != Why.GOOD)
+
+
+def test_the_clearance_is_kept_and_the_plate_submerged_at_the_very_ends() -> None:
+    # numbers that binary fractions hold: half length 2, half thickness 0.25; wall 12 - 6 - 2
+    plate = Plate(shape="plate", length_cm=4.0, width_cm=2.5, thickness_cm=0.5)
+    depth, x = np.array([0.25, 8.75, 4.0, 4.0]), np.array([0.0, 0.0, -4.0, 4.0])
+    assert (slanted_window(depth, x, plate, 0.0, BOX, Fit()) == Why.GOOD).all()

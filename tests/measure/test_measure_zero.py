@@ -174,3 +174,21 @@ def test_an_arm_that_twitches_all_the_time_never_rests() -> None:
     # one reading in 41 is of a moving arm: no half second of rest in one piece
     twitching = MOVING | (np.arange(TIME.size) % 41 == 0)
     assert find_zero(TIME, FORCE, stretches((0, 2)), twitching, 10.0, 0.0) is None
+
+
+def test_of_three_rests_the_outer_two_count() -> None:
+    rests = ((0, 1), (1.2, 2), (18, 20))
+    noise = np.random.default_rng(1).normal(0, 1, FORCE.shape)
+    for noisier in (TIME < 1.1, TIME > 10):
+        scaled = FORCE + noise * np.where(noisier, 0.2, 0.02)
+        outer = find_zero(TIME, scaled, stretches(rests[0], rests[2]), MOVING, 10.0, 0.0)
+        all_three = find_zero(TIME, scaled, stretches(*rests), MOVING, 10.0, 0.0)
+        assert outer is not None
+        assert all_three is not None
+        np.testing.assert_array_equal(all_three.force, outer.force)
+        np.testing.assert_array_equal(all_three.variance, outer.variance)
+
+
+def test_one_sample_is_no_rest() -> None:
+    here = np.ones(1, dtype=bool)
+    assert find_zero(TIME[:1], FORCE[:, :1], here, ~here, 10.0, 0.0) is None

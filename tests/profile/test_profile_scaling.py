@@ -291,3 +291,14 @@ def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config: Config) -> 
     table[names] = np.nan
     none = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
     assert none.reason == "0 measured cells are too few for 5 terms"
+
+
+def test_few_degrees_of_freedom_of_alpha_are_those_of_its_coefficients(
+    paper_config: Config,
+) -> None:
+    table = published("poppy_LP")
+    for c in "zx":  # 95 % intervals with Student's t of four degrees of freedom
+        table[column(c, "_lo")] = table[column(c)] - 2.776445 * table[column(c, "_se")]
+        table[column(c, "_hi")] = table[column(c)] + 2.776445 * table[column(c, "_se")]
+    fits = fit_media([table], paper_config)
+    assert [fit.dof for fit in fits] == pytest.approx([4.0] * len(ALL_METHODS), rel=1e-4)

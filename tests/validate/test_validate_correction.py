@@ -87,3 +87,11 @@ def test_media_and_models_come_in_order() -> None:
     assert table["gain_cv_percent"].isna().all()
     assert not table["earns_its_place"].any()
     assert table["rms_cv_N"].to_numpy() == pytest.approx(0, abs=1e-12)
+
+
+def test_no_natural_sand_leaves_an_empty_table_with_its_columns() -> None:
+    nothing = curves(ONE, ONE).iloc[:0]
+    found = corrections(nothing, nothing)
+    assert found.empty
+    assert list(found.columns) == list(corrections(curves(ONE, ONE), curves(ONE, ONE)).columns)
+    assert "earns_its_place" in found

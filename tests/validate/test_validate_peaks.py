@@ -179,3 +179,34 @@ def test_a_prediction_without_number_or_reason_says_so() -> None:
     assert set(lonely["reason"]) == {"no measured curve"}
     assert (lonely[list(NUMBERS)].dtypes == float).all()
     assert list(leg_errors(measured, predicted.iloc[:0]).columns) == COLUMNS
+
+
+def test_a_leg_that_stops_early_has_a_peak_where_it_was_passed() -> None:
+    """Lift is highest at -75 degrees, with more suction at the end; thrust still rises there."""
+    lift = 3 * np.exp(-(((THETA + 75) / 15) ** 2)) - 5 * np.exp(-(((THETA + 20) / 10) ** 2))
+    thrust = np.exp(-((THETA / 60) ** 2))
+    measured, predicted = curves(lift, 0.9 * lift)
+    for table, force in ((measured, thrust), (predicted, 0.9 * thrust)):
+        table["force_x_N"] = force
+    found = leg_errors(measured[measured["theta_deg"] <= -20], predicted).set_index("component")
+    only = "the measured curve has only theta -135 to -20 deg"
+    assert found.loc["z", "reason"] == only
+    assert found.loc["z", "peak_error_percent"] == pytest.approx(-10, abs=1)
+    assert found.loc["x", "reason"] == f"{only}, which may leave out its peak"
+    numbers = ["peak_measured_N", "peak_predicted_N", "peak_error_percent"]
+    assert found.loc["x", numbers].isna().all()
+    assert (found["rms_error_N"] > 0).all()
+
+
+def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error() -> None:
+    noise = np.random.default_rng(6).normal(0, 0.1, THETA.size)
+    measured, predicted = curves(wide(8.0) + noise, wide(8.0))
+    found = leg_errors(measured, predicted).iloc[0]
+    peak = measured_peak(THETA, wide(8.0) + noise, "z")
+    own = float(student_quantile(0.95, 24.0)) * peak.se_N / peak.force_N
+    assert own > 0.005
+    half = 100 * 8 / peak.force_N * math.hypot(0.1 / 8, own)
+    assert (found["peak_error_hi_percent"] - found["peak_error_lo_percent"]) / 2 == pytest.approx(
+        half, rel=1e-3
+    )
+    assert found["rms_relative_to_peak"] == pytest.approx(found["rms_error_N"] / peak.force_N)
