@@ -7,9 +7,11 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
-from rftfit.store.holder import hold
-from rftfit.store.parent import SHELL_PREFIX, end_group, end_with_parent
-from rftfit.workflow import Plan
+from rftfit.workflow.processes import hold
+from rftfit.workflow.processes import SHELL_PREFIX
+from rftfit.workflow.processes import end_group
+from rftfit.workflow.processes import end_with_parent
+from rftfit.workflow.plan import Plan
 
 min_version("9.5")
 

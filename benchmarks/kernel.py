@@ -18,18 +18,16 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 import numpy as np
 
 from rftfit import reference
-from rftfit.predict.kernel import element_forces
-from rftfit.predict.outline import model_leg
-from rftfit.predict.rotation import THETA_DEG, sweep, sweep_draws
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.fourier import as_array, fit_lsq
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.profile.table import TableProfile
+from rftfit.model.fourier import as_array, fit_lsq
+from rftfit.model.kernel import element_forces
+from rftfit.model.motion import THETA_DEG, sweep, sweep_draws
+from rftfit.model.outlines import model_leg
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
 
 TURNS = 40
 ELEMENTS = 8192

@@ -28,7 +28,7 @@ import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
 from foreign_logs import TEXTS, netft
 
-from rftfit.cli.inspection import survey
+from rftfit.logs.inspect import survey
 from rftfit.logs.registry import dialect
 
 if TYPE_CHECKING:

@@ -15,9 +15,7 @@ import pandas as pd
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import alpha_table
-from rftfit.stages.ingest import ingest_medium
-from rftfit.stages.slopes import fit_medium
-from rftfit.stages.tare import tare_medium
+from rftfit.workflow.measure import fit_medium, ingest_medium, tare_medium
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -1,7 +1,7 @@
 """How fast the robot runs: simulated seconds a second, beside a plain numpy stepper, and the sweep.
 
 Everything is measured in this one process, in turns; the median of the turns counts. Times of one core
-are processor times, which other programs disturb less. The plain stepper is `rftfit.robot.plain`,
+are processor times, which other programs disturb less. The plain stepper is `rftfit.robot.reference_kernel`,
 which gives the same motion. ``--sweep`` adds the paper's whole sweep (3,978 runs) in two threads.
 """
 
@@ -17,18 +17,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit import reference
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.fourier import as_array
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.profile.table import TableProfile
-from rftfit.robot import kernel, plain
-from rftfit.robot.configfile import paper_robot
-from rftfit.robot.parts import assemble
+from rftfit.model.fourier import as_array
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
+from rftfit.robot import kernel, reference_kernel
+from rftfit.robot.body import assemble
+from rftfit.robot.config import paper_robot
 from rftfit.robot.run import simulate
 from rftfit.robot.sweep import paper_conditions, run_all
 
 if TYPE_CHECKING:
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
 
 TURNS = 7
 STEP_S = 1e-4
@@ -66,7 +64,7 @@ def speeds(profile: Profile, curvature: float) -> tuple[float, float, float]:
 
     def numpy() -> float:
         begin = time.thread_time()
-        plain.advance(profile, parts, start, 0.0, rate, STEP_S, PLAIN_STEPS)
+        reference_kernel.advance(profile, parts, start, 0.0, rate, STEP_S, PLAIN_STEPS)
         return PLAIN_STEPS * STEP_S / (time.thread_time() - begin)
 
     compiled()

@@ -50,8 +50,8 @@ def template(raw: Path) -> list[Any]:
     """Write the plate and rod runs of one published medium; their logs are copied later."""
     from rftfit.campaign.load import load_campaign
     from rftfit.lab import rig
+    from rftfit.lab.enact import Job, write_runs
     from rftfit.lab.plan import plan_runs
-    from rftfit.lab.worker import Job, write_runs
 
     rig.FORCE_HZ, rig.MOTION_HZ = RATE * rig.FORCE_HZ, RATE * rig.MOTION_HZ
     config = load_campaign(CONFIG).config
@@ -102,9 +102,7 @@ def to_alpha(config: Path, medium: str) -> int:
     """Go from the logs of a medium to its alpha table; cells of it."""
     from rftfit.campaign.load import load_campaign
     from rftfit.measure.alpha import alpha_table
-    from rftfit.stages.ingest import ingest_medium
-    from rftfit.stages.slopes import fit_medium
-    from rftfit.stages.tare import tare_medium
+    from rftfit.workflow.measure import fit_medium, ingest_medium, tare_medium
 
     campaign = load_campaign(config, medium)
     samples, runs, _ = ingest_medium(campaign, medium)
@@ -172,7 +170,7 @@ def read_pandas(config: Path, cores: int) -> None:  # noqa: ARG001
 
 def sha256(config: Path, cores: int) -> None:  # noqa: ARG001
     """Digest of every log."""
-    from rftfit.store.manifest import sha256_of
+    from rftfit.store.digests import sha256_of
 
     for files, _ in _files(config):
         for file in files:

@@ -20,11 +20,8 @@ from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
 from rftfit.outputs.dictionary import KINDS, column_of, describe, outputs
-from rftfit.stages.ingest import ingest, ingest_medium
-from rftfit.stages.legs import legs
-from rftfit.stages.slopes import slopes
-from rftfit.stages.tare import tare
 from rftfit.store import write_csv
+from rftfit.workflow.measure import ingest, ingest_medium, legs, slopes, tare
 
 if TYPE_CHECKING:
     from rftfit.outputs.dictionary import Output
@@ -132,18 +129,18 @@ def test_tables_of_the_measurement(root: Path) -> None:
 
 STATED = {
     "results/ledger.csv": "rftfit.measure.ledger:COLUMNS",
-    "results/fourier/media.csv": "rftfit.stages.fourier:COLUMNS",
-    "results/fourier/terms.csv": "rftfit.stages.fourier:TERM_COLUMNS",
-    "results/coefficients.csv": "rftfit.stages.fourier:COLUMNS",
-    "results/penetration.csv": "rftfit.stages.scaling:COLUMNS",
-    "results/alpha_extended.csv": "rftfit.stages.symmetry:COLUMNS",
-    "results/predicted.csv": "rftfit.stages.trials:COLUMNS",
-    "results/leg_errors.csv": "rftfit.validate.leg_errors:COLUMNS",
-    "results/sands.csv": "rftfit.stages.sands:COLUMNS",
-    "results/robot/measured.csv": "rftfit.robot.errors:MEASURED",
-    "results/robot/errors.csv": "rftfit.robot.errors:ERRORS",
+    "results/fourier/media.csv": "rftfit.workflow.profiles:COLUMNS",
+    "results/fourier/terms.csv": "rftfit.workflow.profiles:TERM_COLUMNS",
+    "results/coefficients.csv": "rftfit.workflow.profiles:COLUMNS",
+    "results/penetration.csv": "rftfit.workflow.profiles:COLUMNS",
+    "results/alpha_extended.csv": "rftfit.workflow.profiles:COLUMNS",
+    "results/predicted.csv": "rftfit.workflow.validate:COLUMNS",
+    "results/leg_errors.csv": "rftfit.compare.legs:COLUMNS",
+    "results/sands.csv": "rftfit.workflow.validate:COLUMNS",
+    "results/robot/measured.csv": "rftfit.robot.speeds:MEASURED",
+    "results/robot/errors.csv": "rftfit.robot.speeds:ERRORS",
     "results/robot/intervals.csv": "rftfit.robot.intervals:COLUMNS",
-    "results/robot/optimum.csv": "rftfit.validate.robot_optimum:COLUMNS",
+    "results/robot/optimum.csv": "rftfit.compare.robot:COLUMNS",
 }
 """Where the code itself lists the columns of a table."""
 

@@ -26,7 +26,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 def outputs() -> str:
     """Every file that a run writes, with every column."""
-    from rftfit.measure.rows import Why
+    from rftfit.measure.ledger import Why
     from rftfit.outputs.dictionary import PARTS, outputs_of
 
     titles = {
@@ -73,7 +73,7 @@ def commands() -> str:
     """Every command with its arguments and options."""
     import typer
 
-    from rftfit.cli import exit_codes
+    from rftfit.cli import main
     from rftfit.cli.app import app
 
     group: Any = typer.main.get_command(app)
@@ -96,7 +96,7 @@ def commands() -> str:
                 part.partition(": ") for part in (command.epilog or "").split("\n\n") if part
             )
         )
-    codes = [(str(code), meaning) for code, meaning in exit_codes.MEANINGS.items()]
+    codes = [(str(code), meaning) for code, meaning in main.MEANINGS.items()]
     return text + "## Exit codes\n\n" + _table(("code", "meaning"), codes)
 
 
@@ -149,7 +149,7 @@ def _paragraphs(text: str | None) -> str:
 def robot() -> str:
     """Every key of a robot's file, every column of its run sheet."""
     from rftfit.robot.config import Robot
-    from rftfit.robot.sheet import COLUMNS
+    from rftfit.robot.tracks import COLUMNS
 
     schema = Robot.model_json_schema()
     rows = list(_keys(schema, schema, ""))

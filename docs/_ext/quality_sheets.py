@@ -43,14 +43,12 @@ def draw(project: Path, root: Path, png: Path) -> None:
 
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import load_campaign
+    from rftfit.figures.quality import draw_quality
     from rftfit.lab import plan_runs
-    from rftfit.lab.worker import run_logs
+    from rftfit.lab.enact import run_logs
     from rftfit.lab.write import sheet_text
-    from rftfit.report.quality import draw_quality
-    from rftfit.stages.ingest import ingest_medium
-    from rftfit.stages.samples import stress_samples
-    from rftfit.stages.slopes import fit_medium
-    from rftfit.stages.tare import tare_medium
+    from rftfit.workflow.figures import stress_samples
+    from rftfit.workflow.measure import fit_medium, ingest_medium, tare_medium
 
     (root / "config").mkdir()
     shutil.copy(project / "config" / "config.yaml", root / "config")
@@ -86,7 +84,7 @@ def draw(project: Path, root: Path, png: Path) -> None:
 
 
 def _prepare(app: Sphinx) -> None:
-    from rftfit.store.digest import code_digest
+    from rftfit.store.digests import code_digest
 
     png = Path(app.srcdir) / "_build" / "figures" / NAME
     made_by = png.with_suffix(".digest")

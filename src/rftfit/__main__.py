@@ -14,30 +14,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import InputError, RftfitError
-from rftfit.store.parent import end_with_parent
+from rftfit.workflow.processes import end_with_parent
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_FIGURES = "rftfit.stages.figures"
-_LEG_FIGURES = "rftfit.stages.leg_figures"
-_PROTOCOL_FIGURES = "rftfit.stages.protocol_figures"
-_ROBOT = "rftfit.stages.robot"
+_FIGURES = "rftfit.workflow.figures"
+_LEG_FIGURES = "rftfit.workflow.figures"
+_PROTOCOL_FIGURES = "rftfit.workflow.figures"
+_ROBOT = "rftfit.workflow.robot"
 STAGES = {
-    "ingest": "rftfit.stages.ingest:ingest",
-    "tare": "rftfit.stages.tare:tare",
-    "slopes": "rftfit.stages.slopes:slopes",
-    "legs": "rftfit.stages.legs:legs",
-    "symmetry": "rftfit.stages.symmetry:symmetry",
-    "fourier": "rftfit.stages.fourier:fourier",
-    "scaling": "rftfit.stages.scaling:scaling",
-    "trials": "rftfit.stages.trials:trials",
-    "correction": "rftfit.stages.correction:correction",
-    "sands": "rftfit.stages.sands:sands",
-    "ledger": "rftfit.stages.ledger:ledger",
-    "reproduction": "rftfit.stages.reproduction:reproduction",
-    "page": "rftfit.stages.page:page",
-    "workbooks": "rftfit.stages.workbooks:workbooks",
+    "ingest": "rftfit.workflow.measure:ingest",
+    "tare": "rftfit.workflow.measure:tare",
+    "slopes": "rftfit.workflow.measure:slopes",
+    "legs": "rftfit.workflow.measure:legs",
+    "symmetry": "rftfit.workflow.profiles:symmetry",
+    "fourier": "rftfit.workflow.profiles:fourier",
+    "scaling": "rftfit.workflow.profiles:scaling",
+    "trials": "rftfit.workflow.validate:trials",
+    "correction": "rftfit.workflow.validate:correction",
+    "sands": "rftfit.workflow.validate:sands",
+    "ledger": "rftfit.workflow.measure:ledger",
+    "reproduction": "rftfit.workflow.validate:reproduction",
+    "page": "rftfit.workflow.validate:page",
+    "workbooks": "rftfit.workflow.validate:workbooks",
     "quality": f"{_FIGURES}:quality",
     "figure_stress": f"{_FIGURES}:figure_stress",
     "figure_maps": f"{_FIGURES}:figure_maps",
@@ -46,7 +46,7 @@ STAGES = {
     "figure_tare": f"{_FIGURES}:figure_tare",
     "figure_protocol": f"{_PROTOCOL_FIGURES}:figure_protocol",
     "figure_linearity": f"{_PROTOCOL_FIGURES}:figure_linearity",
-    "figure_clocks": "rftfit.stages.clocks:figure_clocks",
+    "figure_clocks": "rftfit.workflow.figures:figure_clocks",
     "figure_legs": f"{_LEG_FIGURES}:figure_legs",
     "figure_leg_media": f"{_LEG_FIGURES}:figure_leg_media",
     "figure_sand_legs": f"{_LEG_FIGURES}:figure_sand_legs",
@@ -61,27 +61,13 @@ STAGES = {
     "robot_frames": f"{_ROBOT}_frames:robot_frames",
     "figures_robot_speed": f"{_ROBOT}_figures:figures_robot_speed",
     "figures_robot_motion": f"{_ROBOT}_figures:figures_robot_motion",
-    "provenance": "rftfit.stages.provenance:provenance",
+    "provenance": "rftfit.workflow.provenance:provenance",
 }
 """Stage to the module and the function that do the work."""
 
 
 def stage_function(name: str) -> Callable[..., None]:
-    """Return the function of a stage.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    callable
-
-    Raises
-    ------
-    InputError
-        If there is no such stage.
-    """
+    """Return the function of a stage."""
     if name not in STAGES:
         raise InputError(f"no stage {name!r}; allowed: {', '.join(STAGES)}")
     module, _, attribute = STAGES[name].partition(":")
@@ -92,20 +78,7 @@ def stage_function(name: str) -> Callable[..., None]:
 def bind(function: Callable[..., None], words: list[str]) -> dict[str, Any]:
     """Turn ``name=value`` words into the arguments of a stage.
 
-    Parameters
-    ----------
-    function : callable
-        Its annotations (``Path``, ``str``, ``list[Path]``) say what each argument is.
-    words : list of str
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    InputError
-        If a word is not of that form, or arguments are unknown, missing or given twice.
+    `function`: Its annotations (``Path``, ``str``, ``list[Path]``) say what each argument is.
     """
     kinds = inspect.signature(function).parameters
     found: dict[str, list[str]] = {}
@@ -129,15 +102,8 @@ def bind(function: Callable[..., None], words: list[str]) -> dict[str, Any]:
 def main(argv: list[str] | None = None) -> int:
     """Run one stage and return its exit code.
 
-    Parameters
-    ----------
-    argv : list of str, optional
-        Stage and arguments; default: the command line's.
-
-    Returns
-    -------
-    int
-        0, or the exit code of the error, whose message goes to standard error.
+    `argv`: Stage and arguments; default: the command line's. Returns 0, or the exit code of the
+    error, whose message goes to standard error.
     """
     end_with_parent()
     words = sys.argv[1:] if argv is None else argv

@@ -17,14 +17,7 @@ FloatArray = npt.NDArray[np.float64]
 def tangent(beta: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Components (x, z) of the unit tangent of a plate at attack angle `beta` (rad).
 
-    Parameters
-    ----------
-    beta : array_like
-
-    Returns
-    -------
-    tx, tz : numpy.ndarray
-        Same shape as `beta`.
+    Returns `tx`, `tz`: Same shape as `beta`.
     """
     beta = np.asarray(beta, dtype=float)
     return np.cos(beta), -np.sin(beta)
@@ -33,14 +26,7 @@ def tangent(beta: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
 def direction(gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Components (x, z) of the unit velocity at intrusion angle `gamma` (rad).
 
-    Parameters
-    ----------
-    gamma : array_like
-
-    Returns
-    -------
-    vx, vz : numpy.ndarray
-        Same shape as `gamma`.
+    Returns `vx`, `vz`: Same shape as `gamma`.
     """
     gamma = np.asarray(gamma, dtype=float)
     return -np.cos(gamma), -np.sin(gamma)
@@ -49,15 +35,8 @@ def direction(gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
 def intrusion_angle(vx: npt.ArrayLike, vz: npt.ArrayLike) -> FloatArray:
     """Intrusion angle gamma (rad, in (-pi, pi]) of the velocity (`vx`, `vz`).
 
-    Parameters
-    ----------
-    vx, vz : array_like
-        Velocity components, any one unit; shapes broadcast.
-
-    Returns
-    -------
-    numpy.ndarray
-        NaN where the velocity is zero.
+    `vx`, `vz`: Velocity components, any one unit; shapes broadcast. Returns naN where the velocity
+    is zero.
     """
     vx, vz = np.asarray(vx, dtype=float), np.asarray(vz, dtype=float)
     # 0.0 - v, not -v: a negative zero would turn +pi into -pi
@@ -68,30 +47,14 @@ def intrusion_angle(vx: npt.ArrayLike, vz: npt.ArrayLike) -> FloatArray:
 def wrap_beta(beta: npt.ArrayLike) -> FloatArray:
     """Bring an attack angle (rad) into [-pi/2, pi/2), its period being pi.
 
-    Parameters
-    ----------
-    beta : array_like
-
-    Returns
-    -------
-    numpy.ndarray
-        +pi/2 comes back as -pi/2: they are one and the same plate.
+    Returns +pi/2 comes back as -pi/2: they are one and the same plate.
     """
     beta = np.asarray(beta, dtype=float)
     return np.mod(beta + np.pi / 2, np.pi) - np.pi / 2
 
 
 def wrap_gamma(gamma: npt.ArrayLike) -> FloatArray:
-    """Bring an intrusion angle (rad) into (-pi, pi].
-
-    Parameters
-    ----------
-    gamma : array_like
-
-    Returns
-    -------
-    numpy.ndarray
-    """
+    """Bring an intrusion angle (rad) into (-pi, pi]."""
     gamma = np.asarray(gamma, dtype=float)
     return np.pi - np.mod(np.pi - gamma, 2 * np.pi)
 
@@ -102,15 +65,8 @@ def mirror(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, Float
     There alpha_z is the same and alpha_x has the other sign (design of the symmetry extension,
     supplement of the paper). Mirroring twice gives the angles back.
 
-    Parameters
-    ----------
-    beta, gamma : array_like
-        Shapes broadcast.
-
-    Returns
-    -------
-    beta, gamma : numpy.ndarray
-        (-beta, pi - gamma), gamma in (-pi, pi].
+    `beta`, `gamma`: Shapes broadcast. Returns `beta`, `gamma`: (-beta, pi - gamma), gamma in (-pi,
+    pi].
     """
     return -np.asarray(beta, dtype=float), wrap_gamma(np.pi - np.asarray(gamma, dtype=float))
 
@@ -118,19 +74,10 @@ def mirror(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, Float
 def file_extraction(beta_deg: float, path_gamma_deg: float) -> tuple[float, float, float]:
     """Cell of the alpha table to which a pull back along a path belongs.
 
-    Parameters
-    ----------
-    beta_deg : float
-        Angle at which the plate was held.
-    path_gamma_deg : float
-        Angle of the path on the way down, in [0, 90].
-
-    Returns
-    -------
-    beta_deg, gamma_deg : float
-        (-beta, -gamma): the mirror image of the physical (beta, gamma - 180 deg).
-    sign_x : float
-        -1: the factor that turns the measured alpha_x into that of the cell.
+    `beta_deg`: Angle at which the plate was held. `path_gamma_deg`: Angle of the path on the way
+    down, in [0, 90]. Returns `beta_deg`, `gamma_deg`: (-beta, -gamma): the mirror image of the
+    physical (beta, gamma - 180 deg). Returns `sign_x`: -1: the factor that turns the measured
+    alpha_x into that of the cell.
     """
     # + 0.0 so that no cell is called -0
     return -beta_deg + 0.0, -path_gamma_deg + 0.0, -1.0

@@ -41,24 +41,13 @@ class AllAtOnce:
 
     @contextmanager
     def part(self) -> Iterator[None]:
-        """Put an error of this input aside.
-
-        Yields
-        ------
-        None
-        """
+        """Put an error of this input aside."""
         try:
             yield
         except InputError as error:
             self._found.append(str(error))
 
     def check(self) -> None:
-        """Raise what was put aside.
-
-        Raises
-        ------
-        InputError
-            If there was any error.
-        """
+        """Raise what was put aside."""
         if self._found:
             raise InputError("\n".join(self._found))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from rftfit.campaign import workbook
+from rftfit.campaign import rows
 
 if TYPE_CHECKING:
     from .conftest import Room
@@ -38,7 +38,7 @@ def test_an_extreme_workbook(monkeypatch: pytest.MonkeyPatch) -> None:
     openpyxl: Any = importlib.import_module("openpyxl")
     book, out = openpyxl.Workbook(), io.BytesIO()
     book.save(out)
-    monkeypatch.setattr(workbook, "MAX_TAGS", 10)
-    _, (problem,) = workbook.read_workbook(out.getvalue(), "runs.xlsx")
+    monkeypatch.setattr(rows, "MAX_TAGS", 10)
+    _, (problem,) = rows.read_workbook(out.getvalue(), "runs.xlsx")
     assert problem.code == "sheet.too-large"
     assert "million XML tags are too many; at most 1e-05 million are read" in str(problem)

@@ -4,9 +4,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.campaign.configfile import MAX_BYTES
 from rftfit.campaign.load import check_campaign
-from rftfit.campaign.yamlfile import MAX_DEPTH, MAX_NODES, parse_yaml
+from rftfit.campaign.reading import MAX_BYTES, MAX_DEPTH, MAX_NODES, parse_yaml
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.campaign.files import plain_path
+from rftfit.campaign.reading import plain_path
 
 if TYPE_CHECKING:
     from .conftest import Room

@@ -8,10 +8,9 @@ import yaml
 
 from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.config import Config
-from rftfit.campaign.keys import all_keys
 from rftfit.campaign.load import check_campaign
-from rftfit.campaign.schema import json_schema, main, reference_markdown
-from rftfit.campaign.template import init_campaign
+from rftfit.campaign.schema import all_keys, json_schema, main, reference_markdown
+from rftfit.cli.init import init_campaign
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.campaign import table
+from rftfit.campaign import rows
 from rftfit.campaign.load import check_campaign
 
 if TYPE_CHECKING:
@@ -302,12 +302,12 @@ def test_ids_twice_or_differing_by_case(room: Room) -> None:
 
 
 def test_too_many_rows(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(table, "MAX_ROWS", 3)
+    monkeypatch.setattr(rows, "MAX_ROWS", 3)
     assert "at most 3 rows are read" in room.only("sheet.too-many-rows")
 
 
 def test_too_large_a_sheet(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(table, "MAX_BYTES", 100)
+    monkeypatch.setattr(rows, "MAX_BYTES", 100)
     assert "are too large" in room.only("sheet.too-large")
 
 

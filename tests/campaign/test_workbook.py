@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from rftfit.campaign import table, workbook
+from rftfit.campaign import rows
 
 if TYPE_CHECKING:
     from .conftest import Room
@@ -144,8 +144,8 @@ def test_a_zip_bomb_is_refused_unopened(room: Room) -> None:
 
 
 def test_too_many_rows(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(workbook, "MAX_ROWS", 4)
-    monkeypatch.setattr(table, "MAX_ROWS", 4)
+    monkeypatch.setattr(rows, "MAX_ROWS", 4)
+    monkeypatch.setattr(rows, "MAX_ROWS", 4)
     assert "at most 4 rows" in room.only("sheet.too-many-rows", book_of(room), NAME)
     # a single cell far below
     monkeypatch.undo()

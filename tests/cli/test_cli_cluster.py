@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.cli import cluster
-from rftfit.cli.cluster import cluster_words
-from rftfit.cli.failures import failure_text
-from rftfit.cli.snakemake_output import Watcher
+from rftfit.cli import run
+from rftfit.cli.run import cluster_words
 from rftfit.errors import InputError
+from rftfit.workflow.snakemake import Watcher, failure_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,7 +77,7 @@ def snakefile(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "find_spec", lambda name: ModuleSpec(name, None))
+    monkeypatch.setattr(run, "find_spec", lambda name: ModuleSpec(name, None))
     monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
 
 
@@ -95,11 +94,7 @@ def test_the_projects_profile_and_an_own_one(snakefile: Path, tmp_path: Path) ->
 
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("a: [", "cannot be read"),
-        ("- a\n", "must hold keys and values"),
-    ],
+    ("text", "words"), [("a: [", "cannot be read"), ("- a\n", "must hold keys and values")]
 )
 def test_a_profile_that_cannot_be_read(
     snakefile: Path, tmp_path: Path, text: str, words: str
@@ -112,10 +107,10 @@ def test_a_profile_that_cannot_be_read(
 
 
 def test_what_is_missing_is_named(snakefile: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "find_spec", lambda _: None)
+    monkeypatch.setattr(run, "find_spec", lambda _: None)
     with pytest.raises(InputError, match="pip install snakemake-executor-plugin-slurm"):
         cluster_words("slurm", snakefile, None)
-    monkeypatch.setattr(cluster, "find_spec", lambda name: ModuleSpec(name, None))
+    monkeypatch.setattr(run, "find_spec", lambda name: ModuleSpec(name, None))
     monkeypatch.setattr("shutil.which", lambda _: None)
     with pytest.raises(InputError, match="no program sbatch here"):
         cluster_words("slurm", snakefile, None)

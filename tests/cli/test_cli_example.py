@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 from dictionary_check import columns_in, undescribed, wrong_kind
 
-from rftfit.cli.example_files import EXAMPLES, SUMS, fetch_logs, own_files
+from rftfit.cli.example import EXAMPLES, SUMS, fetch_logs, own_files
 from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe, outputs
 

@@ -9,10 +9,10 @@ import pytest
 import yaml
 from foreign_logs import TEXTS, netft
 
-from rftfit.campaign.sources import ForceLog, MotionLog
-from rftfit.cli.inspection import survey
+from rftfit.campaign.config import ForceLog, MotionLog
+from rftfit.logs.inspect import survey
 from rftfit.logs.registry import source_reader
-from rftfit.measure.columns import mapped
+from rftfit.measure.pairs import mapped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -123,7 +123,7 @@ def test_a_survey_in_blocks_is_that_of_the_whole(
     made = netft(3000, lost=7)
     path.write_bytes(made.content)
     whole = survey([made.reader.load(path)])
-    monkeypatch.setattr("rftfit.logs.lines.BLOCK_BYTES", 40_000)
+    monkeypatch.setattr("rftfit.logs.text.BLOCK_BYTES", 40_000)
     blocks = list(made.reader.stream(path))
     assert len(blocks) > 5
     parts = survey(blocks)

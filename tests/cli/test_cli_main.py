@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 import rftfit as package
-from rftfit.cli import exit_codes
-from rftfit.cli.crash import CRASH_FILE
+from rftfit.cli import main
+from rftfit.cli.main import CRASH_FILE
 from rftfit.errors import OutputError, RftfitError
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def test_help_lists_commands_and_exit_codes(rftfit: Callable[..., Said], words: 
     said = rftfit(*words)
     assert said.code == 0
     assert [name for name in COMMANDS if name not in said.out] == []
-    for code, meaning in exit_codes.MEANINGS.items():
+    for code, meaning in main.MEANINGS.items():
         assert f"{code}: {meaning}" in said.out
     assert "Example" in said.out
 
@@ -54,15 +54,15 @@ def test_help_of_each_command_has_an_example(rftfit: Callable[..., Said], name: 
 
 
 def test_exit_codes_are_those_of_the_errors() -> None:
-    codes = [getattr(exit_codes, name) for name in dir(exit_codes) if name.isupper()]
+    codes = [getattr(main, name) for name in dir(main) if name.isupper()]
     numbers = [code for code in codes if isinstance(code, int)]
-    assert sorted(numbers) == sorted(exit_codes.MEANINGS) == [0, 1, 2, 3, 4, 5, 130, 141]
+    assert sorted(numbers) == sorted(main.MEANINGS) == [0, 1, 2, 3, 4, 5, 130, 141]
 
 
 @pytest.mark.parametrize("words", [["chekc"], ["check", "--strickt"], ["scale"], ["init"]])
 def test_usage_errors(rftfit: Callable[..., Said], words: list[str]) -> None:
     said = rftfit(*words)
-    assert said.code == exit_codes.INPUT_NOT_VALID
+    assert said.code == main.INPUT_NOT_VALID
     assert "Usage: rftfit" in said.err
     assert "Error: " in said.err
 
@@ -89,7 +89,7 @@ def test_crash(
     monkeypatch.chdir(tmp_path)
     fail_with(monkeypatch, ZeroDivisionError("no sand\nleft"))
     said = rftfit("check", "--strict")
-    assert said.code == exit_codes.UNEXPECTED
+    assert said.code == main.UNEXPECTED
     assert "ZeroDivisionError: no sand left" in said.err
     assert str(tmp_path / CRASH_FILE) in said.err
     report = (tmp_path / CRASH_FILE).read_text(encoding="utf-8")
@@ -109,7 +109,7 @@ def test_crash_where_the_folder_cannot_be_written(
     monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))
     fail_with(monkeypatch, ZeroDivisionError())
     said = rftfit("check")
-    assert said.code == exit_codes.UNEXPECTED
+    assert said.code == main.UNEXPECTED
     assert str(elsewhere / CRASH_FILE) in said.err
     assert (elsewhere / CRASH_FILE).is_file()
 
@@ -120,7 +120,7 @@ def test_interrupt(
 ) -> None:
     fail_with(monkeypatch, KeyboardInterrupt(text))
     said = rftfit("check")
-    assert (said.code, said.err) == (exit_codes.INTERRUPTED, f"{shown}\n")
+    assert (said.code, said.err) == (main.INTERRUPTED, f"{shown}\n")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes close without an error here")
@@ -130,7 +130,7 @@ def test_reader_that_stops_reading() -> None:
     command = [sys.executable, "-m", "rftfit.cli.main", "reenact", "--list-faults"]
     done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False)
     os.close(writer)
-    assert (done.returncode, done.stderr) == (exit_codes.PIPE_CLOSED, b"")
+    assert (done.returncode, done.stderr) == (main.PIPE_CLOSED, b"")
 
 
 def test_commands_load_nothing_heavy() -> None:

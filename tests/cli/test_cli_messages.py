@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 from rftfit.__main__ import main as stage
-from rftfit.cli import example_files, example_plates
-from rftfit.cli.crash import CRASH_FILE, crash_message
-from rftfit.cli.reenacted import MARKER, Earlier, clear, find_earlier
-from rftfit.cli.scale_sources import from_results
+from rftfit.cli import example
+from rftfit.cli.main import CRASH_FILE, crash_message
+from rftfit.cli.reenact import MARKER, Earlier, clear, find_earlier
+from rftfit.cli.scale import from_results
 from rftfit.errors import InputError, OutputError
 
 from .test_cli_predict import alpha_frame, here, results
@@ -68,35 +68,35 @@ def test_inspecting_a_pipe(rftfit: Callable[..., Said], here: Path) -> None:
 
 def test_an_example_that_is_not_installed() -> None:
     with pytest.raises(InputError, match="the files of the example moon are not there; install"):
-        example_files.own_files("moon")
+        example.own_files("moon")
 
 
 def test_an_example_whose_logs_cannot_be_had(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source, other = here / "source", here / "other"
     for folder in (source, other):
         folder.mkdir()
-    (source / example_files.SUMS).write_text(f"{'0' * 64}  log.txt\n")
+    (source / example.SUMS).write_text(f"{'0' * 64}  log.txt\n")
     (here / "file").write_text("")
-    chosen = example_files.EXAMPLES["cmu-sand"]
+    chosen = example.EXAMPLES["cmu-sand"]
     with pytest.raises(OutputError, match="raw: cannot be made: Not a directory"):
-        example_files.fetch_logs(chosen, source, here / "file" / "raw", None)
+        example.fetch_logs(chosen, source, here / "file" / "raw", None)
     (other / "log.txt").write_text("1,2\n")
     with pytest.raises(InputError, match=r"--from: .*log.txt is not the log of that name"):
-        example_files.fetch_logs(chosen, source, here / "raw", str(other))
+        example.fetch_logs(chosen, source, here / "raw", str(other))
     monkeypatch.setitem(sys.modules, "pooch", None)
     with pytest.raises(InputError, match="downloaded with the package pooch; install it: pip"):
-        example_files.fetch_logs(chosen, source, here / "raw", None)
+        example.fetch_logs(chosen, source, here / "raw", None)
 
 
 def test_an_example_without_an_alpha(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
     campaign = SimpleNamespace(config=SimpleNamespace(fit=SimpleNamespace(confidence=0.95)))
     lost = SimpleNamespace(name="a", plate="round", alpha=np.nan, reason="no contact")
-    monkeypatch.setattr(example_plates, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
-    monkeypatch.setattr(example_plates, "_runs", lambda *_: [lost])
+    monkeypatch.setattr(example, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
+    monkeypatch.setattr(example, "_runs", lambda *_: [lost])
     monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
-    monkeypatch.setattr("rftfit.stages.ledger.check", lambda *_: None)
+    monkeypatch.setattr("rftfit.workflow.measure.check", lambda *_: None)
     with pytest.raises(InputError, match="no run gives an alpha: a: no contact"):
-        example_plates.run_plates(here / "config.yaml", here)
+        example.run_plates(here / "config.yaml", here)
 
 
 def test_a_campaign_whose_tables_do_not_suffice(rftfit: Callable[..., Said], results: Path) -> None:
@@ -144,7 +144,7 @@ def test_an_interval_that_is_not_known(rftfit: Callable[..., Said], here: Path) 
 
 
 def test_a_campaign_scaled_with_the_published_media(here: Path) -> None:
-    from rftfit.profile.reference_media import routine
+    from rftfit.model.scaling import routine
 
     (here / "penetration.csv").write_text(
         f'method,medium,chi\n"{routine("lsq", printed=True)}",yuma,1.2\n'
@@ -216,7 +216,7 @@ def test_locks(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
     from rftfit.errors import WorkflowError
 
     others: list[int] = [12, 34]
-    monkeypatch.setattr("rftfit.cli.snakemake_process.working_in", lambda _: others)
+    monkeypatch.setattr("rftfit.workflow.snakemake.working_in", lambda _: others)
     with pytest.raises(
         WorkflowError, match=r"a workflow is running in .* \(process 12, 34\), so its"
     ):
@@ -229,13 +229,13 @@ def test_locks(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
         tell("no room left")
         return 1
 
-    monkeypatch.setattr("rftfit.cli.snakemake_process.listen", refused)
+    monkeypatch.setattr("rftfit.workflow.snakemake.listen", refused)
     with pytest.raises(WorkflowError, match="the lock cannot be cleared: no room left"):
         run._unlock([], here)
 
 
 def test_notes_of_verify() -> None:
-    from rftfit.cli.verify_compare import Finding, _notes
+    from rftfit.cli.verify import Finding, _notes
 
     was: Any = SimpleNamespace(rules={"tare": "1"}, versions={"numpy": "2.0"})
     now: Any = SimpleNamespace(rules={"tare": "2"}, versions={"numpy": "2.1"})
@@ -254,10 +254,10 @@ def test_a_lock_of_a_killed_run(
 
     from rftfit.cli import run
 
-    monkeypatch.setattr("rftfit.cli.snakemake_process.listen", lambda *_: 0)
+    monkeypatch.setattr("rftfit.workflow.snakemake.listen", lambda *_: 0)
     for certain, said in ((False, ""), (True, "An earlier run was killed: its lock is cleared")):
         monkeypatch.setattr(
-            "rftfit.store.holder.left_by_the_dead", lambda _, c=certain: nullcontext(c)
+            "rftfit.workflow.processes.left_by_the_dead", lambda _, c=certain: nullcontext(c)
         )
         run._clear_lock_of_the_dead([], here)
         assert capsys.readouterr().err.startswith(said)
@@ -265,8 +265,7 @@ def test_a_lock_of_a_killed_run(
 
 
 def test_snakemake_that_is_ended() -> None:
-    from rftfit.cli.failures import failure_text
-    from rftfit.cli.snakemake_output import Watcher
+    from rftfit.workflow.snakemake import Watcher, failure_text
 
     said = failure_text(Watcher(total=9, done=4), Path(), Path("the.log"), -9)
     assert (
@@ -278,11 +277,11 @@ def test_snakemake_that_is_ended() -> None:
 
 
 def test_a_part_of_the_sweep_on_a_cluster(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
-    from rftfit.cli.simulate_sweep import sweep
+    from rftfit.cli.simulate import sweep
 
     campaign = SimpleNamespace(media_with_runs=("poppy_LP",), root=here)
     section = SimpleNamespace(medium="poppy_LP")
     monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
-    monkeypatch.setattr("rftfit.stages.robot.robot_of", lambda _: (section, None))
+    monkeypatch.setattr("rftfit.workflow.robot.robot_of", lambda _: (section, None))
     with pytest.raises(InputError, match="--cluster and --profile: a cluster runs all profiles at"):
         sweep(profile=["table"], config=here / "config.yaml", cluster="slurm")

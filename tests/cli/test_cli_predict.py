@@ -12,15 +12,12 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.predict.outline import arc, model_leg, polyline
-from rftfit.predict.path import path_poses
-from rftfit.predict.rotation import THETA_DEG, sweep, sweep_draws
-from rftfit.profile.bootstrap import alpha_draws, interval
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.fourier import TERMS, as_array, fit_lsq, kept_terms
-from rftfit.profile.nine_terms import FourierProfile, scaled_generic
-from rftfit.profile.scaling import vertical_penetration
-from rftfit.profile.table import TableProfile
+from rftfit.model.draws import alpha_draws, interval
+from rftfit.model.fourier import TERMS, as_array, fit_lsq, kept_terms
+from rftfit.model.motion import THETA_DEG, path_poses, sweep, sweep_draws
+from rftfit.model.outlines import arc, model_leg, polyline
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
+from rftfit.model.scaling import vertical_penetration
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,8 +25,8 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.predict.forces import Forces
-    from rftfit.profile.base import Profile
+    from rftfit.model.forces import Forces
+    from rftfit.model.profiles import Profile
 
     from .conftest import Said
 
@@ -186,7 +183,7 @@ def test_outline_along_a_path(rftfit: Callable[..., Said], here: Path) -> None:
     assert found["angle_deg"] == pytest.approx([0, 10, 30, 40])
     poses = path_poses([0, 1, 2, 4], [0, 0, -1, -6], [2, -1, -4, -4],
                        np.radians([0, 10, 30, 40]))  # fmt: skip
-    from rftfit.predict.forces import forces_on
+    from rftfit.model.forces import forces_on
 
     scoop = polyline([(-2, 0), (0, -1), (2, 0)], 5.0)
     check(found, forces_on(TableProfile.published("poppy_LP"), scoop, poses))

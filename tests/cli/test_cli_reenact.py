@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.cli.reenacted import MARKER
-from rftfit.lab.faults import FAULTS
+from rftfit.cli.reenact import MARKER
+from rftfit.lab.rig import FAULTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

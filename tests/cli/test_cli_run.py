@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.cli.results import ledger_line
-from rftfit.cli.snakemake_process import _signals_as_interrupts, find_snakefile, working_in
+from rftfit.cli.run import ledger_line
 from rftfit.errors import WorkflowError
+from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakefile, working_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,16 +11,15 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.cli.scale_intervals import (
+from rftfit.cli.scale import (
     alpha_with_interval,
     coefficients_with_interval,
+    from_results,
     scale_from,
 )
-from rftfit.cli.scale_sources import from_results
 from rftfit.errors import InputError
-from rftfit.profile.fourier import TERMS, evaluate
-from rftfit.profile.new_medium import with_interval
-from rftfit.profile.reference_media import Reference, published
+from rftfit.model.fourier import TERMS, evaluate
+from rftfit.model.scaling import Reference, published, with_interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable

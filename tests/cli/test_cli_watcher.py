@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from rich.console import Console
 
-from rftfit.cli.failures import failure_text
-from rftfit.cli.progress import Bar
-from rftfit.cli.snakemake_output import Watcher
+from rftfit.workflow.snakemake import Bar, Watcher, failure_text
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -10,16 +10,22 @@ import numpy as np
 import pandas as pd
 from ensembles import AREA_CM2, RUN_TO_RUN, one_log
 
+from rftfit.compare.legs import laboratory_candidates, leg_errors, leg_prediction
 from rftfit.measure.alpha import column, grid
-from rftfit.predict.outline import leg_outline
-from rftfit.predict.rotation import THETA_DEG, sweep
-from rftfit.profile.bootstrap import interval
-from rftfit.profile.fourier import fit_dft_index, fit_lsq
-from rftfit.profile.media_fits import MediumFit, fit_media, generic_interval
-from rftfit.profile.scaling import generic, vertical_penetration
-from rftfit.profile.table import TableProfile
+from rftfit.model.draws import interval
+from rftfit.model.fourier import fit_dft_index, fit_lsq
+from rftfit.model.motion import THETA_DEG, sweep
+from rftfit.model.outlines import leg_outline
+from rftfit.model.profiles import TableProfile
+from rftfit.model.scaling import (
+    MediumFit,
+    fit_media,
+    generic,
+    generic_interval,
+    vertical_penetration,
+)
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, alpha_grid
-from rftfit.robot.configfile import paper_robot
+from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
     BEST_DRAWS,
     DRAWS,
@@ -31,9 +37,7 @@ from rftfit.robot.intervals import (
 )
 from rftfit.robot.run import Condition
 from rftfit.robot.sensitivity import optimum
-from rftfit.stages.trials import bed_spread
-from rftfit.validate.leg_errors import leg_errors
-from rftfit.validate.predictions import laboratory_candidates, leg_prediction
+from rftfit.workflow.validate import bed_spread
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +45,7 @@ if TYPE_CHECKING:
     from ensembles import Ensemble
 
     from rftfit.campaign.config import Config
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
 
     FloatArray = np.ndarray
     Inside = dict[str, FloatArray]
@@ -234,11 +238,7 @@ SCENARIOS = (
 
 
 def cover(
-    ensembles: Sequence[Ensemble],
-    scenario: Scenario,
-    config: Config,
-    seed: int,
-    legs: bool = True,
+    ensembles: Sequence[Ensemble], scenario: Scenario, config: Config, seed: int, legs: bool = True
 ) -> dict[str, FloatArray]:
     """Share of intervals that contain the truth, by level, shape (campaigns,).
 

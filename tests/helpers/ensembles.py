@@ -18,8 +18,7 @@ from scipy.signal import lfilter
 
 from rftfit.campaign.config import Config
 from rftfit.measure.alpha import alpha_table
-from rftfit.measure.slope import Slope, fit_slope
-from rftfit.measure.startup import unfinished_start
+from rftfit.measure.slopes import Slope, fit_slope, unfinished_start
 from rftfit.measure.zero import find_zero
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 

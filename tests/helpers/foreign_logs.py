@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.sources import TextFormat
+from rftfit.campaign.config import TextFormat
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect
 

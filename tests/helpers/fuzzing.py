@@ -12,8 +12,8 @@ import numpy as np
 from foreign_logs import TEXTS
 
 from rftfit.logs.base import Log, LogError
+from rftfit.logs.delimited import look
 from rftfit.logs.registry import claimants
-from rftfit.logs.sniff import look
 
 if TYPE_CHECKING:
     from pathlib import Path

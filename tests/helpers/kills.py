@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import psutil  # type: ignore[import-untyped]
 
 from rftfit.__main__ import STAGES
-from rftfit.store.atomic import is_rest
+from rftfit.store.files import is_rest
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,21 +12,19 @@ from chain_tables import MISSING, alpha_table
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Leg
+from rftfit.compare.legs import leg_errors
 from rftfit.measure.alpha import column, grid
-from rftfit.predict.outline import leg_outline
-from rftfit.predict.rotation import sweep
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.fourier import TERMS, fit_lsq
-from rftfit.profile.nine_terms import FourierProfile, scaled_generic
-from rftfit.profile.scaling import generic, scale_new_medium, vertical_penetration
-from rftfit.profile.table import TableProfile
-from rftfit.report.page.inputs import PageInputs
-from rftfit.report.page.provenance import Provenance
-from rftfit.validate.leg_errors import leg_errors
+from rftfit.model.fourier import TERMS, fit_lsq
+from rftfit.model.motion import sweep
+from rftfit.model.outlines import leg_outline
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
+from rftfit.model.scaling import generic, scale_new_medium, vertical_penetration
+from rftfit.page.methods import Provenance
+from rftfit.page.page import PageInputs
 
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
 
 CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 NASTY = "</script><script>window.hacked = 1</script><b>\"&'"

@@ -15,14 +15,11 @@ import yaml
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.lab import plan_runs, reenact
-from rftfit.lab.worker import run_logs
+from rftfit.lab.enact import run_logs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table
-from rftfit.stages import ledger as ledger_stage
-from rftfit.stages.ingest import ingest_medium
-from rftfit.stages.legs import leg_curves
-from rftfit.stages.slopes import fit_medium
-from rftfit.stages.tare import tare_medium
+from rftfit.workflow import measure as ledger_stage
+from rftfit.workflow.measure import fit_medium, ingest_medium, leg_curves, tare_medium
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

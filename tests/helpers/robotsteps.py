@@ -9,8 +9,8 @@ import numpy as np
 from rftfit.robot import kernel
 
 if TYPE_CHECKING:
-    from rftfit.profile.base import Profile
-    from rftfit.robot.parts import Parts
+    from rftfit.model.profiles import Profile
+    from rftfit.robot.body import Parts
 
 NOTHING = np.empty((0, 0))
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from rftfit.errors import InputError, OutputError, RftfitError
-from rftfit.lab import plan_runs, worker
-from rftfit.lab.faults import resolve
+from rftfit.lab import enact, plan_runs
 from rftfit.lab.plan import plate_of
+from rftfit.lab.rig import resolve
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
@@ -36,11 +36,11 @@ def test_a_log_that_cannot_be_removed(monkeypatch: pytest.MonkeyPatch, tmp_path:
 
     monkeypatch.setattr(Path, "unlink", refuse)
     with pytest.raises(OutputError, match=r"a.csv: cannot be removed: Permission denied"):
-        worker._remove(tmp_path / "a.csv")
+        enact._remove(tmp_path / "a.csv")
 
 
 def test_a_writer_that_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     done = SimpleNamespace(returncode=-9, stdout=b"", stderr=b"no room\nMemoryError\n")
     monkeypatch.setattr("subprocess.run", lambda *_, **__: done)
     with pytest.raises(RftfitError, match="writing the logs stopped: MemoryError"):
-        worker._elsewhere(worker.Job(SimpleNamespace(), Path("raw"), 1, ()))  # type: ignore[arg-type]
+        enact._elsewhere(enact.Job(SimpleNamespace(), Path("raw"), 1, ()))  # type: ignore[arg-type]

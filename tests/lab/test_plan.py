@@ -15,8 +15,7 @@ import rftfit.lab
 from rftfit import reference
 from rftfit.campaign.config import Config, Container
 from rftfit.errors import InputError
-from rftfit.lab.path import half_extents, motion_at, segments, window
-from rftfit.lab.plan import Run, plan_runs, plate_of
+from rftfit.lab.plan import Run, half_extents, motion_at, plan_runs, plate_of, segments, window
 from rftfit.lab.write import SHEET_COLUMNS, sheet_text
 
 

@@ -14,8 +14,8 @@ import pytest
 
 from rftfit.errors import InputError, OutputError
 from rftfit.lab import FAULTS, plan_runs, reenact
-from rftfit.lab.faults import DEFAULT_RUNS
-from rftfit.lab.worker import run_logs
+from rftfit.lab.enact import run_logs
+from rftfit.lab.rig import DEFAULT_RUNS
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config

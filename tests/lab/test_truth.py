@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.lab.contact import BUILD_UP
-from rftfit.lab.curves import sand_stress
-from rftfit.lab.path import segments, window
-from rftfit.lab.plan import Run, plan_runs, plate_of
+from rftfit.lab.plan import Run, plan_runs, plate_of, segments, window
 from rftfit.lab.rig import Ideal, ideal, nuisance, record
-from rftfit.lab.truth import pull_alpha, submerged_depth, table_s5
+from rftfit.lab.truth import BUILD_UP, pull_alpha, sand_stress, submerged_depth, table_s5
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config

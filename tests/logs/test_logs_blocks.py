@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from foreign_logs import TEXTS, netft
 
-from rftfit.logs.ahead import MOST_WORKERS, in_order
-from rftfit.logs.base import LogError
+from rftfit.logs.base import MOST_WORKERS, LogError, in_order
 from rftfit.logs.registry import dialect
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ ROWS = 900
 
 @pytest.fixture
 def blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rftfit.logs.lines.BLOCK_BYTES", 3000)
+    monkeypatch.setattr("rftfit.logs.text.BLOCK_BYTES", 3000)
     monkeypatch.setattr("rftfit.logs.rig.WHOLE_BYTES", 3000)
 
 

@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.numbers import CELLS, CUT, FINITE, NUMBER
 from rftfit.logs.registry import DIALECTS
+from rftfit.logs.text import CELLS, CUT, FINITE, NUMBER
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -140,9 +140,7 @@ def _worse(made: Foreign, word: bytes) -> bytes:
     spots=st.lists(st.tuples(st.floats(0, 0.9999), st.binary(max_size=3)), min_size=1, max_size=4),
 )
 def test_no_row_is_invented(
-    name: str,
-    spots: list[tuple[float, bytes]],
-    tmp_path_factory: pytest.TempPathFactory,
+    name: str, spots: list[tuple[float, bytes]], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     """Whatever bytes are changed: each row that comes back stands in a line of the file."""
     made = LOGS[name]

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from foreign_logs import daq, instron, lvm, netft, rostopic
 
-from rftfit.campaign.sources import ForceLog, TextFormat
+from rftfit.campaign.config import ForceLog, TextFormat
 from rftfit.errors import InputError
-from rftfit.logs import excel, rosbag, tdms
+from rftfit.logs import rosbag, tabular, tdms
 from rftfit.logs.base import LogError
 from rftfit.logs.delimited import DelimitedReader
-from rftfit.logs.numbers import CELLS, CUT, FINITE, NUMBER
 from rftfit.logs.registry import dialect, source_reader
+from rftfit.logs.text import CELLS, CUT, FINITE, NUMBER
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,7 +61,7 @@ def test_header_of_a_dialect(tmp_path: Path, name: str, content: bytes, said: st
 def test_lvm_segment_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first, last = b"***End_of_Header***", LVM.rindex(b"***End_of_Header***")
     assert LVM.index(first) != last
-    monkeypatch.setattr("rftfit.logs.lvm.MAX_LINE", 100)
+    monkeypatch.setattr("rftfit.logs.labview.MAX_LINE", 100)
     said = refused(dialect("lvm"), tmp_path / "log.lvm", LVM[:last] + b"Notes\tx\n" * 50)
     assert "a segment's header has no end (***End_of_Header***)" in said
 
@@ -115,7 +115,7 @@ def test_workbooks_and_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     pd.DataFrame([[1.0, 2.0], [3.0, 4.0]]).to_excel(book, index=False, header=False)
     said = refused(dialect("xlsx"), book, book.read_bytes())
     assert "no row of names above the numbers of the sheet" in said
-    monkeypatch.setattr(excel, "MAX_UNPACKED", 100)
+    monkeypatch.setattr(tabular, "MAX_UNPACKED", 100)
     said = refused(dialect("xlsx"), book, book.read_bytes())
     assert "MB when unpacked; at most 0.0001 MB are read: export it as .csv" in said
     pd.DataFrame({"name": ["a", "b"]}).to_parquet(table)

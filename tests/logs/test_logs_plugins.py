@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.cli.verify_compare import compare
+from rftfit.cli.verify import compare
 from rftfit.errors import InputError
-from rftfit.logs import plugins as plugins_module
+from rftfit.logs import registry as plugins_module
 from rftfit.logs.base import LogError
 from rftfit.logs.registry import DIALECTS, detect, dialect, dialects, faults
-from rftfit.stages.provenance_graph import Graph, Step
-from rftfit.stages.provenance_record import Record, present_state
-from rftfit.store import digest
-from rftfit.store.manifest import Seen
-from rftfit.workflow import Plan
+from rftfit.store import digests
+from rftfit.store.digests import Seen
+from rftfit.workflow.plan import Plan
+from rftfit.workflow.provenance import Graph, Record, Step, present_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -162,7 +161,7 @@ def campaign(tmp_path: Path) -> Path:
 def fresh() -> None:
     """What a new process knows."""
     plugins_module.plugins.cache_clear()
-    for cached in (digest._path, digest._imports, digest._source_digest):
+    for cached in (digests._path, digests._imports, digests._source_digest):
         cached.cache_clear()
 
 
@@ -182,13 +181,13 @@ def test_a_changed_plug_in_is_told(
     plan = Plan(campaign)
     before = plan.code("ingest")
     assert plan.dialects() == "ours: ourlab-dialect 1.0"
-    assert plan._meanings["code", before] == ("rftfit.stages.ingest", "ourlab_dialect")
+    assert plan._meanings["code", before] == ("rftfit.workflow.measure", "ourlab_dialect")
     plan.code("fourier")
-    assert ("rftfit.stages.fourier",) in plan._meanings.values()
+    assert ("rftfit.workflow.profiles",) in plan._meanings.values()
 
     step = Step("ingest", makes=("results/a.csv",), modules=plan._meanings["code", before])
     graph = Graph({"ingest": step, "draw": Step("draw", makes=("results/b.csv",),
-                                                modules=("rftfit.stages.fourier",))})  # fmt: skip
+                                                modules=("rftfit.workflow.profiles",))})  # fmt: skip
     results = {"results/a.csv": "1", "results/b.csv": "2"}
     record = Record(present_state(plan.campaign, graph, Seen(None)), graph, results)
     assert record.state.versions["ourlab-dialect"] == "1.0"

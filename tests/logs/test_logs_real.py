@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.quantities import guesses
 from rftfit.logs.registry import claimants, detect, dialect, head_of
+from rftfit.logs.units import guesses
 
 LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.numbers import CELLS, CUT, FINITE, NUMBER
 from rftfit.logs.registry import DIALECTS, detect, dialect
 from rftfit.logs.rig import RigDialect
+from rftfit.logs.text import CELLS, CUT, FINITE, NUMBER
 
 FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 MOTION_HEADER = "time_s,x_mm,z_mm,angle_deg"

@@ -10,13 +10,11 @@ import pandas as pd
 import pytest
 from foreign_logs import TEXTS, daq, instron, netft
 
-from rftfit.campaign.sources import TextFormat
+from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.delimited import DelimitedReader
-from rftfit.logs.quantities import guess
+from rftfit.logs.delimited import DelimitedReader, encoding_of, look
 from rftfit.logs.registry import claimants, dialect, head_of
-from rftfit.logs.sniff import encoding_of, look
-from rftfit.logs.unitwords import split_unit
+from rftfit.logs.units import guess, split_unit
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 from pushes import Push, make_push
 
-from rftfit.measure.alignment import Alignment, estimate_clocks, new_readings
-from rftfit.measure.clock import ClockError
-from rftfit.measure.lags import Profile
-from rftfit.measure.slope import student_quantile
-from rftfit.measure.smooth import contact_basis, smooth_basis
+from rftfit.measure.alignment import (
+    Alignment,
+    Profile,
+    contact_basis,
+    estimate_clocks,
+    new_readings,
+    smooth_basis,
+)
+from rftfit.measure.clocks import ClockError
+from rftfit.measure.slopes import student_quantile
 
 T95 = float(student_quantile(0.95, 12))
 

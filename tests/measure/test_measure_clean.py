@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.clean import BACKWARDS, DUPLICATE, clean, gaps
+from rftfit.measure.pairs import BACKWARDS, DUPLICATE, clean, gaps
 
 
 def log_of(time: list[float], value: list[float] | None = None) -> Log:

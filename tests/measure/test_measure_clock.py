@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.config import Arm
-from rftfit.measure.clock import ClockError, ClockFit, align, moving_spans, whole_spans
-from rftfit.measure.motion import Motion
+from rftfit.measure.clocks import ClockError, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.strokes import Motion
 
 LIMIT = 0.05
 

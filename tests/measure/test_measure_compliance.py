@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rftfit.measure.compliance import Compliance, ComplianceError, compliance_of
+from rftfit.measure.surface import Compliance, ComplianceError, compliance_of
 
 
 def rigid(curve: str = "linear", noise: float = 0.05) -> tuple[np.ndarray, np.ndarray]:

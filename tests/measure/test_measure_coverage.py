@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from rftfit.measure.slope import Slope, fit_slope
+from rftfit.measure.slopes import Slope, fit_slope
 from rftfit.measure.zero import find_zero
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from rftfit.campaign.runs import Run
-from rftfit.measure.fits import Fit, Stroke, filed_under, fit_run
-from rftfit.measure.rows import Why
+from rftfit.campaign.sheet import Run
+from rftfit.measure.fits import RunFit, Stroke, filed_under, fit_run
+from rftfit.measure.ledger import Why
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
@@ -47,7 +47,7 @@ def stroke(depth: np.ndarray, stress_z: np.ndarray | None = None, **more: Any) -
 DOWN = np.linspace(0.0, 9.0, 901)
 
 
-def alpha(found: Fit) -> np.ndarray:
+def alpha(found: RunFit) -> np.ndarray:
     assert found.slope is not None, found.reason
     return found.slope.alpha
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.config import Axes, Transducer
-from rftfit.measure.frame import sensor_to_lab
-from rftfit.measure.units import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
+from rftfit.measure.ingest import sensor_to_lab
+from rftfit.measure.pairs import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
 
 
 def transducer(x: str, y: str, z: str, turn_deg: float) -> Transducer:

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 from pushes import make_push
 
-from rftfit.campaign.runs import Run
+from rftfit.campaign.sheet import Run
 from rftfit.measure.alignment import estimate_clocks
-from rftfit.measure.clock import ClockError
-from rftfit.measure.compliance import ComplianceError, compliance_of
-from rftfit.measure.motion import Motion, StrokeError
-from rftfit.measure.placing import find_clock, place_surface, stroke_of
-from rftfit.measure.rows import Why
-from rftfit.measure.surface import SurfaceError, find_surface
+from rftfit.measure.clocks import ClockError
+from rftfit.measure.ingest import find_clock, place_surface, stroke_of
+from rftfit.measure.ledger import Why
+from rftfit.measure.strokes import Motion, StrokeError
+from rftfit.measure.surface import ComplianceError, SurfaceError, compliance_of, find_surface
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config

@@ -13,12 +13,16 @@ from pushes import Push, make_push
 from rftfit.campaign.config import Disc, FlatOutline
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.errors import InputError
-from rftfit.measure.rows import Why
+from rftfit.measure.ledger import Why
 from rftfit.measure.tare import NO_TARE_FLAG
-from rftfit.stages.ingest import ingest_medium, ingest_traces
-from rftfit.stages.ledger import check, join
-from rftfit.stages.slopes import fit_medium
-from rftfit.stages.tare import tare_medium
+from rftfit.workflow.measure import (
+    check,
+    fit_medium,
+    ingest_medium,
+    ingest_traces,
+    join,
+    tare_medium,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path

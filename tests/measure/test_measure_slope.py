@@ -7,8 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rftfit.measure.autocorrelation import combine_dof, weighted_sum_variance
-from rftfit.measure.slope import Slope, fit_slope, student_quantile, zero_intercept
+from rftfit.measure.slopes import (
+    Slope,
+    combine_dof,
+    fit_slope,
+    student_quantile,
+    weighted_sum_variance,
+    zero_intercept,
+)
 
 NOTHING = np.zeros((2, 2)), np.full((2, 2), 12.0)
 DEPTH = np.linspace(1.9, 7.1, 520)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rftfit.measure.startup import unfinished_start
+from rftfit.measure.slopes import unfinished_start
 
 SKIP = 3.0
 STEP = 0.125  # exact in binary: 8 samples in each third of the skipped length

@@ -7,8 +7,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from rftfit.measure.autocorrelation import combine_dof, weighted_sum_variance
-from rftfit.measure.slope import fit_slope
+from rftfit.measure.slopes import combine_dof, fit_slope, weighted_sum_variance
 
 SERIES, N = 3000, 300
 SIGMA = 0.05

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.config import Container, Fit, Plate
-from rftfit.measure.rows import Why
-from rftfit.measure.window import half_extent, horizontal_window, linear_window, slanted_window
+from rftfit.measure.fits import half_extent, horizontal_window, linear_window, slanted_window
+from rftfit.measure.ledger import Why
 
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
 BOX = Container(length_cm=24, width_cm=22, depth_cm=15)

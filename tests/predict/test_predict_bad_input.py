@@ -12,8 +12,8 @@ from rigroom import Room
 
 from rftfit import reference
 from rftfit.measure.alpha import column
-from rftfit.stages.trials import trials
 from rftfit.store import read_csv, write_csv
+from rftfit.workflow.validate import trials
 
 if TYPE_CHECKING:
     from collections.abc import Callable

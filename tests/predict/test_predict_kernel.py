@@ -14,16 +14,13 @@ from hypothesis import strategies as st
 
 from rftfit import reference
 from rftfit.conventions import direction, tangent
-from rftfit.predict import kernel, plain
-from rftfit.profile import fourier
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.nine_terms import FourierProfile, scaled_generic
-from rftfit.profile.table import TableProfile
+from rftfit.model import fourier, kernel, reference_kernel
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
 
 M0 = fourier.as_array(reference.coefficients("generic"))
 TABLE = TableProfile.published("poppy_LP")
@@ -75,7 +72,7 @@ def one(
 def test_compiled_and_plain_agree(profile: Profile, rows: list[tuple[float, ...]]) -> None:
     elements = elements_of(rows)
     ours = kernel.element_forces(profile.pack, elements)
-    theirs = plain.element_forces(profile, elements)
+    theirs = reference_kernel.element_forces(profile, elements)
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
 
 
@@ -91,10 +88,12 @@ def test_compiled_and_plain_agree_on_poses(profile: Profile, solid: bool) -> Non
     poses[1, 1] = 30.0
     each = np.empty((40, 150, 4))
     ours = kernel.pose_forces(profile.pack, body, 2.5, solid, poses, each)
-    theirs = plain.pose_forces(profile, body, 2.5, solid, poses)
+    theirs = reference_kernel.pose_forces(profile, body, 2.5, solid, poses)
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-11)
     assert (ours[:2] == 0).all()
-    single = plain.element_forces(profile, plain.place(body, 2.5, poses), solid)
+    single = reference_kernel.element_forces(
+        profile, reference_kernel.place(body, 2.5, poses), solid
+    )
     np.testing.assert_allclose(each, single, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(each[:, :, :2].sum(axis=1), ours[:, :2], rtol=1e-12, atol=1e-11)
     without = kernel.pose_forces(profile.pack, body, 2.5, solid, poses, np.empty((0, 0, 4)))
@@ -114,14 +113,16 @@ def test_any_number_of_elements(profile: Profile, count: int, solid: bool) -> No
     poses = random.normal(size=(60, 6))
     each = np.full((60, count, 4), 7.0)
     ours = kernel.pose_forces(profile.pack, body, 2.5, solid, poses, each)
-    theirs = plain.pose_forces(profile, body, 2.5, solid, poses)
+    theirs = reference_kernel.pose_forces(profile, body, 2.5, solid, poses)
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
-    placed = plain.place(body, 2.5, poses)
-    single = plain.element_forces(profile, placed, solid)
+    placed = reference_kernel.place(body, 2.5, poses)
+    single = reference_kernel.element_forces(profile, placed, solid)
     np.testing.assert_allclose(each, single, rtol=1e-12, atol=1e-12)
     elements = np.ascontiguousarray(placed[0])
     found = kernel.element_forces(profile.pack, elements)
-    np.testing.assert_allclose(found, plain.element_forces(profile, elements), atol=1e-12)
+    np.testing.assert_allclose(
+        found, reference_kernel.element_forces(profile, elements), atol=1e-12
+    )
 
 
 @each_profile
@@ -136,9 +137,9 @@ def test_missing_poses_are_missing_as_in_plain_numpy(profile: Profile, column: i
     each = np.empty((4, 40, 4))
     ours = kernel.pose_forces(profile.pack, body, 1.0, False, poses, each)
     np.testing.assert_allclose(
-        ours, plain.pose_forces(profile, body, 1.0, False, poses), rtol=1e-12, atol=1e-12
+        ours, reference_kernel.pose_forces(profile, body, 1.0, False, poses), rtol=1e-12, atol=1e-12
     )
-    single = plain.element_forces(profile, plain.place(body, 1.0, poses))
+    single = reference_kernel.element_forces(profile, reference_kernel.place(body, 1.0, poses))
     np.testing.assert_allclose(each[..., :2], single[..., :2], rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(each[::2], single[::2], rtol=1e-12, atol=1e-12)
     assert np.isnan(ours[1]).any()
@@ -242,7 +243,7 @@ def test_a_missing_corner_spoils_only_its_own_cells() -> None:
 
 def test_importing_compiles_nothing() -> None:
     code = (
-        "import sys, rftfit, rftfit.predict.rotation, rftfit.predict.path, rftfit.profile.table\n"
+        "import sys, rftfit, rftfit.model.motion, rftfit.model.motion, rftfit.model.profiles\n"
         "assert 'numba' not in sys.modules\n"
         "from rftfit.predict import kernel\n"
         "assert not kernel.element_forces.signatures and not kernel.pose_forces.signatures"

@@ -9,10 +9,17 @@ import numpy as np
 import pytest
 
 from rftfit.errors import InputError
-from rftfit.predict.outline import Outline, arc, leg_outline, model_leg, polyline
-from rftfit.predict.outline_file import crossings, read_outline
-from rftfit.predict.plain import place
-from rftfit.predict.rotation import rotation_poses
+from rftfit.model.motion import rotation_poses
+from rftfit.model.outlines import (
+    Outline,
+    arc,
+    crossings,
+    leg_outline,
+    model_leg,
+    polyline,
+    read_outline,
+)
+from rftfit.model.reference_kernel import place
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -181,7 +188,7 @@ def test_crossings_against_brute_force() -> None:
 
 
 def test_too_many_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rftfit.predict.outline_file.MAX_POINTS", 3)
+    monkeypatch.setattr("rftfit.model.outlines.MAX_POINTS", 3)
     path = tmp_path / "points.csv"
     path.write_text("x_cm,z_cm\n" + "".join(f"{x},0\n" for x in range(5)))
     with pytest.raises(InputError, match=r"row 5: 5 points; at most 3 are read"):

@@ -9,11 +9,10 @@ import pytest
 
 from rftfit import reference
 from rftfit.errors import InputError
-from rftfit.predict.forces import force_draws, forces_on, forces_on_elements
-from rftfit.predict.outline import model_leg, polyline
-from rftfit.predict.path import along_path, path_poses, read_path
-from rftfit.predict.rotation import THETA_DEG, sweep
-from rftfit.profile.table import TableProfile
+from rftfit.model.forces import force_draws, forces_on, forces_on_elements
+from rftfit.model.motion import THETA_DEG, along_path, path_poses, read_path, sweep
+from rftfit.model.outlines import model_leg, polyline
+from rftfit.model.profiles import TableProfile
 
 if TYPE_CHECKING:
     from pathlib import Path

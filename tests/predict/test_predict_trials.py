@@ -10,15 +10,13 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.predict.outline import CURVATURES, arc, model_leg
-from rftfit.predict.rotation import THETA_DEG, rotation_poses, sweep, sweep_draws
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.fourier import as_array, fit_lsq
-from rftfit.profile.nine_terms import FourierProfile, scaled_generic
-from rftfit.profile.table import TableProfile
+from rftfit.model.fourier import as_array, fit_lsq
+from rftfit.model.motion import THETA_DEG, rotation_poses, sweep, sweep_draws
+from rftfit.model.outlines import CURVATURES, arc, model_leg
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 
 if TYPE_CHECKING:
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
 
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 GENERIC = as_array(reference.coefficients("generic"))

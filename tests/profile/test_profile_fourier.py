@@ -9,9 +9,9 @@ import pytest
 
 from rftfit import reference
 from rftfit.conventions import mirror
-from rftfit.profile import fourier, symmetry
-from rftfit.profile.scaling import generic, vertical_penetration
-from rftfit.profile.selection import harmonics, select_bic
+from rftfit.model import fourier, symmetry
+from rftfit.model.fourier import harmonics, select_bic
+from rftfit.model.scaling import generic, vertical_penetration
 
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 RANDOM = np.random.default_rng(2013)
@@ -37,8 +37,7 @@ def grids(medium: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("beta_deg", "gamma_deg", "alpha_z", "alpha_x"),
-    [(30, 45, 0.734, 0.294), (0, 90, 1.000, 0.0)],
+    ("beta_deg", "gamma_deg", "alpha_z", "alpha_x"), [(30, 45, 0.734, 0.294), (0, 90, 1.000, 0.0)]
 )
 def test_golden_values_of_the_design(
     beta_deg: float, gamma_deg: float, alpha_z: float, alpha_x: float

@@ -9,11 +9,18 @@ import pytest
 
 from rftfit import reference
 from rftfit.conventions import mirror
-from rftfit.profile import fourier
-from rftfit.profile.base import DEPTH_ONLY, FOURIER, TABLE, Profile, alpha_from_basis
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.nine_terms import FourierProfile, scaled_generic
-from rftfit.profile.table import TableProfile
+from rftfit.model import fourier
+from rftfit.model.profiles import (
+    DEPTH_ONLY,
+    FOURIER,
+    TABLE,
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    TableProfile,
+    alpha_from_basis,
+    scaled_generic,
+)
 
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 RANDOM = np.random.default_rng(3)

@@ -12,16 +12,16 @@ import pytest
 
 from rftfit import reference
 from rftfit.measure.alpha import column
-from rftfit.profile import fourier
-from rftfit.profile.bootstrap import alpha_draws, interval
-from rftfit.profile.media_fits import (
+from rftfit.model import fourier
+from rftfit.model.draws import alpha_draws, interval
+from rftfit.model.scaling import (
     ALL_METHODS,
     AS_PRINTED,
     fit_media,
     generic_interval,
     reference_of,
+    scale_new_medium,
 )
-from rftfit.profile.scaling import scale_new_medium
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config

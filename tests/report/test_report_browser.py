@@ -11,30 +11,22 @@ from chromium import Chromium, find
 from page_inputs import HOLED, page_inputs
 
 from rftfit.campaign.config import Leg
-from rftfit.cli.scale_intervals import (
-    alpha_with_interval,
-    coefficients_with_interval,
-    scale_from,
-)
-from rftfit.measure.slope import student_quantile
-from rftfit.predict.forces import forces_on_elements
-from rftfit.predict.outline import leg_outline
-from rftfit.predict.rotation import THETA_DEG, rotation_poses, sweep, sweep_draws
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.new_medium import with_interval
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.profile.reference_media import published
-from rftfit.profile.table import TableProfile
-from rftfit.report.page.page import render, write_page
-from rftfit.report.page.profiles import zeta_of
-from rftfit.report.page.references import references_of, used_coefficients
+from rftfit.cli.scale import alpha_with_interval, coefficients_with_interval, scale_from
+from rftfit.measure.slopes import student_quantile
+from rftfit.model.forces import forces_on_elements
+from rftfit.model.motion import THETA_DEG, rotation_poses, sweep, sweep_draws
+from rftfit.model.outlines import leg_outline
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
+from rftfit.model.scaling import published, with_interval
+from rftfit.page.live import references_of, used_coefficients, zeta_of
+from rftfit.page.page import render, write_page
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from rftfit.profile.base import Profile
-    from rftfit.report.page.inputs import PageInputs
+    from rftfit.model.profiles import Profile
+    from rftfit.page.page import PageInputs
 
 PROGRAM = find()
 pytestmark = pytest.mark.skipif(

@@ -15,17 +15,17 @@ from docutils.core import publish_parts  # type: ignore[import-untyped]
 from jinja2 import Environment, StrictUndefined
 from page_inputs import NASTY, page_inputs
 
+from rftfit.compare.robot import optima
+from rftfit.page.robot import RobotTables
 from rftfit.report.captions import measured, modelled, robot
 from rftfit.report.captions.run import NUMBERS, Captions
 from rftfit.report.captions.words import escaped, rst
-from rftfit.report.page.robot import RobotTables
 from rftfit.robot.calibrate import NAMED
-from rftfit.robot.errors import published_speeds, speed_errors
 from rftfit.robot.intervals import BEST, SPEED
-from rftfit.validate.robot_optimum import optima
+from rftfit.robot.speeds import published_speeds, speed_errors
 
 if TYPE_CHECKING:
-    from rftfit.report.page.inputs import PageInputs
+    from rftfit.page.page import PageInputs
 
 ROOT = Path(__file__).resolve().parents[2]
 TEMPLATES = sorted((ROOT / "workflow" / "report").glob("*.rst"))

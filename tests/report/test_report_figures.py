@@ -15,12 +15,12 @@ from matplotlib.patches import Rectangle
 
 from rftfit import reference
 from rftfit.errors import InputError, OutputError
-from rftfit.report import labels, style
-from rftfit.report.generic import draw_generic
-from rftfit.report.maps import draw_fit_maps, draw_maps, kept_coefficients
-from rftfit.report.saving import FORMATS, save
-from rftfit.report.stress import draw_stress
-from rftfit.report.tare import draw_tare
+from rftfit.figures import style
+from rftfit.figures.generic import draw_generic
+from rftfit.figures.maps import draw_fit_maps, draw_maps, kept_coefficients
+from rftfit.figures.plates import draw_stress
+from rftfit.figures.protocol import draw_tare
+from rftfit.figures.style import FORMATS, save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -264,19 +264,19 @@ def test_every_medium_has_its_own_look() -> None:
 
 
 def test_numbers_are_written_with_a_true_minus() -> None:
-    assert labels.number(-0.0123) == "\u22120.012"
-    assert labels.number(-0.0001) == "0.000"
-    assert labels.number(float("nan")) == "no value"
-    assert labels.degrees(-18.4349) == "\u221218.4\u00b0"
-    assert labels.degrees(90.0) == "90\u00b0"
+    assert style.number(-0.0123) == "\u22120.012"
+    assert style.number(-0.0001) == "0.000"
+    assert style.number(float("nan")) == "no value"
+    assert style.degrees(-18.4349) == "\u221218.4\u00b0"
+    assert style.degrees(90.0) == "90\u00b0"
 
 
 def test_figures_need_neither_pyplot_nor_scipy() -> None:
     script = (
         "import sys, rftfit, rftfit.report;"
         "assert 'matplotlib' not in sys.modules;"
-        "import rftfit.report.quality, rftfit.report.generic, rftfit.report.stress;"
-        "import rftfit.report.saving, rftfit.report.workbooks, rftfit.report.tare;"
+        "import rftfit.figures.quality, rftfit.figures.generic, rftfit.figures.plates;"
+        "import rftfit.figures.style, rftfit.page.workbooks, rftfit.figures.protocol;"
         "bad = {'matplotlib.pyplot', 'scipy', 'xlsxwriter'} & set(sys.modules);"
         "assert not bad, bad"
     )

@@ -13,20 +13,15 @@ from matplotlib.text import Text
 from rftfit import reference
 from rftfit.campaign.config import Leg
 from rftfit.errors import InputError
-from rftfit.predict.outline import model_leg
-from rftfit.predict.rotation import THETA_DEG, sweep
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.fourier import TERMS
-from rftfit.profile.nine_terms import FourierProfile, scaled_generic
-from rftfit.profile.table import TableProfile
-from rftfit.report import curves
-from rftfit.report.generic_forces import draw_generic_forces
-from rftfit.report.leg_media import draw_leg_media
-from rftfit.report.leg_sketch import leg_line, model_legs
-from rftfit.report.legs import draw_legs
-from rftfit.report.media_overview import draw_peak_errors
-from rftfit.report.sands import draw_penetration
-from rftfit.report.saving import save
+from rftfit.figures import leg_panels
+from rftfit.figures.leg_panels import leg_line, model_legs
+from rftfit.figures.legs import draw_generic_forces, draw_leg_media, draw_legs, draw_peak_errors
+from rftfit.figures.sands import draw_penetration
+from rftfit.figures.style import save
+from rftfit.model.fourier import TERMS
+from rftfit.model.motion import THETA_DEG, sweep
+from rftfit.model.outlines import model_leg
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.transforms import Bbox
 
     from rftfit.conventions import FloatArray
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
 
 MEDIA = ["poppy_LP", "glass3mm_CP"]
 SANDS = ["yuma", "palms29"]
@@ -314,7 +309,7 @@ def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge() -> None:
 def test_gaps_and_new_runs_break_the_line() -> None:
     theta = [-3.0, -2.0, 4.0, 5.0, -3.0, -2.0]
     rows = pd.DataFrame({"theta_deg": theta, "force_z_N": np.arange(6.0)})
-    force = curves.broken(rows, "force_z_N")[1]
+    force = leg_panels.broken(rows, "force_z_N")[1]
     np.testing.assert_array_equal(force, [0, 1, np.nan, 2, 3, np.nan, 4, 5])
 
 

@@ -16,18 +16,17 @@ import pytest
 from page_inputs import HOLED, NASTY, page_inputs
 
 from rftfit import reference
-from rftfit.predict.outline import model_leg
-from rftfit.report.page.fates import row_fates, run_fates, worst_flag
-from rftfit.report.page.inputs import read_inputs
-from rftfit.report.page.methods import paragraphs
-from rftfit.report.page.page import render, write_page
-from rftfit.report.page.reversal import FLAT, REVERSED, reversals
+from rftfit.model.outlines import model_leg
+from rftfit.page.live import FLAT, REVERSED, reversals
+from rftfit.page.methods import paragraphs
+from rftfit.page.page import read_inputs, render, write_page
+from rftfit.page.tables import row_fates, run_fates, worst_flag
 from rftfit.store import write_csv
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rftfit.report.page.inputs import PageInputs
+    from rftfit.page.page import PageInputs
 
 VOID = {"meta", "link", "input", "br"}
 
@@ -242,7 +241,7 @@ def test_tables_read_back_from_disk_give_the_same_page(
     inputs: PageInputs, page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     campaign = SimpleNamespace(config=inputs.config)
-    monkeypatch.setattr("rftfit.report.page.inputs.load_campaign", lambda _: campaign)
+    monkeypatch.setattr("rftfit.page.page.load_campaign", lambda _: campaign)
     one = {name: tmp_path / f"{name}.csv" for name in
            ("coefficients", "penetration", "reproduction", "ledger", "leg_errors", "sands",
             "sand_correction")}  # fmt: skip

@@ -9,9 +9,8 @@ import pytest
 from matplotlib.text import Text
 
 from rftfit.errors import InputError
-from rftfit.report.linearity import draw_linearity, runs_of_cells
-from rftfit.report.protocol import Protocol, draw_protocol
-from rftfit.report.runs import Trace, by_run, thin
+from rftfit.figures.plates import DrawnTrace, by_run, draw_linearity, runs_of_cells, thin
+from rftfit.figures.protocol import Protocol, draw_protocol
 
 CELLS = ((0.0, 90.0), (30.0, 0.0))
 
@@ -20,7 +19,7 @@ def words(figure: object) -> list[str]:
     return [text.get_text() for text in figure.findobj(Text)]  # type: ignore[attr-defined]
 
 
-def recording(kind: str) -> Trace:
+def recording(kind: str) -> DrawnTrace:
     time = np.linspace(-4, 10, 800)
     path = np.clip(time, 0, 8)
     force = {"force_z_N": path, "force_x_N": -0.5 * path}
@@ -38,7 +37,7 @@ def column(kind: str, tare: bool = True) -> Protocol:
         result = {"theta_deg": theta, "force_z_N": 5 * np.exp(-((theta + 40) ** 2) / 900),
                   "force_x_N": -2 * np.exp(-((theta - 9) ** 2) / 900)}  # fmt: skip
         fit = {}
-    empty: Trace = {}
+    empty: DrawnTrace = {}
     return Protocol(
         kind, "held somehow", recording(kind), recording(kind) if tare else empty,
         {"pause": (-2.0, 0.0), "stroke": (0.0, 8.0)}, result, {str(key): cell for key, cell in fit.items()},

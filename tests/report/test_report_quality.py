@@ -10,12 +10,11 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.text import Text
 
-from rftfit.report import style
-from rftfit.report.grid import along_motion, edges, half_width, pivot, refine
-from rftfit.report.quality import draw_quality
-from rftfit.report.runs import filed, nice, span, thin, trouble
-from rftfit.report.saving import save
-from rftfit.report.sheet import lay_out
+from rftfit.figures import style
+from rftfit.figures.maps import along_motion, edges, half_width, pivot, refine
+from rftfit.figures.plates import filed, nice, span, thin, trouble
+from rftfit.figures.quality import draw_quality, lay_out
+from rftfit.figures.style import save
 
 if TYPE_CHECKING:
     from collections.abc import Hashable

@@ -10,8 +10,8 @@ from openpyxl import load_workbook  # type: ignore[import-untyped]
 import rftfit
 from rftfit import reference
 from rftfit.errors import OutputError
-from rftfit.report.grid import half_width
-from rftfit.report.workbooks import write_alpha_workbook, write_coefficient_workbook
+from rftfit.figures.maps import half_width
+from rftfit.page.workbooks import write_alpha_workbook, write_coefficient_workbook
 
 if TYPE_CHECKING:
     from pathlib import Path

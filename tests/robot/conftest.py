@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from rftfit import reference
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.fourier import as_array
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.profile.table import TableProfile
-from rftfit.robot.configfile import paper_robot
+from rftfit.model.fourier import as_array
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
+from rftfit.robot.config import paper_robot
 
 if TYPE_CHECKING:
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
 
 

@@ -14,8 +14,8 @@ from rftfit import reference
 from rftfit.errors import InputError
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import paper_conditions, share
-from rftfit.stages import robot_store, robot_sweep
 from rftfit.store import write_csv
+from rftfit.workflow import robot
 
 PROJECT = Path(__file__).parents[2]
 FEW = [Condition(5.0, k, phase) for k in (0.4, 0.6, 0.8) for phase in (0.0, 1 / 3)]
@@ -66,10 +66,10 @@ def root(tmp_path: Path) -> Path:
 
 
 def test_batches_have_the_bytes_of_the_whole(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(robot_sweep, "conditions_of", lambda *_: FEW)
+    monkeypatch.setattr(robot, "conditions_of", lambda *_: FEW)
 
     def table(name: str, batch: str, threads: str = "1", parts: tuple[Path, ...] = ()) -> Path:
-        robot_sweep.robot_sweep(
+        robot.robot_sweep(
             root / "config" / "config.yaml", "depth_only", "robot_full", batch, threads,
             root / "alpha.csv", root / "coefficients.csv", root / "measured.csv", list(parts),
             root / name,
@@ -86,7 +86,7 @@ def test_batches_have_the_bytes_of_the_whole(root: Path, monkeypatch: pytest.Mon
     assert {path.name: path.read_bytes() for path in kept.rglob("*.csv")} == finished
     shutil.rmtree(kept)
     # the batches' tables are enough: nothing is run again
-    monkeypatch.setattr(robot_store, "run_all", lambda *words: [] if not words[2] else 1 / 0)
+    monkeypatch.setattr(robot, "run_all", lambda *words: [] if not words[2] else 1 / 0)
     assert table("gathered.csv", "1-of-1", parts=tuple(parts)).read_bytes() == whole
     with pytest.raises(InputError, match="threads: found '0'"):
         table("none.csv", "1-of-1", "0")

@@ -11,7 +11,7 @@ import yaml
 from typer.testing import CliRunner
 
 from rftfit.cli.app import app
-from rftfit.robot.check import check_robot
+from rftfit.robot.tracks import check_robot
 
 PROJECT = Path(__file__).parents[2]
 RUNS = (

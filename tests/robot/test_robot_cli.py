@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from rftfit.cli.main import main
-from rftfit.report.robot_animation import gif_bytes, mp4_bytes
+from rftfit.figures.animation import gif_bytes, mp4_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable

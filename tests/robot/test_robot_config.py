@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from rftfit.campaign.problems import CampaignError
-from rftfit.robot.configfile import paper_robot, paper_robot_path, read_robot
-from rftfit.robot.parts import assemble
-from rftfit.robot.schema import json_schema, main
+from rftfit.robot.body import assemble
+from rftfit.robot.config import json_schema, main, paper_robot, paper_robot_path, read_robot
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -133,6 +132,6 @@ def test_schema_in_step(tmp_path: Path) -> None:
     written = (tmp_path / "robot.schema.json").read_text(encoding="utf-8")
     beside = paper_robot_path().with_name("robot.schema.json")
     assert written == json_schema() == beside.read_text(encoding="utf-8"), (
-        "the models have changed: run python -m rftfit.robot.schema"
+        "the models have changed: run python -m rftfit.robot.config"
     )
     assert "robot.schema.json" in paper_robot_path().read_text(encoding="utf-8").splitlines()[0]

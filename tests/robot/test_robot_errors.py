@@ -9,9 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rftfit.compare.robot import COLUMNS, optima, reading, robot_claims
 from rftfit.reference import load
 from rftfit.robot.calibrate import NAMED
-from rftfit.robot.errors import (
+from rftfit.robot.speeds import (
     ERRORS,
     MEASURED,
     measured_speeds,
@@ -19,8 +20,6 @@ from rftfit.robot.errors import (
     share_within,
     speed_errors,
 )
-from rftfit.validate.robot import robot_claims
-from rftfit.validate.robot_optimum import COLUMNS, optima, reading
 
 PLACES = list(NAMED.values())
 

@@ -10,16 +10,22 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
+from rftfit.compare.robot import optima
 from rftfit.errors import InputError
-from rftfit.profile.table import TableProfile
-from rftfit.report.robot import curvature_looks, draw_optimum, draw_speeds
-from rftfit.report.robot_motion import draw_motion, draw_reaction, group_names
-from rftfit.report.saving import save
+from rftfit.figures.robot import (
+    curvature_looks,
+    draw_motion,
+    draw_optimum,
+    draw_reaction,
+    draw_speeds,
+    group_names,
+)
+from rftfit.figures.style import save
+from rftfit.model.profiles import TableProfile
 from rftfit.robot.calibrate import NAMED
-from rftfit.robot.configfile import paper_robot
-from rftfit.robot.errors import published_speeds, speed_errors
-from rftfit.stages.robot_figures import last_strides
-from rftfit.validate.robot_optimum import optima
+from rftfit.robot.config import paper_robot
+from rftfit.robot.speeds import published_speeds, speed_errors
+from rftfit.workflow.figures import last_strides
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rftfit.profile.table import TableProfile
-from rftfit.robot.configfile import paper_robot
-from rftfit.robot.errors import published_speeds
+from rftfit.model.profiles import TableProfile
+from rftfit.robot.config import paper_robot
 from rftfit.robot.ingredients import compared, ingredients, summary
+from rftfit.robot.speeds import published_speeds
 
 MEDIUM = "poppy_LP"
 BELLY = "table, nine terms in alpha_z at (0, 0) alone"

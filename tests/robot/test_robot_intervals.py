@@ -9,16 +9,15 @@ import pandas as pd
 import pytest
 
 from rftfit import reference
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.fourier import as_array
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.profile.table import TableProfile
+from rftfit.compare.legs import Candidate
+from rftfit.model.fourier import as_array
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 from rftfit.reference import alpha_grid
-from rftfit.robot.configfile import paper_robot
+from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
     BEST,
-    COLUMNS,
     SPEED,
+    WIDTH_COLUMNS,
     best_width,
     coarser,
     each_draw,
@@ -27,8 +26,7 @@ from rftfit.robot.intervals import (
     speeds_of,
 )
 from rftfit.robot.run import Condition
-from rftfit.stages.robot_intervals import widths
-from rftfit.validate.predictions import Candidate
+from rftfit.workflow.robot import widths
 
 FAST = [Condition(5.0, 0.8), Condition(4.0, 1.0)]
 NINE = FourierProfile(as_array(reference.coefficients("poppy_LP")))
@@ -104,7 +102,7 @@ def test_table_of_widths() -> None:
     found = widths(
         paper_robot(), [Candidate("generic", NINE, nine_draws(0.002, 3))], measured, 0.95
     )
-    assert list(found.columns) == COLUMNS[1:]
+    assert list(found.columns) == WIDTH_COLUMNS[1:]
     assert list(found["quantity"]) == [SPEED, SPEED, BEST]
     assert set(found["draws"]) == {3}
     speeds = found[found["quantity"] == SPEED]

@@ -11,15 +11,15 @@ import pytest
 from robotsteps import step
 
 from rftfit import reference
-from rftfit.profile.table import TableProfile
-from rftfit.robot import kernel, plain
-from rftfit.robot.parts import assemble
+from rftfit.model.profiles import TableProfile
+from rftfit.robot import kernel, reference_kernel
+from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
 
 RANDOM = np.random.default_rng(4)
@@ -41,7 +41,7 @@ def test_one_step_is_the_twins(
         rate = RANDOM.choice([-20.0, 0.0, 12.0])
         for rk4 in (False, True):
             ours = step(profile, parts, state, turn, rate, 1e-3, 1, rk4)
-            theirs = plain.advance(profile, parts, state, turn, rate, 1e-3, 1, rk4)[1]
+            theirs = reference_kernel.advance(profile, parts, state, turn, rate, 1e-3, 1, rk4)[1]
             np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
 
 
@@ -50,7 +50,7 @@ def test_many_steps_are_the_twins(robot: Robot, profile: Profile, rk4: bool) -> 
     parts = assemble(robot, 1.0)
     state = np.array([0.0, 3.2, 0.05, 10.0, -5.0, 0.3])
     ours = step(profile, parts, state, 0.2, 12.0, 5e-4, 200, rk4)
-    theirs = plain.advance(profile, parts, state, 0.2, 12.0, 5e-4, 200, rk4)[-1]
+    theirs = reference_kernel.advance(profile, parts, state, 0.2, 12.0, 5e-4, 200, rk4)[-1]
     np.testing.assert_allclose(ours, theirs, rtol=1e-7, atol=1e-7)
 
 
@@ -61,7 +61,7 @@ def test_any_number_of_elements(robot: Robot, table: TableProfile, count: int) -
     assert parts.elements == 9 * count
     state = random_state(0.5)
     ours = step(table, parts, state, 1.0, 12.0, 1e-3, 1)
-    theirs = plain.advance(table, parts, state, 1.0, 12.0, 1e-3, 1)[1]
+    theirs = reference_kernel.advance(table, parts, state, 1.0, 12.0, 1e-3, 1)[1]
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
 
 
@@ -70,23 +70,25 @@ def test_samples_are_the_twins(robot: Robot, profile: Profile) -> None:
     state, rate, step_s = np.array([0.0, 2.0, 0.1, 10.0, -5.0, 0.3]), 12.0, 1e-3
     samples = np.empty((5, kernel.SAMPLE_HEAD + 2 * len(parts.names)))
     step(profile, parts, state, 0.4, rate, step_s, 15, every=3, samples=samples)
-    path = plain.advance(profile, parts, state, 0.4, rate, step_s, 15)
+    path = reference_kernel.advance(profile, parts, state, 0.4, rate, step_s, 15)
     np.testing.assert_allclose(samples[:, :6], path[:15:3], rtol=1e-9, atol=1e-9)
     for row in samples:
         at, turn = row[:6], row[6]
-        every = plain.forces(profile, parts, at, turn, rate)
+        every = reference_kernel.forces(profile, parts, at, turn, rate)
         for index, group in enumerate(every):
             np.testing.assert_allclose(
                 row[9 + 2 * index : 11 + 2 * index], group[..., :2].sum(axis=(0, 1)), atol=1e-11
             )
-        np.testing.assert_allclose(row[7], plain.net(profile, parts, at, turn, rate)[2], atol=1e-11)
+        np.testing.assert_allclose(
+            row[7], reference_kernel.net(profile, parts, at, turn, rate)[2], atol=1e-11
+        )
         drive = 0.0
         for group, elements, turned in zip(
-            every, plain.place(parts, at, turn, rate), parts.turns, strict=True
+            every, reference_kernel.place(parts, at, turn, rate), parts.turns, strict=True
         ):
             if turned[0]:
                 # power of the legs' turn: force times the part of the velocity that it makes
-                still = plain.place(parts, at, turn, 0.0)[len(parts.names) - 2 :]
+                still = reference_kernel.place(parts, at, turn, 0.0)[len(parts.names) - 2 :]
                 moved = elements[..., 6:] - still[0 if turned[1] > 0 else 1][..., 6:]
                 x, z = group[..., 2] - elements[..., 0], group[..., 3] - elements[..., 1]
                 # where the force acts, which is not the element's middle at the surface
@@ -151,13 +153,16 @@ def test_any_phases_and_hips(robot: Robot, profile: Profile, turn: float) -> Non
     parts = assemble(odd, 0.8)
     state, rate = np.array([40.0, 0.4, 0.2, 10.0, -5.0, 0.3]), 12.0
     ours = step(profile, parts, state, turn, rate, 1e-3, 1)
-    theirs = plain.advance(profile, parts, state, turn, rate, 1e-3, 1)[1]
+    theirs = reference_kernel.advance(profile, parts, state, turn, rate, 1e-3, 1)[1]
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
     samples = np.empty((1, kernel.SAMPLE_HEAD + 2 * len(parts.names)))
     step(profile, parts, state, turn, rate, 1e-3, 1, every=1, samples=samples)
     drive = 0.0
     for forces, (_, _, first, members), turned in zip(
-        plain.forces(profile, parts, state, turn, rate), parts.groups, parts.turns, strict=True
+        reference_kernel.forces(profile, parts, state, turn, rate),
+        parts.groups,
+        parts.turns,
+        strict=True,
     ):
         if turned[0]:
             x, z = parts.places[first : first + members, :, None].transpose(1, 0, 2)

@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 from rftfit.errors import InputError, RftfitError
-from rftfit.robot.errors import speed_errors
-from rftfit.robot.sheet import read_trials
-from rftfit.stages import robot as stage
+from rftfit.robot.speeds import speed_errors
+from rftfit.robot.tracks import read_trials
+from rftfit.workflow import robot as stage
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -63,12 +63,12 @@ def test_rows_of_a_track_that_do_not_add_up(
 
 
 def test_a_sweep_on_a_medium_without_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from rftfit.cli.simulate_sweep import sweep
+    from rftfit.cli.simulate import sweep
 
     campaign = SimpleNamespace(media_with_runs=("yuma",), root=tmp_path)
     section = SimpleNamespace(medium="poppy_LP")
     monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
-    monkeypatch.setattr("rftfit.stages.robot.robot_of", lambda _: (section, None))
+    monkeypatch.setattr("rftfit.workflow.robot.robot_of", lambda _: (section, None))
     with pytest.raises(
         InputError, match=r"config, key robot.medium: poppy_LP has no runs, so there"
     ):

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from rftfit.predict.kernel import element_forces
-from rftfit.predict.outline import arc, polyline
-from rftfit.robot.parts import assemble
+from rftfit.model.kernel import element_forces
+from rftfit.model.outlines import arc, polyline
+from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate, start_state
 
 if TYPE_CHECKING:
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
 
 mujoco: Any = pytest.importorskip("mujoco", reason="the package mujoco is not installed")

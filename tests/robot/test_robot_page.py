@@ -13,16 +13,16 @@ import pytest
 from chromium import Chromium, find
 from page_inputs import page_inputs
 
+from rftfit.compare.robot import optima
 from rftfit.errors import InputError
-from rftfit.profile.table import TableProfile
-from rftfit.report.page.page import render, write_page
-from rftfit.report.page.robot import RobotTables, read_robot_tables, robot_data, robot_tables
+from rftfit.model.profiles import TableProfile
+from rftfit.page.page import render, write_page
+from rftfit.page.robot import RobotTables, read_robot_tables, robot_data, robot_tables
 from rftfit.robot.calibrate import NAMED
-from rftfit.robot.configfile import paper_robot
-from rftfit.robot.errors import published_speeds, speed_errors
-from rftfit.stages.robot_frames import CURVATURES, FRAMES, FREQUENCIES_HZ, frames_of
+from rftfit.robot.config import paper_robot
+from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.store import write_csv
-from rftfit.validate.robot_optimum import optima
+from rftfit.workflow.robot import CURVATURES, FRAMES, FREQUENCIES_HZ, frames_of
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from rftfit.robot.body import assemble
 from rftfit.robot.config import Numerics
-from rftfit.robot.parts import assemble
-from rftfit.robot.steady import fallen, highest_point, irregular, settled
+from rftfit.robot.run import fallen, highest_point, irregular, settled
 
 if TYPE_CHECKING:
     from rftfit.robot.config import Robot

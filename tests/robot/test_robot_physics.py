@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from robotsteps import step
 
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.robot import plain
+from rftfit.model.profiles import FourierProfile
+from rftfit.robot import reference_kernel
+from rftfit.robot.body import NEWTON_IN_G_CM_PER_S2, assemble
 from rftfit.robot.config import Robot
-from rftfit.robot.parts import NEWTON_IN_G_CM_PER_S2, assemble
 from rftfit.robot.run import simulate
 
 if TYPE_CHECKING:
-    from rftfit.profile.base import Profile
-    from rftfit.robot.run import Run
+    from rftfit.model.profiles import Profile
+    from rftfit.robot.run import RobotRun
 
 G = 980.665
 ERG_PER_N_CM = NEWTON_IN_G_CM_PER_S2
@@ -60,7 +60,7 @@ def together(forces: dict[str, np.ndarray]) -> np.ndarray:
     return np.asarray(np.sum(list(forces.values()), axis=0))
 
 
-def each_step(robot: Robot, profile: Profile, curvature: float, frequency: float) -> Run:
+def each_step(robot: Robot, profile: Profile, curvature: float, frequency: float) -> RobotRun:
     """Three strides by semi-implicit Euler, a sample before every step."""
     steps = round(1 / frequency / robot.numerics.step_s)
     return simulate(robot, profile, frequency, curvature, samples_per_stride=steps, strides=3)
@@ -110,8 +110,8 @@ def test_granular_work_is_energy_less_drive(robot: Robot, table: Profile) -> Non
         state, turn = s.states[index], math.radians(s.leg_angle_deg[index])
         power = 0.0
         for elements, forces in zip(
-            plain.place(parts, state, turn, rate),
-            plain.forces(table, parts, state, turn, rate),
+            reference_kernel.place(parts, state, turn, rate),
+            reference_kernel.forces(table, parts, state, turn, rate),
             strict=True,
         ):
             x, z = forces[..., 2] - elements[..., 0], forces[..., 3] - elements[..., 1]

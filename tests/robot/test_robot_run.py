@@ -8,18 +8,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.robot import plain
+from rftfit.model.profiles import FourierProfile
+from rftfit.robot import reference_kernel
+from rftfit.robot.body import assemble, element_series
 from rftfit.robot.config import Numerics, Robot
 from rftfit.robot.convergence import step_convergence
-from rftfit.robot.elements import element_series
-from rftfit.robot.parts import assemble
-from rftfit.robot.run import Condition, simulate, start_state
-from rftfit.robot.steady import OUTCOMES, fallen, highest_point, irregular, settled
+from rftfit.robot.run import (
+    OUTCOMES,
+    Condition,
+    fallen,
+    highest_point,
+    irregular,
+    settled,
+    simulate,
+    start_state,
+)
 
 if TYPE_CHECKING:
-    from rftfit.profile.base import Profile
-    from rftfit.profile.table import TableProfile
+    from rftfit.model.profiles import Profile, TableProfile
 
 
 def changed(robot: Robot, **numerics: object) -> Robot:
@@ -35,7 +41,7 @@ def test_it_begins_touching_the_surface(robot: Robot) -> None:
                 parts = assemble(settings, curvature)
                 state = start_state(settings, parts, phase)
                 assert (state[[0, 2, 3, 4, 5]] == 0).all()
-                groups = plain.place(parts, state, 2 * math.pi * phase, 0.0)
+                groups = reference_kernel.place(parts, state, 2 * math.pi * phase, 0.0)
                 every = np.concatenate([group.reshape(-1, 8) for group in groups])
                 lowest = (every[:, 1] - every[:, 4] * np.abs(every[:, 3])).min()
                 np.testing.assert_allclose(lowest, drop, atol=1e-12)

@@ -18,22 +18,28 @@ from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.errors import InputError
 from rftfit.lab.tracks import TRIALS, plan_trials, write_tracks
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.profile.table import TableProfile
-from rftfit.robot.configfile import paper_robot
-from rftfit.robot.intervals import COLUMNS as WIDTHS
+from rftfit.model.profiles import FourierProfile, TableProfile
+from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import SPEED
+from rftfit.robot.intervals import WIDTH_COLUMNS as WIDTHS
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import run_all, speed_table
-from rftfit.stages.robot import robot_measured, robot_tables
-from rftfit.stages.robot_profiles import robot_profile
-from rftfit.stages.robot_store import Store, fill, forget_others, key
-from rftfit.stages.robot_sweep import SWEEPS, conditions_of
 from rftfit.store import read_csv, write_csv
-from rftfit.workflow import Plan
+from rftfit.workflow.plan import Plan
+from rftfit.workflow.robot import (
+    SWEEPS,
+    Store,
+    conditions_of,
+    fill,
+    forget_others,
+    key,
+    robot_measured,
+    robot_profile,
+    robot_tables,
+)
 
 if TYPE_CHECKING:
-    from rftfit.robot.run import Run
+    from rftfit.robot.run import RobotRun
 
 PROJECT = Path(__file__).parents[2]
 SHEET = (
@@ -185,7 +191,7 @@ FEW = [Condition(5.0, k, phase) for k in (0.6, 0.8) for phase in (0.0, 1 / 3)]
 
 
 @pytest.fixture(scope="module")
-def straight() -> tuple[FourierProfile, list[Run]]:
+def straight() -> tuple[FourierProfile, list[RobotRun]]:
     values = np.array([reference.coefficients("poppy_LP")[t] for t in
                        ("A00", "A10", "B11", "B01", "Bm1", "C11", "C01", "Cm1", "D10")])  # fmt: skip
     profile = FourierProfile(values)
@@ -193,7 +199,7 @@ def straight() -> tuple[FourierProfile, list[Run]]:
 
 
 def test_an_interrupted_sweep_goes_on(
-    tmp_path: Path, straight: tuple[FourierProfile, list[Run]]
+    tmp_path: Path, straight: tuple[FourierProfile, list[RobotRun]]
 ) -> None:
     profile, runs = straight
     folder = tmp_path / "table-0123"
@@ -216,7 +222,7 @@ def test_an_interrupted_sweep_goes_on(
 
 
 def test_a_damaged_part_is_made_again(
-    tmp_path: Path, straight: tuple[FourierProfile, list[Run]]
+    tmp_path: Path, straight: tuple[FourierProfile, list[RobotRun]]
 ) -> None:
     store = Store(tmp_path / "table-1")
     store.add(speed_table(straight[1]))
@@ -243,7 +249,7 @@ def test_conditions_of_the_sweeps() -> None:
         conditions_of("half", table)
 
 
-def test_tables(root: Path, straight: tuple[FourierProfile, list[Run]]) -> None:
+def test_tables(root: Path, straight: tuple[FourierProfile, list[RobotRun]]) -> None:
     out = root / "results"
     seen = pd.DataFrame(
         {"condition": ["a", "b"], "medium": "poppy_LP", "curvature_times_R": [0.6, 0.9],

@@ -10,8 +10,8 @@ import pytest
 
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import (
-    COLUMNS,
     PHASES_TURNS,
+    RUN_COLUMNS,
     best_curvature,
     mean_speed,
     paper_conditions,
@@ -20,9 +20,9 @@ from rftfit.robot.sweep import (
 )
 
 if TYPE_CHECKING:
-    from rftfit.profile.nine_terms import FourierProfile
+    from rftfit.model.profiles import FourierProfile
     from rftfit.robot.config import Robot
-    from rftfit.robot.run import Run
+    from rftfit.robot.run import RobotRun
 
 
 def test_the_papers_sweep() -> None:
@@ -55,7 +55,7 @@ CONDITIONS = [
 def test_runs_do_not_depend_on_threads(robot: Robot, nine: FourierProfile) -> None:
     told: list[int] = []
 
-    def note(index: int, run: Run) -> None:
+    def note(index: int, run: RobotRun) -> None:
         assert run.condition == CONDITIONS[index]
         told.append(index)
 
@@ -69,7 +69,7 @@ def test_runs_do_not_depend_on_threads(robot: Robot, nine: FourierProfile) -> No
 def test_interrupting_keeps_what_is_done(robot: Robot, nine: FourierProfile) -> None:
     done: list[int] = []
 
-    def stop(index: int, _: Run) -> None:
+    def stop(index: int, _: RobotRun) -> None:
         done.append(index)
         if len(done) == 3:
             raise KeyboardInterrupt
@@ -81,7 +81,7 @@ def test_interrupting_keeps_what_is_done(robot: Robot, nine: FourierProfile) -> 
 
 def test_tables(robot: Robot, nine: FourierProfile) -> None:
     table = speed_table(run_all(robot, nine, CONDITIONS))
-    assert tuple(table.columns) == COLUMNS
+    assert tuple(table.columns) == RUN_COLUMNS
     assert (table["outcome"] == "steady").all()
     means = mean_speed(table)
     assert len(means) == 4

@@ -8,9 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from rftfit.robot.sheet import COLUMNS, read_trials
-from rftfit.robot.strides import pace, stride_frequency
-from rftfit.robot.tracks import Track, TrackError, read_track
+from rftfit.robot.tracks import (
+    COLUMNS,
+    Track,
+    TrackError,
+    pace,
+    read_track,
+    read_trials,
+    stride_frequency,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path

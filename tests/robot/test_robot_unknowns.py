@@ -12,13 +12,12 @@ import pytest
 from rftfit import reference
 from rftfit.robot import calibrate
 from rftfit.robot.calibrate import GRID, NAMED, Layout, fit, laid_out, layout_of, measured
+from rftfit.robot.perturbations import UNKNOWNS, changed
 from rftfit.robot.run import Condition
 from rftfit.robot.sensitivity import CHANGES_CM, sensitivity
-from rftfit.robot.unknowns import UNKNOWNS, changed
 
 if TYPE_CHECKING:
-    from rftfit.profile.nine_terms import FourierProfile
-    from rftfit.profile.table import TableProfile
+    from rftfit.model.profiles import FourierProfile, TableProfile
     from rftfit.robot.config import Robot
 
 SPEEDS = measured(reference.load("fig_4c"))

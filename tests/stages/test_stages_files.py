@@ -15,12 +15,8 @@ from rigroom import Results, Room, digests, paper, planned
 from rftfit import reference
 from rftfit.errors import InputError, OutputError, RftfitError
 from rftfit.measure.alpha import alpha_table
-from rftfit.stages.ingest import ingest
-from rftfit.stages.ledger import ledger
-from rftfit.stages.legs import legs
-from rftfit.stages.slopes import slopes
-from rftfit.stages.tare import tare
 from rftfit.store import read_csv, read_parquet
+from rftfit.workflow.measure import ingest, ledger, legs, slopes, tare
 
 if TYPE_CHECKING:
     from pathlib import Path

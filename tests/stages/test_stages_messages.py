@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 from rftfit.errors import InputError
-from rftfit.stages import clocks, figures, sands
-from rftfit.stages.chosen import stress_runs
 from rftfit.store import write_csv, write_parquet
+from rftfit.workflow import figures, validate
+from rftfit.workflow.figures import stress_runs
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,12 +39,12 @@ def test_runs_of_the_figure_of_stress() -> None:
 
 
 def test_clocks_that_were_not_estimated(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(clocks, "load_campaign", lambda _: campaign())
-    monkeypatch.setattr(clocks, "ingest_traces", lambda *_: ([SimpleNamespace(alignment=None)],))
+    monkeypatch.setattr(figures, "load_campaign", lambda _: campaign())
+    monkeypatch.setattr(figures, "ingest_traces", lambda *_: ([SimpleNamespace(alignment=None)],))
     with pytest.raises(
         InputError, match=r"sand: no run whose clocks .*; is clock.method estimate\?"
     ):
-        clocks.figure_clocks(tmp_path / "config.yaml", "sand", tmp_path / "a.png")
+        figures.figure_clocks(tmp_path / "config.yaml", "sand", tmp_path / "a.png")
 
 
 def test_figures_without_a_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -62,16 +62,16 @@ def test_figures_without_a_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
 def test_a_sand_without_a_linear_regime() -> None:
     depth = np.linspace(0, 1, 20)
     zero = (np.zeros(1), np.ones(1))
-    row = sands._fit(depth, depth, 5.0, zero, np.array([1.2, 1.3]), campaign(min_points=50))
+    row = validate._fit(depth, depth, 5.0, zero, np.array([1.2, 1.3]), campaign(min_points=50))
     assert row["reason"] == "no linear regime with enough samples"
 
 
 def test_figures_without_a_fit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from rftfit.stages import leg_figures
+    from rftfit.workflow import figures
 
     drawn: list[str] = []
     config = SimpleNamespace(fourier=SimpleNamespace(method="lsq"))
-    for stage in (figures, leg_figures):
+    for stage in (figures, figures):
         monkeypatch.setattr(stage, "load_campaign", lambda _: SimpleNamespace(config=config))
         monkeypatch.setattr(stage, "draw_missing", lambda what, _: drawn.append(what))
         monkeypatch.setattr(stage, "save", lambda *_: None)
@@ -80,7 +80,7 @@ def test_figures_without_a_fit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
     write_csv(pd.DataFrame(columns=columns), table)
     figures.figure_fit(tmp_path, [table], table, tmp_path / "a.png")
     figures.figure_generic(tmp_path, [table], table, table, tmp_path / "a.png")
-    leg_figures.figure_generic_forces(tmp_path, table, [table], table, tmp_path / "a.png")
+    figures.figure_generic_forces(tmp_path, table, [table], table, tmp_path / "a.png")
     assert drawn == [
         "no nine-term fit by lsq",
         "no generic profile by lsq",

@@ -8,10 +8,10 @@ import pytest
 
 from rftfit.campaign.load import load_campaign
 from rftfit.errors import InputError
-from rftfit.report import protocol
-from rftfit.stages import protocol_figures
-from rftfit.stages.protocol_figures import figure_linearity, figure_protocol
+from rftfit.figures import protocol
 from rftfit.store import write_csv, write_parquet
+from rftfit.workflow import figures
+from rftfit.workflow.figures import figure_linearity, figure_protocol
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,8 +39,8 @@ def written(results: Results, folder: Path) -> dict[str, Path]:
 
 
 def files(room: Room) -> dict[str, Path]:
-    from rftfit.stages.slopes import fit_medium
     from rftfit.store import read_csv
+    from rftfit.workflow.measure import fit_medium
 
     results = room.chain()
     paths = written(results, room.folder)
@@ -65,7 +65,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[list[protocol.Protocol]]:
         seen.append(columns)
         return protocol.draw_protocol(columns, *rest)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(protocol_figures, "draw_protocol", draw)
+    monkeypatch.setattr(figures, "draw_protocol", draw)
     return seen
 
 

@@ -12,8 +12,7 @@ import pytest
 from coverage_levels import SCENARIOS, Scenario, alpha_inside, cover, cover_robot
 from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, Ensemble, paper_config, plan, simulate
 
-from rftfit.measure.slope import fit_slope
-from rftfit.measure.startup import unfinished_start
+from rftfit.measure.slopes import fit_slope, unfinished_start
 
 CAMPAIGNS, SEED = 80, 7
 ROBOTS = 8

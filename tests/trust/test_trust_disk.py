@@ -14,10 +14,9 @@ from pathlib import Path
 import pytest
 from disks import on_own_disks, why_not
 
-from rftfit.cli.failures import failure_text, nothing_written
-from rftfit.cli.snakemake_output import Watcher
 from rftfit.errors import OutputError
 from rftfit.store import atomic_path
+from rftfit.workflow.snakemake import Watcher, failure_text, nothing_written
 
 FULL = Path("/dev/full")
 SCALE = "-m rftfit.cli.main scale --alpha 0.9"
@@ -35,7 +34,7 @@ DRAWING = """
 import resource, signal, sys
 from matplotlib.figure import Figure
 from rftfit.errors import OutputError
-from rftfit.report.saving import save
+from rftfit.figures.style import save
 figure = Figure(figsize=(0.3, 0.3), dpi=20)
 figure.add_subplot().plot([n % 7 for n in range(9000)], [n % 11 + n / 9000 for n in range(9000)])
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

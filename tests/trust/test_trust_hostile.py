@@ -23,12 +23,12 @@ from campaigns import PROJECT, make_campaign
 from page_inputs import NASTY, page_inputs
 
 from rftfit.__main__ import main as stage
-from rftfit.campaign import workbook
+from rftfit.campaign import rows
 from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.load import check_campaign
-from rftfit.report.maps import draw_maps
-from rftfit.report.page.page import render
-from rftfit.report.saving import save
+from rftfit.figures.maps import draw_maps
+from rftfit.figures.style import save
+from rftfit.page.page import render
 from rftfit.store import read_csv
 
 CONFIG = """\
@@ -249,7 +249,7 @@ def test_workbooks_that_would_unpack_without_end(room: Room, code: str, make: ob
 
 def test_the_largest_workbook_that_is_read_takes_seconds(room: Room) -> None:
     cells = "<row>" + "<c><v>1</v></c>" * 15 + "</row>"
-    rows = workbook.MAX_TAGS // cells.count("<") - 10
+    rows = rows.MAX_TAGS // cells.count("<") - 10
     start = time.perf_counter()
     found = room.problems(
         book(f"<worksheet {NS}><sheetData>{cells * rows}</sheetData></worksheet>")

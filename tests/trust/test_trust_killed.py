@@ -17,9 +17,8 @@ import pytest
 from campaigns import PROJECT, make_campaign
 
 from rftfit.store import atomic_path, write_text
-from rftfit.store.atomic import _cleared, clear_rests, is_rest
-from rftfit.store.holder import left_by_the_dead
-from rftfit.store.parent import VARIABLE, end_with_parent
+from rftfit.store.files import _cleared, clear_rests, is_rest
+from rftfit.workflow.processes import VARIABLE, end_with_parent, left_by_the_dead
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -38,7 +37,7 @@ with atomic_path(sys.argv[1]) as path:
 """
 CHILD = """
 import sys, time
-from rftfit.store.parent import end_with_parent
+from rftfit.workflow.processes import end_with_parent
 assert end_with_parent()
 print("watching", flush=True)
 time.sleep(60)
@@ -49,8 +48,8 @@ subprocess.Popen([sys.executable, "-c", sys.argv[1]], env={{**os.environ, "{VARI
 sys.stdin.read()
 """
 WORKFLOW = """
-from rftfit.store.holder import hold
-from rftfit.store.parent import SHELL_PREFIX, end_group, end_with_parent
+from rftfit.workflow.processes import hold
+from rftfit.workflow.processes import SHELL_PREFIX, end_group, end_with_parent
 end_with_parent(end_group)
 shell.prefix(SHELL_PREFIX)
 onstart:
@@ -68,7 +67,7 @@ rule second:
 STAGE = """
 import os, sys, time
 from rftfit.store import write_text
-from rftfit.store.parent import end_with_parent
+from rftfit.workflow.processes import end_with_parent
 assert end_with_parent()
 if not os.path.exists("go") and sys.argv[1].endswith("second.txt"):
     write_text("began", "")
@@ -168,9 +167,7 @@ def locked(tmp_path: Path) -> Path:
     """A folder that a process has locked and noted, which has died since."""
     (tmp_path / "locks").mkdir()
     (tmp_path / "locks" / "0.output.lock").write_text("results/alpha.csv\n")
-    script = (
-        "import pathlib, sys; from rftfit.store.holder import hold; hold(pathlib.Path(sys.argv[1]))"
-    )
+    script = "import pathlib, sys; from rftfit.workflow.processes import hold; hold(pathlib.Path(sys.argv[1]))"
     subprocess.run([sys.executable, "-c", script, tmp_path], check=True)
     return tmp_path
 
@@ -204,7 +201,7 @@ def test_only_what_is_certain_is_taken_for_the_dead_ones(locked: Path) -> None:
 
 def test_the_lock_of_a_living_process_is_left(locked: Path) -> None:
     script = (
-        "import pathlib, sys; from rftfit.store.holder import hold; hold(pathlib.Path(sys.argv[1]));"
+        "import pathlib, sys; from rftfit.workflow.processes import hold; hold(pathlib.Path(sys.argv[1]));"
         "print('holds', flush=True); sys.stdin.read()"
     )
     with subprocess.Popen(

@@ -16,21 +16,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rftfit.cli.verify_compare import compare
+from rftfit.cli.verify import compare
 from rftfit.errors import InputError
-from rftfit.robot.configfile import paper_robot_path
-from rftfit.stages.provenance_graph import OWN, Graph, Step, unpacked
-from rftfit.stages.provenance_record import Record, present_state
-from rftfit.stages.provenance_rules import graph_of
-from rftfit.store import digest, read_csv, write_csv
-from rftfit.store.formulas import guarded, unguarded
-from rftfit.store.manifest import Seen, read_sums, sha256_of, write_sums
-from rftfit.workflow import Plan
+from rftfit.robot.config import paper_robot_path
+from rftfit.store import digests, read_csv, write_csv
+from rftfit.store.digests import Seen, read_sums, sha256_of, write_sums
+from rftfit.store.tables import guarded, unguarded
+from rftfit.workflow.plan import Plan
+from rftfit.workflow.provenance import OWN, Graph, Record, Step, graph_of, present_state, unpacked
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-PACKAGE = Path(digest.__file__).parents[1]
+PACKAGE = Path(digests.__file__).parents[1]
 SIGNS = "=+-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH COMMERCIAL AT}"
 
 
@@ -54,7 +52,7 @@ def memory_of(logs: list[str]) -> Path:
 def settled(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a minute pass, so that what was just written counts as old."""
     now = time.time_ns
-    monkeypatch.setattr("rftfit.store.manifest.time.time_ns", lambda: now() + 60_000_000_000)
+    monkeypatch.setattr("rftfit.store.digests.time.time_ns", lambda: now() + 60_000_000_000)
 
 
 def count_reading(monkeypatch: pytest.MonkeyPatch) -> list[str]:
@@ -64,7 +62,7 @@ def count_reading(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         read.append(str(path))
         return sha256_of(path)
 
-    monkeypatch.setattr("rftfit.store.manifest.sha256_of", note)
+    monkeypatch.setattr("rftfit.store.digests.sha256_of", note)
     return read
 
 
@@ -156,8 +154,8 @@ def test_no_import_is_overlooked() -> None:
             elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
                 wanted.add(node.module)
                 wanted.update(f"{node.module}.{alias.name}" for alias in node.names)
-        own = {one for one in wanted if one.split(".")[0] == "rftfit" and digest._path(one)}
-        if lost := own - digest._imports(name):
+        own = {one for one in wanted if one.split(".")[0] == "rftfit" and digests._path(one)}
+        if lost := own - digests._imports(name):
             problems.append(f"{name}: {sorted(lost)}")
     assert len(modules) > 100
     assert problems == []
@@ -275,17 +273,23 @@ def test_the_robots_files_are_in_the_record(robot_campaign: Path) -> None:
 
 
 def test_the_papers_robot_counts_as_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = "rftfit.robot.configfile"
-    read = [top / digest._READS[module] for top in digest._tops()]
+    module = "rftfit.robot.config"
+    read = [top / digests._READS[module] for top in digests._tops()]
     assert paper_robot_path() in read
-    before = digest.code_digest("rftfit.stages.robot"), digest.code_digest("rftfit.stages.fourier")
+    before = (
+        digests.code_digest("rftfit.workflow.robot"),
+        digests.code_digest("rftfit.workflow.profiles"),
+    )
     (tmp_path / "config").mkdir()
     changed = paper_robot_path().read_bytes().replace(b"mass_g: 150", b"mass_g: 151")
     (tmp_path / "config" / "robot.yaml").write_bytes(changed)
-    monkeypatch.setattr(digest, "_tops", lambda: (tmp_path,))
-    digest._source_digest.cache_clear()
-    after = digest.code_digest("rftfit.stages.robot"), digest.code_digest("rftfit.stages.fourier")
-    digest._source_digest.cache_clear()
+    monkeypatch.setattr(digests, "_tops", lambda: (tmp_path,))
+    digests._source_digest.cache_clear()
+    after = (
+        digests.code_digest("rftfit.workflow.robot"),
+        digests.code_digest("rftfit.workflow.profiles"),
+    )
+    digests._source_digest.cache_clear()
     assert after[0] != before[0]
     assert after[1] == before[1]
 

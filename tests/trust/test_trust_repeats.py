@@ -10,9 +10,10 @@ import pytest
 from ensembles import paper_config
 from rigroom import paper, planned
 
-from rftfit.lab.worker import run_logs
+from rftfit.compare.legs import leg_errors, measured_peak
+from rftfit.lab.enact import run_logs
 from rftfit.measure.alpha import alpha_table, column
-from rftfit.measure.repeats import (
+from rftfit.measure.slopes import (  # fmt: skip
     AS_PREPARED,
     GIVEN_DOF,
     LEAST_DOF,
@@ -20,11 +21,9 @@ from rftfit.measure.repeats import (
     STATED,
     mean_of_repeats,
     spread_of_runs,
-)  # fmt: skip
-from rftfit.measure.slope import student_quantile
-from rftfit.profile.bootstrap import Term, interval, interval_of_sum, typical_dof
-from rftfit.validate.leg_errors import leg_errors
-from rftfit.validate.peaks import measured_peak
+    student_quantile,
+)
+from rftfit.model.draws import Term, interval, interval_of_sum, typical_dof
 
 SPREAD = 0.005
 

@@ -16,8 +16,8 @@ import yaml
 from campaigns import make_campaign
 
 from rftfit.__main__ import main as stage
-from rftfit.cli.exit_codes import INPUT_NOT_VALID, NOT_AS_RECORDED
-from rftfit.stages.provenance_record import read_record
+from rftfit.cli.main import INPUT_NOT_VALID, NOT_AS_RECORDED
+from rftfit.workflow.provenance import read_record
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -153,7 +153,7 @@ def test_a_chain_is_told(checked: Checked) -> None:
     assert done.returncode == 0
     for part in ("ingest of poppy_LP, yuma", "slopes of poppy_LP, yuma", "fourier", "scaling",
                  "382 logs: raw/paper/air/air_c_leg_force.csv", "191 rows of raw/paper/runs.csv",
-                 "transducer", "rftfit.stages.slopes"):  # fmt: skip
+                 "transducer", "rftfit.workflow.measure"):  # fmt: skip
         assert part in done.stdout
     alone = checked.verify("results/alpha/yuma.csv").stdout
     assert "poppy_LP_" not in alone
@@ -220,11 +220,11 @@ def test_a_changed_setting_is_noticed(checked: Checked) -> None:
 def test_changed_code_is_noticed(checked: Checked) -> None:
     path = checked.root / "results" / "provenance.json"
     data = checked.record()
-    data["code"]["modules"]["rftfit.profile.fourier"] = "0" * 16
+    data["code"]["modules"]["rftfit.model.fourier"] = "0" * 16
     path.write_text(json.dumps(data), encoding="utf-8")
     done = checked.verify("results/coefficients.csv")
     assert done.returncode == NOT_AS_RECORDED
-    assert "code of rftfit.profile.fourier: was 0000000000000000" in done.stdout
+    assert "code of rftfit.model.fourier: was 0000000000000000" in done.stdout
     assert checked.verify("results/tares/yuma.csv").returncode == 0
 
 
@@ -270,7 +270,7 @@ def test_a_change_while_the_workflow_runs_is_an_error(
     checked: Checked, tmp_path: Path, capfd: pytest.CaptureFixture[str], what: str
 ) -> None:
     """The record is not written when it would not be true."""
-    from rftfit.workflow import Plan
+    from rftfit.workflow.plan import Plan
 
     plan = Plan(checked.root / "config" / "config.yaml")
     digests = {"raw": plan.raw(), "rows": plan.rows(), "settings": plan.settings(), what: "0" * 16}

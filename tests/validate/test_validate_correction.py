@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.validate.correction import corrections
+from rftfit.compare.sands import corrections
 
 LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
 THETA = np.arange(-130.0, 131.0)

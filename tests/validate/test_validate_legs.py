@@ -11,16 +11,15 @@ import yaml
 from campaigns import PROJECT
 
 from rftfit.campaign.config import Config, Leg
+from rftfit.compare.legs import leg_errors, leg_prediction
+from rftfit.compare.published import leg_claims
 from rftfit.measure.alpha import column
-from rftfit.predict.outline import model_leg
-from rftfit.predict.rotation import sweep
-from rftfit.profile.media_fits import MediumFit, fit_media
-from rftfit.profile.table import TableProfile
+from rftfit.model.motion import sweep
+from rftfit.model.outlines import model_leg
+from rftfit.model.profiles import TableProfile
+from rftfit.model.scaling import MediumFit, fit_media
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, alpha_grid, load
-from rftfit.stages.trials import COLUMNS, laboratory_curves, sand_curves
-from rftfit.validate.leg_claims import leg_claims
-from rftfit.validate.leg_errors import leg_errors
-from rftfit.validate.predictions import leg_prediction
+from rftfit.workflow.validate import PREDICTED_COLUMNS, laboratory_curves, sand_curves
 
 SE = 0.001
 
@@ -58,7 +57,7 @@ def predicted(config: Config) -> pd.DataFrame:
 
 
 def test_every_leg_and_profile_is_predicted(predicted: pd.DataFrame) -> None:
-    assert sorted(predicted.columns) == sorted(COLUMNS)
+    assert sorted(predicted.columns) == sorted(PREDICTED_COLUMNS)
     counts = predicted.groupby(["medium", "leg", "profile"]).size()
     assert len(counts) == len(MEDIA) * len(LEGS) * 4
     assert (counts == 271).all()
@@ -182,7 +181,7 @@ def test_a_missing_cell_gives_no_guess(config: Config) -> None:
 
 
 def test_prediction_needs_a_leg_of_the_config(config: Config) -> None:
-    from rftfit.validate.predictions import laboratory_candidates
+    from rftfit.compare.legs import laboratory_candidates
 
     table = alpha_of("glass3mm_CP")
     fits = fits_of([table], config)

@@ -6,8 +6,8 @@ import math
 
 import pandas as pd
 
-from rftfit.validate.comparison import DIFFERS, compare
-from rftfit.validate.leg_errors import _compare
+from rftfit.compare.legs import _compare
+from rftfit.compare.published import DIFFERS, compare
 
 
 def test_a_number_that_the_campaign_does_not_have() -> None:

@@ -8,9 +8,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.measure.slope import student_quantile
-from rftfit.validate.leg_errors import COLUMNS, NUMBERS, _error_interval, leg_errors
-from rftfit.validate.peaks import extreme, measured_peak
+from rftfit.compare.legs import (
+    COLUMNS,
+    NUMBERS,
+    _error_interval,
+    extreme,
+    leg_errors,
+    measured_peak,
+)
+from rftfit.measure.slopes import student_quantile
 
 THETA = np.arange(-135.0, 136.0)
 

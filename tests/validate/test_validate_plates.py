@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from rftfit.measure.repeats import REPEATS
-from rftfit.validate.plates import by_plate, depth_exponent, size_exponent
+from rftfit.compare.sands import by_plate, depth_exponent, size_exponent
+from rftfit.measure.slopes import REPEATS
 
 
 @pytest.mark.parametrize("n", [0.8, 1.0, 1.4])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rftfit.compare.sands import bend_of, linear_end
 from rftfit.reference import load
-from rftfit.validate.sands import bend_of, linear_end
 
 
 def test_a_straight_line_is_linear_to_its_end() -> None:

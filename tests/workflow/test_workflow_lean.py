@@ -16,14 +16,12 @@ import yaml
 from campaigns import make_campaign
 
 from rftfit.measure.alpha import column, grid
-from rftfit.profile.reference_media import PRINTED_NOTE, published
+from rftfit.model.scaling import PRINTED_NOTE, published
 from rftfit.reference import LEGS, alpha_grid
-from rftfit.stages.figures import figure_fit, figure_generic
-from rftfit.stages.fourier import fourier
-from rftfit.stages.leg_figures import figure_generic_forces
-from rftfit.stages.scaling import scaling
-from rftfit.stages.trials import trials
 from rftfit.store import read_csv, write_csv
+from rftfit.workflow.figures import figure_fit, figure_generic, figure_generic_forces
+from rftfit.workflow.profiles import fourier, scaling
+from rftfit.workflow.validate import trials
 
 if TYPE_CHECKING:
     from pathlib import Path

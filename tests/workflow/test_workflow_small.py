@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from campaigns import make_campaign
 
-from rftfit.stages.provenance_graph import unpacked
+from rftfit.workflow.provenance import unpacked
 
 if TYPE_CHECKING:
     from campaigns import Folder

@@ -13,8 +13,8 @@ import pytest
 from dictionary_check import check_results
 
 from rftfit.measure.alpha import column, grid
-from rftfit.profile.fourier import TERMS
-from rftfit.profile.media_fits import AS_PRINTED
+from rftfit.model.fourier import TERMS
+from rftfit.model.scaling import AS_PRINTED
 from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load
 
 if TYPE_CHECKING:

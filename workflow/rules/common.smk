@@ -1,7 +1,7 @@
 # What several rules need.
 
 from rftfit.report.captions.run import Captions
-from rftfit.stages.chosen import stress_runs
+from rftfit.workflow.figures import stress_runs
 
 # Snakemake's own report (snakemake --report): the captions get the run's numbers from this object,
 # which reads the results when asked. It stands in the config, since that never makes a job run

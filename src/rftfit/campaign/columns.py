@@ -27,29 +27,15 @@ Need = Literal["always", "if used", "no"]
 class Column:
     """One column of the run sheet.
 
-    Attributes
-    ----------
-    name : str
-    form : str
-        How a cell is read.
-    meaning : str
-    need : {"always", "if used", "no"}
-        Whether a cell may be blank; ``if used``: not for the kinds and direction that use it.
-    kinds : tuple of str
-        The kinds of run that use it; elsewhere a filled cell is only warned about.
-    direction : str
-        The one direction that uses it; empty for all.
-    choices : tuple of str
-        The words of a ``choice``; empty where they come from `section`.
-    section : str
-        The section of the configuration whose keys are the words.
-    low, high : float or None
-        Inclusive range of a ``number``.
-    above : float or None
-        Exclusive lower limit of a ``number``.
-    unit : str
-    hint : str
-        Added to what is allowed.
+    `form`: How a cell is read.
+    `need`: Whether a cell may be blank; ``if used``: not for the kinds and direction that use it.
+    `kinds`: The kinds of run that use it; elsewhere a filled cell is only warned about.
+    `direction`: The one direction that uses it; empty for all.
+    `choices`: The words of a ``choice``; empty where they come from `section`.
+    `section`: The section of the configuration whose keys are the words.
+    `low`, `high`: Inclusive range of a ``number``.
+    `above`: Exclusive lower limit of a ``number``.
+    `hint`: Added to what is allowed.
     """
 
     name: str

@@ -2,23 +2,278 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeVar
+import codecs
+import math
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
-
-from rftfit.campaign.clocks import Clock, FreeSurface, RigidContact
-from rftfit.campaign.model import Model, Name, NotNegative, Positive
-from rftfit.campaign.names import DEVICE, is_device
-from rftfit.campaign.shapes import (
-    PLATE_SHAPES,
-    AnyPlate,
-    Disc,
-    FlatOutline,
-    Intruder,
-    Leg,
-    Plate,
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
 )
-from rftfit.campaign.sources import ForceLog, MotionLog
+
+from rftfit.campaign.problems import DEVICE, is_device
+
+# --- What every section of the configuration is made of.
+
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=64)]
+
+
+class Model(BaseModel):
+    """A section of the configuration: unknown keys are errors, values never change."""
+
+    # strict: "24" in quotes or `yes` is no number, and the user should hear of it
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+# --- How force and motion are brought together: clocks, free surface, and the yielding of the machine.
+
+
+class Clock(Model):
+    """How the clocks of the force log and of the motion log are brought together."""
+
+    method: Literal["sync_line", "same_clock", "estimate"] = Field(
+        default="sync_line",
+        description="sync_line: the force log records when the arm moves; same_clock: one clock; "
+        "estimate: from the force, which grows only where the intruder goes deeper",
+    )
+    max_residual_s: Positive = Field(
+        default=0.05, description="a run whose edges agree no better than this is refused, s"
+    )
+    max_gap_s: Positive = Field(
+        default=0.1, description="a longer step between samples is a gap, s"
+    )
+    max_se_s: Positive = Field(
+        default=0.1,
+        description="a run whose estimated offset has a larger standard error is refused, s",
+    )
+    max_drift: Positive = Field(
+        default=1e-3,
+        description="how much the rates of the clocks may differ, as a standard deviation, relative; "
+        "for estimate",
+    )
+
+
+class FreeSurface(Model):
+    """Where the free surface lies."""
+
+    method: Literal["given", "find"] = Field(
+        default="given",
+        description="given: surface_z_mm of the sheet or the arm; find: where the force begins to "
+        "grow, in each push straight down whose row of the sheet gives no surface_z_mm",
+    )
+    window_cm: Positive = Field(
+        default=1.5, description="how far above and below the surface the force is looked at, cm"
+    )
+    max_se_cm: Positive = Field(
+        default=0.1, description="a run whose surface has a larger standard error is refused, cm"
+    )
+
+
+class RigidContact(Model):
+    """A push of the bare machine against something rigid: how far it yields under load."""
+
+    force_log: str = Field(description="force log, relative to the raw folder")
+    motion_log: str = Field(description="motion log, relative to the raw folder")
+
+
+# --- What is pushed through a medium: plates of any outline, and legs.
+
+
+class Plate(Model):
+    """A flat plate; its length lies in the x-z plane."""
+
+    shape: Literal["plate"] = Field(description="a flat plate")
+    length_cm: Positive = Field(description="side that lies in the x-z plane, cm")
+    width_cm: Positive = Field(description="side across, along y, cm")
+    thickness_cm: Positive = Field(description="thickness, cm")
+
+    @property
+    def area_cm2(self) -> float:
+        """Area of one face, cm^2."""
+        return self.length_cm * self.width_cm
+
+
+class Leg(Model):
+    """A thin leg turned about an axle above the surface."""
+
+    shape: Literal["leg"] = Field(description="a thin leg turned about an axle")
+    curvature_times_R: float = Field(
+        ge=-1,
+        le=1,
+        description="R/r: 1 c-leg, 0 flat, -1 reversed c-leg (2R is the maximal length)",
+    )
+    max_length_cm: Positive = Field(description="largest distance from axle to tip, 2R, cm")
+    width_cm: Positive = Field(description="side along the axle, cm")
+    thickness_cm: Positive = Field(description="thickness, cm")
+    hip_height_cm: float = Field(description="height of the axle above the free surface, cm")
+
+
+class Disc(Model):
+    """A flat circular plate."""
+
+    shape: Literal["disc"] = Field(description="a flat circular plate")
+    diameter_cm: Positive = Field(description="diameter, cm")
+    thickness_cm: Positive = Field(description="thickness, cm")
+
+    @property
+    def area_cm2(self) -> float:
+        """Area of one face, cm^2."""
+        return math.pi * self.diameter_cm**2 / 4
+
+    @property
+    def length_cm(self) -> float:
+        """Extent in the x-z plane, cm."""
+        return self.diameter_cm
+
+
+class FlatOutline(Model):
+    """A flat plate of any other outline."""
+
+    shape: Literal["flat"] = Field(description="a flat plate of any outline")
+    area_cm2: Positive = Field(description="area of one face, cm^2")
+    length_cm: Positive = Field(description="extent in the x-z plane, cm")
+    thickness_cm: Positive = Field(description="thickness, cm")
+
+
+AnyPlate = Plate | Disc | FlatOutline
+PLATE_SHAPES = ("plate", "disc", "flat")
+Intruder = Annotated[Plate | Disc | FlatOutline | Leg, Field(discriminator="shape")]
+
+
+# --- How the logs of a campaign are written: dialect, text format, and which column is which quantity.
+
+
+ForceQuantity = Literal["time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3"]
+MotionQuantity = Literal["time", "x", "z", "angle"]
+QUANTITIES = ("time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3", "x", "z", "angle")
+"""What a column of a log can be; T1 to T3 are read and not used by the chain."""
+Unit = Literal[
+    "N", "mN", "kN", "lbf", "N m", "N mm", "um", "mm", "cm", "m", "in", "deg", "rad",
+    "s", "ms", "us", "ns", "min", "h",
+]  # fmt: skip
+Q = TypeVar("Q", bound=str)
+
+
+class TextFormat(Model):
+    """Any delimited text, described; the file is then read by the dialect ``delimited``."""
+
+    delimiter: Literal[",", ";", "tab", "blank", "bar"] = Field(
+        default=",",
+        description="what stands between cells; blank: any number of blanks and tabs; bar: the vertical bar",
+    )
+    decimal: Literal[".", ","] = Field(default=".", description="decimal mark of the numbers")
+    skip_lines: int = Field(
+        default=0, ge=0, le=1000, description="lines in front of the row of names, or of the data"
+    )
+    names: bool = Field(
+        default=True,
+        description="whether a row of names follows; else columns go by number, from 1",
+    )
+    units: bool = Field(default=False, description="whether a row of units follows that")
+    comment: str = Field(
+        default="",
+        max_length=8,
+        description="lines that begin with this are no data, for example #",
+    )
+    encoding: str = Field(
+        default="", description="of the names; default: UTF-8, or else Windows-1252"
+    )
+    rate_Hz: Positive | None = Field(
+        default=None, description="rows a second, where no column holds the time, Hz"
+    )
+
+    @field_validator("encoding")
+    @classmethod
+    def _known(cls, name: str) -> str:
+        try:
+            codecs.lookup(name or "utf-8")
+        except LookupError:
+            raise ValueError(
+                f"no encoding is called {name!r}; common ones: utf-8, cp1252, latin-1, shift_jis"
+            ) from None
+        return name
+
+
+class Column(Model):
+    """The column of a quantity."""
+
+    column: str | Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="its name as rftfit inspect shows it, or its number, from 1"
+    )
+    unit: Unit | None = Field(
+        default=None, description="its unit; needed where the file states none"
+    )
+    factor: float = Field(
+        default=1.0, description="multiplied onto the values, for example -1 where down is positive"
+    )
+    constant: float | None = Field(
+        default=None, description="value of a quantity that no column holds and that stays the same"
+    )
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Column:
+        if (self.column is None) == (self.constant is None):
+            raise ValueError("needs either a column or a constant")
+        if self.factor == 0:
+            raise ValueError("a factor of 0 would erase the column")
+        return self
+
+
+def _short(value: Any) -> Any:
+    """Turn a bare name or number into a column."""
+    plain = isinstance(value, str | int) and not isinstance(value, bool)
+    return {"column": value} if plain else value
+
+
+Chosen = Annotated[Column, BeforeValidator(_short, json_schema_input_type=Column | str | int)]
+
+
+class Source(Model, Generic[Q]):
+    """How one kind of log is written."""
+
+    dialect: Name | None = Field(
+        default=None, description="default: the campaign's; delimited where `text` is given"
+    )
+    text: TextFormat | None = Field(
+        default=None, description="the format, for the dialect delimited"
+    )
+    options: dict[Name, str | int | float | bool] = Field(
+        default={}, description="what the dialect can be told, see its documentation"
+    )
+    columns: dict[Q, Chosen] = Field(
+        default={}, description="quantity: column; default: the columns are named by the quantities"
+    )
+
+    @model_validator(mode="after")
+    def _text_is_delimited(self) -> Source[Q]:
+        if self.text is not None and self.dialect not in (None, "delimited"):
+            raise ValueError(f"`text` goes with the dialect delimited, found {self.dialect}")
+        if self.text is None and self.dialect == "delimited":
+            raise ValueError("the dialect delimited needs `text`, the description of the format")
+        return self
+
+
+class ForceLog(Source[ForceQuantity]):
+    """How force logs are written."""
+
+
+class MotionLog(Source[MotionQuantity]):
+    """How motion logs are written."""
+
+
+AnyLog = ForceLog | MotionLog
+
+
+# --- The models behind ``config/config.yaml``: one source for validation, schema and documentation.
+
 
 __all__ = ["PLATE_SHAPES", "AnyPlate", "Config", "Disc", "FlatOutline", "Leg", "Model", "Plate"]
 

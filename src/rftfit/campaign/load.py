@@ -2,22 +2,72 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rftfit.campaign.cells import Known
 from rftfit.campaign.config import PLATE_SHAPES
-from rftfit.campaign.configfile import ConfigFile, read_config
-from rftfit.campaign.files import Folder, plain_path
-from rftfit.campaign.places import check_places
 from rftfit.campaign.problems import CampaignError, Problem
-from rftfit.campaign.sheet import read_sheet
+from rftfit.campaign.reading import ConfigFile, Folder, plain_path, read_config
+from rftfit.campaign.sheet import Known, read_sheet
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
-    from rftfit.campaign.runs import Run
+    from rftfit.campaign.sheet import Run
+
+
+# --- Where the files of a campaign may lie, beyond each path on its own.
+
+
+RESULTS = "results"
+
+
+def check_places(file: ConfigFile, root: Folder, raw: str, sheet: str) -> list[Problem]:
+    """Find what the program would overwrite, and what leads out of the raw folder.
+
+    `root`: The campaign's. `raw`, `sheet`: Raw folder and run sheet, relative to it; empty where
+    they cannot be used.
+    """
+    problems = []
+    results = os.path.realpath(f"{root.base}/{RESULTS}")
+    for key, path in (("raw", raw), ("run_sheet", sheet)):
+        place = os.path.realpath(f"{root.base}/{path}")
+        if path and (_inside(place, results) or (key == "raw" and _inside(results, place))):
+            allowed = (
+                f"a place apart from {RESULTS}/, which the program writes and anybody may delete"
+            )
+            if not _inside(path, RESULTS):
+                allowed += f"; a link brings the two together: {RESULTS} is {results}"
+            problems.append(
+                Problem(file.name, file.document.line_of((key,)), key, path, allowed, "config.in-results")
+            )  # fmt: skip
+    contact = file.config.rigid_contact if file.config is not None else None
+    if contact is not None and raw:
+        logs = Folder(Path(root.base) / raw)
+        for key, written in (("force_log", contact.force_log), ("motion_log", contact.motion_log)):
+            path, fault, nearest = plain_path(written)
+            status = "missing" if fault else logs.status(path)
+            if status == "file":
+                continue
+            allowed = "a log that exists, as a path inside the raw folder"
+            allowed += f"; {fault.partition(': ')[2]}" if fault else ""
+            allowed += "; a link leads out of it" if status == "outside" else ""
+            nearest = nearest or (logs.nearest(path) if not fault else None)
+            line = file.document.line_of(("rigid_contact", key))
+            problems.append(
+                Problem(file.name, line, f"rigid_contact.{key}", written, allowed, "config.rigid-contact", nearest=nearest)
+            )  # fmt: skip
+    return problems
+
+
+def _inside(path: str, folder: str) -> bool:
+    return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
+
+
+# --- The campaign: configuration and run sheet together, and where their files lie.
+
 
 _SHAPES = (*PLATE_SHAPES, "leg")
 
@@ -26,17 +76,10 @@ _SHAPES = (*PLATE_SHAPES, "leg")
 class Campaign:
     """A checked campaign.
 
-    Attributes
-    ----------
-    root : Path
-        The campaign's folder.
-    raw : Path
-        The folder of the logs.
-    sheet : Path
-        The run sheet.
-    config : Config
-    runs : tuple of Run
-        In the order of the sheet.
+    `root`: The campaign's folder.
+    `raw`: The folder of the logs.
+    `sheet`: The run sheet.
+    `runs`: In the order of the sheet.
     """
 
     root: Path
@@ -53,21 +96,9 @@ class Campaign:
     def runs_of(self, medium: str) -> tuple[Run, ...]:
         """List the runs that belong to one medium, excluded ones too.
 
-        Parameters
-        ----------
-        medium : str
-            Key of the configuration's ``media``.
-
-        Returns
-        -------
-        tuple of Run
-            Its plates, rods and legs, and the in-air runs that its legs name, sorted by run_id so
-            that the order of the sheet does not matter.
-
-        Raises
-        ------
-        KeyError
-            If the configuration has no such medium.
+        `medium`: Key of the configuration's ``media``. Returns its plates, rods and legs, and the
+        in-air runs that its legs name, sorted by run_id so that the order of the sheet does not
+        matter.
         """
         if medium not in self.config.media:
             raise KeyError(medium)
@@ -93,22 +124,9 @@ class Campaign:
 def load_campaign(config_path: Path, medium: str = "") -> Campaign:
     """Read a campaign that must be right.
 
-    Parameters
-    ----------
-    config_path : Path
-        ``config.yaml``.
-    medium : str, optional
-        Only the rows of this medium and those of none are read and checked. A job that measures one
-        medium need not look at ten thousand rows of others, which were checked when it was planned.
-
-    Returns
-    -------
-    Campaign
-
-    Raises
-    ------
-    CampaignError
-        If there is any error; it carries and prints every problem.
+    `config_path`: ``config.yaml``. `medium`: Only the rows of this medium and those of none are
+    read and checked. A job that measures one medium need not look at ten thousand rows of others,
+    which were checked when it was planned.
     """
     campaign, problems = check_campaign(config_path, medium)
     if campaign is None:
@@ -119,20 +137,10 @@ def load_campaign(config_path: Path, medium: str = "") -> Campaign:
 def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None, list[Problem]]:
     """Read a campaign and find everything that is wrong with it.
 
-    Parameters
-    ----------
-    config_path : Path
-        ``config.yaml``. Its folder is the campaign's, or the folder above if it is named ``config``.
-    medium : str, optional
-        As for `load_campaign`.
-
-    Returns
-    -------
-    campaign : Campaign or None
-        None when there is any error.
-    problems : list of Problem
-        Errors and warnings: of the configuration in the order of its lines, then of the run sheet
-        in the order of its rows.
+    `config_path`: ``config.yaml``. Its folder is the campaign's, or the folder above if it is
+    named ``config``. `medium`: As for `load_campaign`. Returns `campaign`: None when there is any
+    error. Returns `problems`: Errors and warnings: of the configuration in the order of its lines,
+    then of the run sheet in the order of its rows.
     """
     folder, root = Path(config_path).absolute().parent, root_of(config_path)
     name = _shown_path(Path(config_path), folder, root)
@@ -157,15 +165,8 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
 def root_of(config_path: Path) -> Path:
     """Say which folder is the campaign's.
 
-    Parameters
-    ----------
-    config_path : Path
-        ``config.yaml``.
-
-    Returns
-    -------
-    Path
-        Its folder, or the one above if that is named ``config``.
+    `config_path`: ``config.yaml``. Returns its folder, or the one above if that is named
+    ``config``.
     """
     folder = Path(config_path).absolute().parent
     return (folder.parent if folder.name == "config" else folder).resolve()

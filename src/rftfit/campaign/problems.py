@@ -1,8 +1,9 @@
-"""One problem of the configuration or the run sheet, said so that a student can act on it."""
+"""One problem of the input, said so that a student can act on it."""
 
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
@@ -11,6 +12,52 @@ from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
+
+
+# --- Names that some file systems cannot tell apart or will not have; text that nothing can show.
+
+
+_DEVICES = frozenset(
+    ["con", "prn", "aux", "nul", "conin$", "conout$"]
+    + [f"{port}{number}" for port in ("com", "lpt") for number in "0123456789\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"]
+)  # fmt: skip
+DEVICE = "a name that is no device of Windows, where it could not be a file"
+"""What is allowed instead."""
+
+
+def is_device(name: str) -> bool:
+    """Whether Windows takes a name, whatever its ending, for a device and not a file.
+
+    `name`: Without a folder.
+    """
+    return name.partition(".")[0].rstrip(" ").casefold() in _DEVICES
+
+
+def folded(path: str) -> str:
+    """Return what names have in common that some disks take for the same.
+
+    Returns without the difference of upper and lower case, and of accents written in one or two
+    signs.
+    """
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())
+
+
+def unshowable(text: str) -> str:
+    """Find the first sign that neither a page nor a drawing can show.
+
+    Returns A control character (tabs and line ends are none here) or half a pair; empty if there
+    is none.
+    """
+    if text.isprintable():
+        return ""
+    signs = (
+        sign for sign in text if sign not in "\t\n" and unicodedata.category(sign) in ("Cc", "Cs")
+    )
+    return next(signs, "")
+
+
+# --- One problem of the configuration or the run sheet, said so that a student can act on it.
+
 
 _LONGEST_SHOWN = 80
 _LONGEST_COMPARED = 64
@@ -22,23 +69,14 @@ _JOINTS = str.maketrans("- ", "__")
 class Problem:
     """What is wrong at one place.
 
-    Attributes
-    ----------
-    file : str
-        Path as the user knows it, relative to the campaign's folder where possible.
-    row : int or None
-        Row of the run sheet as a spreadsheet numbers it (header: 1), or line of the configuration.
-    column : str or None
-        Column of the run sheet, key of the configuration, or column of a YAML syntax error.
-    found : str or None
-        The offending text; None where there is none.
-    allowed : str
-        What would be right; the whole message where `found` is None.
-    code : str
-        Stable name of this sort of problem, for example ``sheet.unknown-word``.
-    severity : {"error", "warning"}
-    nearest : str or None
-        The valid word that was probably meant.
+    `file`: Path as the user knows it, relative to the campaign's folder where possible.
+    `row`: Row of the run sheet as a spreadsheet numbers it (header: 1), or line of the
+        configuration.
+    `column`: Column of the run sheet, key of the configuration, or column of a YAML syntax error.
+    `found`: The offending text; None where there is none.
+    `allowed`: What would be right; the whole message where `found` is None.
+    `code`: Stable name of this sort of problem, for example ``sheet.unknown-word``.
+    `nearest`: The valid word that was probably meant.
     """
 
     file: str
@@ -71,10 +109,7 @@ class Problem:
 class CampaignError(InputError):
     """The campaign cannot be used; the text is every problem, a line each.
 
-    Parameters
-    ----------
-    problems : sequence of Problem
-        Errors and warnings, in the order in which they are to be shown.
+    `problems`: Errors and warnings, in the order in which they are to be shown.
     """
 
     def __init__(self, problems: Sequence[Problem]) -> None:
@@ -92,32 +127,14 @@ class CampaignError(InputError):
 
 
 def shown(text: str) -> str:
-    """Make `text` fit to be shown: long text cut, control characters escaped.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    str
-    """
+    """Make `text` fit to be shown: long text cut, control characters escaped."""
     if len(text) > _LONGEST_SHOWN:
         text = text[: _LONGEST_SHOWN - 3] + "..."
     return escaped(text)
 
 
 def escaped(text: str) -> str:
-    """Write control characters of `text` as escapes.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    str
-    """
+    """Write control characters of `text` as escapes."""
     if text.isprintable():
         return text
     return "".join(
@@ -127,17 +144,7 @@ def escaped(text: str) -> str:
 
 
 def listed(words: Iterable[str], most: int = 12) -> str:
-    """Write `words` as ``a, b, c``, the first `most` of them.
-
-    Parameters
-    ----------
-    words : iterable of str
-    most : int
-
-    Returns
-    -------
-    str
-    """
+    """Write `words` as ``a, b, c``, the first `most` of them."""
     words = list(words)
     rest = len(words) - most
     return ", ".join(words[:most]) + (f" and {rest} more" if rest > 0 else "")
@@ -146,15 +153,7 @@ def listed(words: Iterable[str], most: int = 12) -> str:
 def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
     """Find the choice that was probably meant by `word`.
 
-    Parameters
-    ----------
-    word : str
-    choices : iterable of str
-
-    Returns
-    -------
-    str or None
-        None when nothing comes near; case, blanks and hyphens count for little.
+    Returns none when nothing comes near; case, blanks and hyphens count for little.
     """
     return _nearest(word[:_LONGEST_COMPARED], tuple(choices))
 

@@ -7,18 +7,17 @@ from typing import Annotated
 import typer
 
 import rftfit
-from rftfit.cli import exit_codes
+from rftfit.cli import main
 from rftfit.cli.check import check
 from rftfit.cli.example import example
+from rftfit.cli.init import init
 from rftfit.cli.inspect_log import inspect_log
-from rftfit.cli.new import init
 from rftfit.cli.output import say
 from rftfit.cli.predict import predict
 from rftfit.cli.reenact import reenact
 from rftfit.cli.run import run
 from rftfit.cli.scale import scale
-from rftfit.cli.simulate import simulate
-from rftfit.cli.simulate_sweep import sweep
+from rftfit.cli.simulate import simulate, sweep
 from rftfit.cli.verify import verify
 
 # one paragraph per code: the help joins the lines of a paragraph
@@ -26,7 +25,7 @@ _EPILOG = "\n\n".join(
     [
         "Example: rftfit reenact && rftfit run",
         "Exit codes:",
-        *(f"{code}: {meaning}" for code, meaning in exit_codes.MEANINGS.items()),
+        *(f"{code}: {meaning}" for code, meaning in main.MEANINGS.items()),
     ]
 )
 

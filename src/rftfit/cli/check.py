@@ -2,18 +2,85 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rftfit.cli.exit_codes import INPUT_NOT_VALID
+from rftfit.cli.main import INPUT_NOT_VALID
 from rftfit.cli.output import count, megabytes, say, table
+from rftfit.errors import InputError
 
 if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.problems import Problem
-    from rftfit.robot.check import Checked
+    from rftfit.robot.tracks import Checked
+
+
+# --- The config alone, and where its raw folder and run sheet lie: they may not exist yet.
+
+
+@dataclass(frozen=True)
+class Places:
+    """A checked configuration and its folders.
+
+    `root`: The campaign's folder.
+    `raw`, `sheet`: Inside the root; need not exist.
+    """
+
+    config: Config
+    root: Path
+    raw: Path
+    sheet: Path
+
+
+def campaign_root(config_path: Path) -> Path:
+    """Folder of a campaign: that of its config, or the one above where that is named ``config``.
+
+    Returns absolute.
+    """
+    folder = config_path.absolute().parent
+    return (folder.parent if folder.name == "config" else folder).resolve()
+
+
+def read_places(config_path: Path) -> Places:
+    """Read and check the configuration without its run sheet."""
+    from rftfit.campaign.problems import CampaignError
+    from rftfit.campaign.reading import read_config
+
+    file, problems = read_config(config_path, config_path.as_posix())
+    if file.config is None:
+        raise CampaignError(problems)
+    root = campaign_root(config_path)
+    raw = _inside(root, "raw", file.config.raw)
+    sheet = _inside(root, "run_sheet", file.config.run_sheet)
+    if raw == root:
+        raise InputError(
+            f"{config_path}, key raw: found '{file.config.raw}'; allowed: a folder below the "
+            "campaign's own"
+        )
+    return Places(file.config, root, raw, sheet)
+
+
+def _inside(root: Path, key: str, written: str) -> Path:
+    from rftfit.campaign.reading import plain_path
+
+    path, fault, nearest = plain_path(written)
+    whole = (root / path).resolve()
+    if fault or not whole.is_relative_to(root):
+        why = fault.partition(": ")[2] or "a link leads out of it"
+        hint = f"; did you mean '{nearest}'?" if nearest else ""
+        raise InputError(
+            f"config, key {key}: found '{written}'; allowed: a path inside the campaign's folder; "
+            f"{why}{hint}"
+        )
+    return whole
+
+
+# --- ``rftfit check``: everything that is wrong with config and run sheet, or what the campaign holds.
+
 
 _KINDS = ("plate", "rod", "leg", "leg_air")
 
@@ -29,7 +96,7 @@ def check(
     Ends with exit code 2 when there are errors, with 0 when there are warnings only.
     """
     from rftfit.campaign.load import check_campaign
-    from rftfit.robot.check import check_robot
+    from rftfit.robot.tracks import check_robot
 
     campaign, problems = check_campaign(config)
     robot = check_robot(config)
@@ -59,14 +126,7 @@ def _print_problems(problems: list[Problem], severity: str) -> int:
 def summary(campaign: Campaign) -> str:
     """Describe a campaign: runs and logs of each medium.
 
-    Parameters
-    ----------
-    campaign : Campaign
-
-    Returns
-    -------
-    str
-        A heading and a table.
+    Returns A heading and a table.
     """
     sizes = log_sizes(campaign)
     rows = []
@@ -97,14 +157,7 @@ def summary(campaign: Campaign) -> str:
 def of_robot(robot: Checked) -> str:
     """Describe the campaign's robot.
 
-    Parameters
-    ----------
-    robot : Checked
-
-    Returns
-    -------
-    str
-        One line.
+    Returns one line.
     """
     trials = robot.trials
     if not trials:
@@ -116,14 +169,7 @@ def of_robot(robot: Checked) -> str:
 def log_sizes(campaign: Campaign) -> dict[str, int | None]:
     """Sizes of all logs that the run sheet names.
 
-    Parameters
-    ----------
-    campaign : Campaign
-
-    Returns
-    -------
-    dict of str to int or None
-        Path relative to the raw folder to bytes; None where there is no such file.
+    Returns path relative to the raw folder to bytes; None where there is no such file.
     """
     names = [name for run in campaign.runs for name in (run.force_log, run.motion_log)]
     sizes: dict[str, int | None] = {}

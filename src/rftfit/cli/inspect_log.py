@@ -3,18 +3,108 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path  # noqa: TC003  # typer asks for it at run time
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 
 from rftfit.cli.output import count, megabytes, say, table
+from rftfit.errors import InputError
+from rftfit.figures import style
+from rftfit.figures.style import FORMATS, content
+from rftfit.logs.base import Log, join
+from rftfit.logs.inspect import GAP_STEPS
+from rftfit.store import write_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
-    from rftfit.cli.inspection import Clock, Survey
+    from matplotlib.figure import Figure
+
+    from rftfit.conventions import FloatArray
     from rftfit.logs.base import Reader
+    from rftfit.logs.inspect import Clock, Survey
+
+
+# --- All columns of a log against time, one panel each.
+
+
+MOST_ROWS = 200_000
+"""Rows that are drawn of a long log."""
+
+_PANEL_CM = 3.0
+
+
+@style.styled
+def draw_log(log: Log, time_name: str = "time") -> Figure:
+    """Draw a log.
+
+    `time_name`: The column that is the time; by default ``time``; rows are counted where there is
+    none. Returns one panel for each other column.
+    """
+    timed = time_name in log.columns
+    time = log.columns[time_name] if timed else np.arange(log.size, dtype=float)
+    names = [name for name in log.columns if name != time_name] or list(log.columns)
+    figure = style.new_figure(style.DOUBLE_CM, _PANEL_CM * len(names) + 1.5)
+    figure.set_layout_engine("constrained")
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for panel, name in zip(panels, names, strict=True):
+        # counted from the first row: clocks run since midnight
+        shown = time - time[0] if time.size else time
+        panel.plot(*_broken(shown, log.columns[name]), linewidth=0.7)
+        unit = log.units.get(name, "")
+        panel.set_ylabel(f"{name} ({unit})" if unit else name)
+    unit = log.units.get(time_name, "s" if timed else "rows")
+    start = f", counted from {time[0]:.10g} {unit}" if time.size else ""
+    panels[-1].set_xlabel(f"time ({unit}){start}")
+    panels[0].set_title("; ".join([log.path.name, *(n for n in log.notes if "drawn" in n)]))
+    return figure
+
+
+def _broken(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Break a curve where rows are missing: a line there would be an invention."""
+    steps = np.diff(time)
+    forward = steps[steps > 0]
+    if not forward.size:
+        return time, values
+    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(forward)) + 1
+    return np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan)
+
+
+def thinned(blocks: Iterable[Log], rows: int) -> Log:
+    """Keep every k-th row of a long log, so that it can be drawn in bounded memory.
+
+    `rows`: Usable rows in all. Returns at most `MOST_ROWS` rows and one a block.
+    """
+    every = max(1, math.ceil(rows / MOST_ROWS))
+    note = (f"every {every}. row is drawn",) if every > 1 else ()
+    parts = []
+    for log in blocks:
+        columns = {name: values[::every].copy() for name, values in log.columns.items()}
+        size = next(iter(columns.values())).size
+        parts.append(Log(log.path, columns, log.units, size, notes=note))
+    return join(parts)
+
+
+def plot_log(reader: Reader, source: Path, found: Survey, target: Path) -> None:
+    """Draw a log into a file.
+
+    `source`: The log. `found`: What is known of it. `target`: Its ending is the format, one of
+    `FORMATS`.
+    """
+    ending = target.suffix.lower().removeprefix(".")
+    if ending not in FORMATS:
+        raise InputError(
+            f"{target}: found the ending {target.suffix!r}; allowed: .{', .'.join(FORMATS)}"
+        )
+    log = thinned(reader.stream(source), found.used)
+    figure = draw_log(log, found.quantities.get("time", "time"))
+    write_bytes(target, content(figure, ending))
+
+
+# --- ``rftfit inspect``: what a log is, before any run sheet names it.
+
 
 _MOST_GAPS = 10
 
@@ -40,14 +130,12 @@ def inspect_log(
     rig's csv pair, ATI Net F/T, ATI through NI DAQ, rostopic csv, LabVIEW, Instron-style exports,
     xlsx, Parquet and others; any other delimited text is described in the config.
     """
-    from rftfit.cli.inspection import survey
+    from rftfit.logs.inspect import survey
 
     reader, text, others = _reader(log, dialect, option or [])
     found = survey(reader.stream(log))
     say(describe(reader, found, text, others))
     if plot is not None:
-        from rftfit.cli.log_plot import plot_log
-
         plot_log(reader, log, found, plot)
         say(f"\nDrawing: {plot}")
 
@@ -56,8 +144,8 @@ def _reader(
     path: Path, name: str | None, options: Sequence[str]
 ) -> tuple[Reader, dict[str, Any] | None, list[str]]:
     """Find the reader of a file; its format where it is just delimited text; who else claims it."""
-    from rftfit.cli.unknown_log import as_text, refusal, tried
     from rftfit.errors import InputError
+    from rftfit.logs.inspect import as_text, refusal, tried
     from rftfit.logs.registry import claimants, dialect, head_of
 
     if path.is_dir():
@@ -95,30 +183,16 @@ def _option(pair: str) -> tuple[str, str | float]:
 
 
 def describe(
-    reader: Reader,
-    found: Survey,
-    text: dict[str, Any] | None = None,
-    others: Sequence[str] = (),
+    reader: Reader, found: Survey, text: dict[str, Any] | None = None, others: Sequence[str] = ()
 ) -> str:
     """Everything that `rftfit inspect` prints of a log.
 
-    Parameters
-    ----------
-    reader : Reader
-        That read it.
-    found : Survey
-    text : dict, optional
-        Its format, where no dialect knows it and it was read as delimited text.
-    others : sequence of str
-        Which other dialects claim it, or were tried.
-
-    Returns
-    -------
-    str
+    `reader`: That read it. `text`: Its format, where no dialect knows it and it was read as
+    delimited text. `others`: Which other dialects claim it, or were tried.
     """
-    from rftfit.cli.suggestion import config_block, kinds, lacking
+    from rftfit.logs.delimited import encoding_of
+    from rftfit.logs.inspect import config_block, kinds, lacking
     from rftfit.logs.registry import head_of
-    from rftfit.logs.sniff import encoding_of
 
     path = found.first.path
     kind = " and ".join(kinds(found)) or "unknown kind of"

@@ -1,15 +1,104 @@
-"""The entry point of ``rftfit``: the one place where errors become messages and exit codes."""
+"""The entry point of ``rftfit``: where errors become messages and exit codes."""
 
 from __future__ import annotations
 
 import contextlib
 import errno
 import io
+import platform
 import sys
+import tempfile
+import traceback
+from pathlib import Path
 
-from rftfit.cli import exit_codes
-from rftfit.cli.crash import crash_message, quiet_standard_output
-from rftfit.errors import RftfitError
+import rftfit
+from rftfit.errors import InputError, OutputError, RftfitError, WorkflowError
+
+# --- What the exit codes of ``rftfit`` mean; the help text and the documentation are made from them.
+
+
+FINE = 0
+UNEXPECTED = RftfitError.exit_code
+INPUT_NOT_VALID = InputError.exit_code
+OUTPUT_NOT_WRITTEN = OutputError.exit_code
+WORKFLOW_STOPPED = WorkflowError.exit_code
+NOT_AS_RECORDED = 5
+INTERRUPTED = 130
+PIPE_CLOSED = 141
+
+MEANINGS = {
+    FINE: "fine",
+    UNEXPECTED: "something unexpected; a crash report is written",
+    INPUT_NOT_VALID: "command line, config, run sheet or log not valid",
+    OUTPUT_NOT_WRITTEN: "a result cannot be written",
+    WORKFLOW_STOPPED: "the workflow stopped",
+    NOT_AS_RECORDED: "rftfit verify: results are not, or not made from, what is recorded",
+    INTERRUPTED: "stopped by Ctrl-C",
+    PIPE_CLOSED: "whoever read the output stopped reading",
+}
+"""Exit code to its meaning, in words."""
+
+
+# --- What a user sees of an error that the program did not expect: two lines and a file to send.
+
+
+CRASH_FILE = "rftfit-crash.txt"
+
+_LONGEST = 300
+
+
+def crash_message(error: BaseException, words: list[str]) -> str:
+    """Write the traceback of an unexpected error to a file, and say where it is.
+
+    `words`: Of the command line, for the report. Returns message for standard error: the error in
+    one line, and the file.
+    """
+    text = " ".join(str(error).split()) or "no further text"
+    text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+    message = f"Unexpected error: {type(error).__name__}: {text}\n"
+    path = _write(_report(error, words))
+    if path is None:
+        return f"{message}The full report could not be written anywhere."
+    return (
+        f"{message}This is a fault of rftfit or of its installation; the full report, to be sent "
+        f"with a question, is in\n  {path}"
+    )
+
+
+def _report(error: BaseException, words: list[str]) -> str:
+    head = (
+        f"rftfit {rftfit.__version__}, Python {platform.python_version()}, {platform.platform()}\n"
+        f"command: rftfit {' '.join(words)}\n\n"
+    )
+    return head + "".join(traceback.format_exception(error))
+
+
+def _write(text: str) -> Path | None:
+    """Write the report into the current folder, or where that cannot be written, a temporary one."""
+    for find_folder in (Path.cwd, lambda: Path(tempfile.gettempdir())):
+        try:
+            path = find_folder() / CRASH_FILE
+            path.write_text(text, encoding="utf-8", errors="backslashreplace")
+        except (OSError, ValueError):
+            continue
+        return path
+    return None
+
+
+def quiet_standard_output() -> None:
+    """Let the interpreter's last flush go nowhere, after the reader of a pipe has gone."""
+    import os
+
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+    except (OSError, ValueError):
+        # standard output is no file here, so nothing is flushed at the end either
+        return
+
+
+# --- The entry point of ``rftfit``: the one place where errors become messages and exit codes.
+
 
 _REFUSALS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 """Of a disk, when something is to be written; results themselves are written by `rftfit.store`."""
@@ -18,16 +107,8 @@ _REFUSALS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 def main(argv: list[str] | None = None) -> int:
     """Run the command line.
 
-    Parameters
-    ----------
-    argv : list of str, optional
-        Words after the program's name; default: those of this process.
-
-    Returns
-    -------
-    int
-        One of `rftfit.cli.exit_codes`. Errors become messages on standard error; a traceback is
-        never shown.
+    `argv`: Words after the program's name; default: those of this process. Returns one of
+    `rftfit.cli.main`. Errors become messages on standard error; a traceback is never shown.
     """
     words = sys.argv[1:] if argv is None else list(argv)
     for stream in (sys.stdout, sys.stderr):
@@ -40,22 +121,22 @@ def main(argv: list[str] | None = None) -> int:
     except RftfitError as error:
         return _say_why(f"rftfit: {error}", error.exit_code)
     except KeyboardInterrupt as error:
-        return _say_why(str(error) or "Stopped.", exit_codes.INTERRUPTED)
+        return _say_why(str(error) or "Stopped.", INTERRUPTED)
     except BrokenPipeError:
         quiet_standard_output()
-        return exit_codes.PIPE_CLOSED
+        return PIPE_CLOSED
     except OSError as error:
         if error.errno not in _REFUSALS:
-            return _say_why(crash_message(error, words), exit_codes.UNEXPECTED)
+            return _say_why(crash_message(error, words), UNEXPECTED)
         quiet_standard_output()
         place = error.filename or "standard output"
         return _say_why(
             f"rftfit: {place}: cannot write: {error.strerror}; free some space or write elsewhere, "
             "then run again",
-            exit_codes.OUTPUT_NOT_WRITTEN,
+            OUTPUT_NOT_WRITTEN,
         )
     except Exception as error:  # noqa: BLE001
-        return _say_why(crash_message(error, words), exit_codes.UNEXPECTED)
+        return _say_why(crash_message(error, words), UNEXPECTED)
     return code
 
 
@@ -86,8 +167,8 @@ def _invoke(words: list[str]) -> int:
         if not (hasattr(error, "format_message") and hasattr(error, "show")):
             raise
         error.show()
-        return exit_codes.INPUT_NOT_VALID
-    return exit_codes.FINE
+        return INPUT_NOT_VALID
+    return FINE
 
 
 if __name__ == "__main__":

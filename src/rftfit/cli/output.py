@@ -1,4 +1,4 @@
-"""Lines, tables and sizes as they are shown in a terminal or written into a pipe."""
+"""Lines, tables and files as commands show or write them."""
 
 from __future__ import annotations
 
@@ -6,27 +6,23 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from rftfit.errors import InputError, OutputError
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
+
+
+# --- Lines, tables and sizes as they are shown in a terminal or written into a pipe.
 
 
 def say(text: str = "") -> None:
-    """Write a line to standard output.
-
-    Parameters
-    ----------
-    text : str
-    """
+    """Write a line to standard output."""
     typer.echo(text)
 
 
 def warn(text: str) -> None:
-    """Write a line to standard error.
-
-    Parameters
-    ----------
-    text : str
-    """
+    """Write a line to standard error."""
     typer.echo(text, err=True)
 
 
@@ -35,16 +31,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = " 
 
     The width is that of the content: a table in a pipe is never cut.
 
-    Parameters
-    ----------
-    header : sequence of str
-    rows : sequence of sequence of str
-    indent : str, optional
-
-    Returns
-    -------
-    str
-        Lines without trailing blanks, the last one without a line end.
+    Returns lines without trailing blanks, the last one without a line end.
     """
     columns = list(zip(header, *rows, strict=True))
     widths = [max(len(cell) for cell in column) for column in columns]
@@ -62,30 +49,13 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = " 
 def count(number: int, noun: str) -> str:
     """Write a number with its noun: ``1 run``, ``2 runs``.
 
-    Parameters
-    ----------
-    number : int
-    noun : str
-        In the singular; the plural takes an s.
-
-    Returns
-    -------
-    str
+    `noun`: In the singular; the plural takes an s.
     """
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def megabytes(size: int) -> str:
-    """Write a number of bytes as kB or MB.
-
-    Parameters
-    ----------
-    size : int
-
-    Returns
-    -------
-    str
-    """
+    """Write a number of bytes as kB or MB."""
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
 
 
@@ -95,3 +65,35 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+# --- A file that a command is asked to write: never over one of somebody else's.
+
+
+def check_target(
+    path: Path, mark: str, what: str, force: bool, inputs: Sequence[Path | None] = ()
+) -> None:
+    """Refuse a path whose file is not one of the command's own.
+
+    `mark`: How the first line of the command's own files begins: only these are overwritten
+    unasked. `what`: What is to be written, for the message. `force`: Whether the user said that a
+    file of somebody else's may be overwritten. `inputs`: Files that are read: these are never
+    overwritten.
+    """
+    if path.is_dir():
+        raise OutputError(f"{path}: this is a folder; name a file for the {what}")
+    try:
+        with path.open("rb") as handle:
+            ours = handle.read(len(mark)) == mark.encode()
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be looked at: {error.strerror or error}") from error
+    if any(other is not None and other.exists() and other.samefile(path) for other in inputs):
+        raise InputError(f"{path}: this file is read; name another for the {what} with --output")
+    if not ours and not force:
+        command = mark.removeprefix("# ").partition("written by ")[2]
+        raise InputError(
+            f"{path}: this file is there and was not written by {command}, so it is left as it is; "
+            "name another with --output, or add --force to overwrite it"
+        )

@@ -1,15 +1,186 @@
-"""``rftfit simulate``: one run of the robot, as numbers, figure and animation."""
+"""``rftfit simulate`` and ``rftfit sweep``: runs of the robot."""
 
 from __future__ import annotations
 
+import contextlib
+import json
+import math
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 
-from rftfit.cli.output import say, warn
+import rftfit
+from rftfit.cli.output import check_target, count, say, table, warn
 from rftfit.cli.scale import number_of
-from rftfit.errors import InputError
+from rftfit.errors import InputError, OutputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    import pandas as pd
+
+    from rftfit.model.profiles import Profile
+    from rftfit.robot.config import Robot
+    from rftfit.robot.run import RobotRun
+
+
+# --- Files of one run of the robot, never over files of somebody else's.
+
+
+MOTION = "motion.csv"
+MARK = "# motion written by rftfit simulate"
+"""How the first line of a table of motion begins: only these are overwritten unasked."""
+
+FIGURE = "motion.png"
+OTHERS = (FIGURE, "animation.gif", "animation.mp4")
+
+_FRAMES = 25
+"""Pictures in a stride."""
+
+_SLOWEST = 4.0
+"""Times slower than life, so that a stride of 5 Hz can be followed."""
+
+
+def check_folder(folder: Path, force: bool) -> None:
+    """Refuse a folder with files that an earlier run did not write.
+
+    `force`: Whether the user said that they may be overwritten.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"{folder}: this is a file; name a folder for the results")
+    check_target(folder / MOTION, MARK, "motion", force)
+    there = [name for name in OTHERS if (folder / name).exists()]
+    # beside a table of our own they are our own
+    if there and not force and not (folder / MOTION).exists():
+        raise InputError(
+            f"{folder}: {', '.join(there)} would be overwritten and no {MOTION} of rftfit simulate "
+            "is beside it; name another folder with --output, or add --force"
+        )
+
+
+def write_motion(folder: Path, run: RobotRun, tail: pd.DataFrame, notes: Sequence[str]) -> None:
+    """Write motion and forces of the whole run as csv, and a figure of its last two strides.
+
+    `run`: With a series. `tail`: Its last two strides. `notes`: Comment lines: what ran on what.
+    """
+    from rftfit.figures.robot import draw_motion
+    from rftfit.figures.style import content
+    from rftfit.store import write_bytes, write_text
+
+    assert run.series is not None
+    speed = f"{run.speed_cm_per_s:.6g} cm/s" if math.isfinite(run.speed_cm_per_s) else "none"
+    lines = [f"{MARK} (rftfit {rftfit.__version__})"]
+    lines += [f"# {' '.join(note.split())}" for note in notes]
+    lines += [f"# outcome: {run.outcome}; speed: {speed}", "# pitch: nose down is positive"]
+    body = run.series.table().to_csv(index=False, float_format="%.9g", lineterminator="\n")
+    write_text(folder / MOTION, "\n".join(lines) + f"\n{body}")
+    figure = draw_motion(tail.assign(profile="table"))
+    # one format: three would take longer than the run
+    write_bytes(folder / FIGURE, content(figure, "png"))
+
+
+def write_animation(
+    folder: Path, robot: Robot, profile: Profile, run: RobotRun, samples: int, title: str
+) -> list[Path]:
+    """Write the last two strides as a gif, and as mp4 where ffmpeg is at hand.
+
+    `run`: With a series of `samples` a stride. Returns what was written.
+    """
+    from rftfit.figures.animation import gif_bytes, mp4_bytes, pictures
+    from rftfit.robot.body import element_series
+    from rftfit.store import write_bytes
+
+    assert run.series is not None
+    every = samples // _FRAMES
+    # only what is shown is worked out
+    last = slice(-2 * samples, None)
+    columns: dict[str, Any] = {
+        name: {key: part[last] for key, part in value.items()}
+        if isinstance(value, dict)
+        else value[last]
+        for name, value in vars(run.series).items()
+        if name != "groups"
+    }
+    tail = replace(run.series, **columns)
+    elements = element_series(robot, profile, replace(run, series=tail), every)
+    x, time = tail.x_cm[::every], tail.time_s[::every]
+    step = float(time[1] - time[0])
+    slower = max(1.0, min(_SLOWEST, 0.03 / step))
+    if slower > 1:
+        title += f", {slower:.2g} times slower than life"
+    shots = pictures(elements, x, time, title)
+    write_bytes(folder / "animation.gif", gif_bytes(shots, step * slower))
+    movie = mp4_bytes(shots, step * slower)
+    if movie is None:
+        return [folder / "animation.gif"]
+    write_bytes(folder / "animation.mp4", movie)
+    return [folder / "animation.gif", folder / "animation.mp4"]
+
+
+# --- What a run of the robot came to, for people and as JSON.
+
+
+def ranges(tail: pd.DataFrame) -> dict[str, tuple[float, float]]:
+    """Least and greatest of what matters, over the last two strides.
+
+    `tail`: From `rftfit.workflow.figures.tail_of`. Returns by column.
+    """
+    names = ["velocity_x_cm_per_s", "z_cm", "pitch_deg"]
+    names += [n for n in tail.columns if n.startswith(("force_z_tripod", "force_x_tripod"))]
+    return {name: (float(tail[name].min()), float(tail[name].max())) for name in names}
+
+
+def as_text(run: RobotRun, tail: pd.DataFrame) -> str:
+    """Write a run for people.
+
+    `tail`: Its last two strides.
+    """
+    if run.outcome == "steady":
+        sd = run.speed_sd_cm_per_s
+        between = f", s.d. between strides {sd:.2g}" if math.isfinite(sd) else ""
+        speed = f"{run.speed_cm_per_s:.4g} cm/s (mean of the last {count(run.averaged, 'stride')}{between})"
+    else:
+        speed = "none"
+    lines = [f"Speed: {speed}", f"Outcome: {run.outcome} after {count(run.strides, 'stride')}"]
+    if run.reason:
+        lines[-1] += f": {run.reason}"
+    rows = [[name, f"{low:.4g}", f"{high:.4g}"] for name, (low, high) in ranges(tail).items()]
+    return "\n".join(lines) + "\n\n" + table(["last two strides", "least", "greatest"], rows)
+
+
+def as_json(names: dict[str, str], run: RobotRun, tail: pd.DataFrame, files: dict[str, str]) -> str:
+    """Write a run as JSON; what is not known is null.
+
+    `names`: What was run on what. `files`: What is written where.
+    """
+
+    def number(value: float) -> float | None:
+        return float(value) if np.isfinite(value) else None
+
+    content: dict[str, Any] = {
+        **names,
+        "frequency_Hz": run.condition.frequency_Hz,
+        "curvature_times_R": run.condition.curvature_times_R,
+        "phase_turns": run.condition.phase_turns,
+        "speed_cm_per_s": number(run.speed_cm_per_s),
+        "speed_sd_cm_per_s": number(run.speed_sd_cm_per_s),
+        "outcome": run.outcome,
+        "reason": run.reason,
+        "warning": run.warning,
+        "strides": run.strides,
+        "averaged": run.averaged,
+        "last_two_strides": {
+            name: [number(low), number(high)] for name, (low, high) in ranges(tail).items()
+        },
+        "files": files,
+    }
+    return json.dumps(content, indent=2)
+
+
+# --- ``rftfit simulate``: one run of the robot, as numbers, figure and animation.
 
 
 def simulate(
@@ -74,18 +245,9 @@ def simulate(
     arrow. x is forward, z up; a pitch above 0 is nose down.
     """
     from rftfit.cli.predict import _check_together, _source
-    from rftfit.cli.simulate_files import (
-        FIGURE,
-        MOTION,
-        check_folder,
-        write_animation,
-        write_motion,
-    )
-    from rftfit.cli.simulate_summary import as_json as json_of
-    from rftfit.cli.simulate_summary import as_text
-    from rftfit.robot.configfile import paper_robot, read_robot
+    from rftfit.robot.config import paper_robot, read_robot
     from rftfit.robot.run import simulate as run_robot
-    from rftfit.stages.robot_figures import SAMPLES, tail_of
+    from rftfit.workflow.figures import SAMPLES, tail_of
 
     kind = None if profile is None else profile.replace("_", "-")
     _check_together(medium, kind, results, method, alpha, None)
@@ -105,7 +267,7 @@ def simulate(
     if animation:
         files["animation"] = str(output / "animation.gif")
     if as_json:
-        say(json_of(names, run, tail, files))
+        say(as_json(names, run, tail, files))
     else:
         say(f"Robot: {body.title}, {told}\nProfile: {source.name}\n\n{as_text(run, tail)}\n")
     if run.warning:
@@ -120,3 +282,97 @@ def simulate(
         made = write_animation(output, body, source.profile, run, SAMPLES, f"{body.title}, {told}")
         if not as_json:
             say(f"Animation: {', '.join(map(str, made))}")
+
+
+# --- ``rftfit sweep``: the paper's whole sweep of the robot, with a progress bar, resumable.
+
+
+TARGET = "robot_full"
+NEEDED = ("results/robot/measured.csv", "results/coefficients.csv")
+
+
+def sweep(
+    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
+        "config/config.yaml"
+    ),
+    profile: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Only this profile; may be repeated; default: table, generic, depth_only."
+        ),
+    ] = None,
+    cores: Annotated[
+        int | None, typer.Option(min=1, help="Runs at once; default: all cores.")
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            help="Deal the runs out as batches to a cluster: slurm, or a folder with a Snakemake "
+            "profile; --cores is then what one batch gets."
+        ),
+    ] = None,
+) -> None:
+    """Run the robot over the paper's 51 curvatures, 26 frequencies and 3 starting phases.
+
+    First makes the tables that it needs, as `rftfit run` does; at the end the tables and figures of
+    the whole sweep, in results/robot_full. What is finished is kept when it is stopped: start it
+    again to go on.
+    """
+    from rftfit.campaign.load import load_campaign
+    from rftfit.cli.predict import choose
+    from rftfit.cli.run import run
+    from rftfit.workflow.robot import PROFILES, robot_of, swept
+
+    names = list(dict.fromkeys(profile or PROFILES))
+    for name in names:
+        choose("--profile", name, PROFILES)
+    campaign = load_campaign(config)
+    section, _ = robot_of(campaign)
+    if section.medium not in campaign.media_with_runs:
+        raise InputError(
+            f"config, key robot.medium: {section.medium} has no runs, so there is nothing for the "
+            "robot to run on"
+        )
+    if cluster is not None:
+        if set(names) != set(PROFILES):
+            raise InputError("--cluster and --profile: a cluster runs all profiles at once")
+        run([TARGET], config=config, cores=cores, cluster=cluster)
+        return
+    alpha = f"results/alpha/{section.medium}.csv"
+    run([*NEEDED, alpha], config=config, cores=cores)
+    measured, coefficients = (campaign.root / path for path in NEEDED)
+    try:
+        for name in names:
+            with _bar(name) as show:
+                swept(
+                    config, name, TARGET, campaign.root / alpha, coefficients, measured, show, cores
+                )
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            "Stopped. Runs that were finished are kept; `rftfit sweep` goes on from there."
+        ) from None
+    if set(names) == set(PROFILES):
+        run([TARGET], config=config, cores=cores)
+    else:
+        say(f"`rftfit run {TARGET}` makes tables and figures once every profile is done.")
+
+
+@contextlib.contextmanager
+def _bar(name: str) -> Iterator[Callable[[int, int], None]]:
+    """Show how far a profile is, on standard error."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+    from rich.progress import TimeElapsedColumn as Elapsed
+    from rich.progress import TimeRemainingColumn as Remaining
+
+    columns = (
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
+        Elapsed(), Remaining(),
+    )  # fmt: skip
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        task = progress.add_task(name, total=None)
+
+        def show(done: int, total: int) -> None:
+            progress.update(task, completed=done, total=total)
+
+        yield show

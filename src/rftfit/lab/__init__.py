@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rftfit.lab.enact import Summary, reenact
-    from rftfit.lab.faults import FAULTS, Fault
     from rftfit.lab.plan import Run, plan_runs
+    from rftfit.lab.rig import FAULTS, Fault
 
 __all__ = ["FAULTS", "Fault", "Run", "Summary", "plan_runs", "reenact"]
 

@@ -2,40 +2,161 @@
 
 from __future__ import annotations
 
+import os
+import pickle
+import subprocess
+import sys
 import time
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rftfit.lab.faults import Fault, resolve
+from rftfit.errors import OutputError, RftfitError
 from rftfit.lab.plan import media_of, plan_runs
+from rftfit.lab.rig import Fault, damage_recording, damage_text, record, resolve
 from rftfit.lab.tracks import write_tracks
-from rftfit.lab.worker import Job, write_all
-from rftfit.lab.write import sheet_text
-from rftfit.store import write_text
+from rftfit.lab.write import force_text, log_texts, sheet_text
+from rftfit.store import write_bytes, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rftfit.campaign.config import Config
+    from rftfit.lab.plan import Run
+
+
+# --- Writes the logs of a list of runs; also a program of its own, so that several work at once.
+
+
+@dataclass(frozen=True)
+class Job:
+    """Runs to write.
+
+    `raw`: Folder of the logs.
+    `seed`: Of the random numbers; those of a run depend on it and on the run_id alone.
+    `runs`: Each run with the names of its faults.
+    `spread`: Standard deviation of alpha from one prepared bed to the next, N/cm^3.
+    """
+
+    config: Config
+    raw: Path
+    seed: int
+    runs: tuple[tuple[Run, tuple[str, ...]], ...]
+    spread: float = 0.0
+
+
+def run_logs(
+    run: Run, config: Config, seed: int, faults: tuple[str, ...] = (), spread: float = 0.0
+) -> dict[str, bytes | None]:
+    """Make the two logs of a run.
+
+    `spread`: Standard deviation of alpha from one prepared bed to the next, N/cm^3. Returns path
+    relative to raw, and content; None where a fault takes the file away.
+    """
+    recording = record(run, config, seed, raised="never_touches" in faults, spread=spread)
+    if faults:
+        recording = damage_recording(faults, recording, config)
+    force, motion = log_texts(run, recording, config)
+    if "wrong_unit" in faults:
+        unit = "N" if config.transducer.force_unit == "lbf" else "lbf"
+        force = force_text(run, recording, unit)
+    damaged = damage_text(faults, force) if faults else force
+    return {
+        run.force_log: None if damaged is None else damaged.encode(),
+        run.motion_log: None if "missing_tare" in faults else motion.encode(),
+    }
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"{path}: cannot be removed: {error.strerror or error}; allow writing there or close it in "
+            "other programs"
+        ) from error
+
+
+def write_runs(job: Job) -> tuple[int, int]:
+    """Write the logs of a job."""
+    files = size = 0
+    for run, faults in job.runs:
+        for name, content in run_logs(run, job.config, job.seed, faults, job.spread).items():
+            if content is None:
+                _remove(job.raw / name)
+                continue
+            write_bytes(job.raw / name, content)
+            files += 1
+            size += len(content)
+    return files, size
+
+
+def _elsewhere(job: Job) -> tuple[int, int]:
+    """Do a job in a Python of its own.
+
+    A plain child process, not multiprocessing: that one imports the caller's script again, which
+    then needs a ``__main__`` guard, or forks a process that may have threads.
+    """
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    done = subprocess.run(
+        [sys.executable, "-m", "rftfit.lab.enact"],
+        input=pickle.dumps(job),
+        capture_output=True,
+        env=environment,
+        check=False,
+    )
+    if done.returncode:
+        told = done.stderr.decode(errors="replace").strip().splitlines()
+        raise RftfitError(f"writing the logs stopped: {told[-1] if told else done.returncode}")
+    result = pickle.loads(done.stdout)
+    if isinstance(result, RftfitError):
+        raise result
+    files, size = result
+    return int(files), int(size)
+
+
+def write_all(job: Job, workers: int) -> tuple[int, int]:
+    """Write the logs of a job with several workers at once; the bytes do not depend on how many.
+
+    `workers`: 1 stays in this process.
+    """
+    workers = max(1, min(workers, len(job.runs) // 20))
+    if workers == 1 or not sys.executable:
+        return write_runs(job)
+    shares = [replace(job, runs=job.runs[number::workers]) for number in range(workers)]
+    with ThreadPoolExecutor(workers) as pool:
+        counts = list(pool.map(_elsewhere, shares))
+    return sum(files for files, _ in counts), sum(size for _, size in counts)
+
+
+def main() -> None:
+    """Read a pickled job from standard input, do it, write the pickled counts (or the error)."""
+    job = pickle.load(sys.stdin.buffer)
+    result: tuple[int, int] | RftfitError
+    try:
+        result = write_runs(job)
+    except RftfitError as error:
+        result = error
+    sys.stdout.buffer.write(pickle.dumps(result))
+
+
+if __name__ == "__main__":
+    main()
+
+
+# --- Re-enact the campaign: write every log and the run sheet.
 
 
 @dataclass(frozen=True)
 class Summary:
     """What was written.
 
-    Attributes
-    ----------
-    n_runs : int
-        Rows of the run sheet.
-    n_files : int
-        Logs, the run sheet, and the robot's tracks with theirs.
-    bytes : int
-        Size of these files together.
-    seconds : float
-        Time that planning and writing took.
-    faults : tuple of Fault
-        Those put in, in the order asked for.
+    `n_runs`: Rows of the run sheet.
+    `n_files`: Logs, the run sheet, and the robot's tracks with theirs.
+    `bytes`: Size of these files together.
+    `seconds`: Time that planning and writing took.
+    `faults`: Those put in, in the order asked for.
     """
 
     n_runs: int
@@ -61,36 +182,13 @@ def reenact(
     The granular force in them is the published measurement: Table S5 times depth times area for
     plates, Figs. S5 and S12 for legs, Fig. S11 for sand penetration.
 
-    Parameters
-    ----------
-    config : Config
-        Read for transducer, arm, container, intruders, media and horizontal depths.
-    raw : Path
-        Folder of the logs: ``<raw>/<medium>/<run_id>_force.csv`` and ``_motion.csv``.
-    sheet : Path
-        The run sheet, csv; its log paths are relative to `raw`.
-    seed : int
-        The same seed gives the same bytes, run by run, whatever `media`, `workers` and order.
-    media : sequence of str, optional
-        Only these media of the config (and the legs in air).
-    faults : sequence of str
-        ``NAME`` or ``NAME:run_id``, names from `FAULTS`.
-    workers : int
-        Processes that write at once.
-    spread : float
-        Standard deviation of alpha from one prepared bed to the next, N/cm^3. By default every bed
-        is the same, so that Table S5 comes back as it is.
-
-    Returns
-    -------
-    Summary
-
-    Raises
-    ------
-    InputError
-        If a medium, fault or run is unknown, or plate and container leave no room for the paths.
-    OutputError
-        If a file cannot be written.
+    `config`: Read for transducer, arm, container, intruders, media and horizontal depths. `raw`:
+    Folder of the logs: ``<raw>/<medium>/<run_id>_force.csv`` and ``_motion.csv``. `sheet`: The run
+    sheet, csv; its log paths are relative to `raw`. `seed`: The same seed gives the same bytes,
+    run by run, whatever `media`, `workers` and order. `media`: Only these media of the config (and
+    the legs in air). `faults`: ``NAME`` or ``NAME:run_id``, names from `FAULTS`. `workers`:
+    Processes that write at once. `spread`: Standard deviation of alpha from one prepared bed to
+    the next, N/cm^3. By default every bed is the same, so that Table S5 comes back as it is.
     """
     began = time.perf_counter()
     raw, chosen = Path(raw).resolve(), media_of(config, media)

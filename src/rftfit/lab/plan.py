@@ -1,12 +1,14 @@
-"""Which runs the re-enacted lab makes: one `Run` for each row of the run sheet."""
+"""Which runs the re-enacted lab makes, and where its arm goes."""
 
 from __future__ import annotations
 
 import difflib
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Leg, Plate
@@ -14,6 +16,12 @@ from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+
+    from rftfit.campaign.config import AnyPlate
+
+
+# --- Which runs the re-enacted lab makes: one `Run` for each row of the run sheet.
+
 
 BETAS_DEG = (-60, -30, 0, 30, 60, 90)
 """The physically different plates: -90 and 90 degrees are one and the same."""
@@ -34,32 +42,17 @@ _RUN_EVERY_S = 150.0
 class Run:
     """One run of the campaign; angles and depth as in the run sheet, None where blank there.
 
-    Attributes
-    ----------
-    run_id : str
-    kind : {"plate", "rod", "leg", "leg_air"}
-    medium, published : str
-        Key of the config's media, and its name in the published tables; empty in air.
-    intruder : str
-        Key of the config's intruders; of a rod run, that of its plate.
-    direction : {"intrusion", "extraction", "horizontal", "rotation"}
-    beta_deg : float or None
-        Angle at which the plate is held; None for a leg.
-    gamma_deg : float or None
-        Angle of the path on the way down, also of an extraction; None for a leg.
-    depth_cm : float or None
-        Of a horizontal run.
-    tare_run : str
-        run_id of the tare; empty for a run that is a tare itself.
-    tare_shared : bool
-        Whether other runs use the same tare.
-    leg : str
-        Name in `reference.LEGS`; empty for plate and rod.
-    natural : bool
-        Whether the medium is a natural sand.
-    note : str
-    clock_s : float
-        Earliest start on the force log's clock, s since midnight.
+    `medium`, `published`: Key of the config's media, and its name in the published tables; empty
+        in air.
+    `intruder`: Key of the config's intruders; of a rod run, that of its plate.
+    `beta_deg`: Angle at which the plate is held; None for a leg.
+    `gamma_deg`: Angle of the path on the way down, also of an extraction; None for a leg.
+    `depth_cm`: Of a horizontal run.
+    `tare_run`: run_id of the tare; empty for a run that is a tare itself.
+    `tare_shared`: Whether other runs use the same tare.
+    `leg`: Name in `reference.LEGS`; empty for plate and rod.
+    `natural`: Whether the medium is a natural sand.
+    `clock_s`: Earliest start on the force log's clock, s since midnight.
     """
 
     run_id: str
@@ -95,22 +88,7 @@ class Run:
 
 
 def plate_of(config: Config) -> tuple[str, Plate]:
-    """Return the name and the size of the campaign's plate (the first of the config).
-
-    Parameters
-    ----------
-    config : Config
-
-    Returns
-    -------
-    name : str
-    plate : Plate
-
-    Raises
-    ------
-    InputError
-        If the config has no plate.
-    """
+    """Return the name and the size of the campaign's plate (the first of the config)."""
     for name, intruder in config.intruders.items():
         if isinstance(intruder, Plate):
             return name, intruder
@@ -120,15 +98,8 @@ def plate_of(config: Config) -> tuple[str, Plate]:
 def legs_of(config: Config) -> dict[str, str]:
     """Return the config's legs whose forces are published.
 
-    Parameters
-    ----------
-    config : Config
-
-    Returns
-    -------
-    dict of str to str
-        Key of the config's intruders to the name in `reference.LEGS`; legs of other curvatures
-        than R/r = 1, 0, -1 are left out, for there is no measurement of them.
+    Returns key of the config's intruders to the name in `reference.LEGS`; legs of other curvatures
+    than R/r = 1, 0, -1 are left out, for there is no measurement of them.
     """
     return {
         name: LEG_OF_CURVATURE[leg.curvature_times_R]
@@ -140,20 +111,7 @@ def legs_of(config: Config) -> dict[str, str]:
 def media_of(config: Config, media: Sequence[str] | None = None) -> list[str]:
     """Return the media to re-enact, in the order of the config.
 
-    Parameters
-    ----------
-    config : Config
-    media : sequence of str, optional
-        Only these; default: every medium whose measurements are published.
-
-    Returns
-    -------
-    list of str
-
-    Raises
-    ------
-    InputError
-        If a wanted medium is not in the config or has no published measurements.
+    `media`: Only these; default: every medium whose measurements are published.
     """
     known = [
         name
@@ -221,21 +179,8 @@ def _of_medium(config: Config, medium: str) -> Iterator[Run]:
 def plan_runs(config: Config, media: Sequence[str] | None = None) -> list[Run]:
     """List every run of the campaign, sorted by run_id.
 
-    Parameters
-    ----------
-    config : Config
-    media : sequence of str, optional
-        Only these media (and the legs in air that their legs need).
-
-    Returns
-    -------
-    list of Run
-        A run is the same whatever other media are asked for.
-
-    Raises
-    ------
-    InputError
-        If a medium cannot be re-enacted, or the config has no plate.
+    `media`: Only these media (and the legs in air that their legs need). Returns A run is the same
+    whatever other media are asked for.
     """
     chosen = media_of(config, media)
     groups = [list(_of_medium(config, name)) for name in chosen]
@@ -254,3 +199,198 @@ def plan_runs(config: Config, media: Sequence[str] | None = None) -> list[Run]:
         for place, run in enumerate(group)
     ]
     return sorted(runs, key=lambda run: run.run_id)
+
+
+# --- Where the arm goes: the segments of a run and the position at any time.
+
+
+FloatArray = npt.NDArray[np.float64]
+
+CLEARANCE_CM = 6.0
+"""Nearer to walls and bottom than this, the force departs from depth times area (paper)."""
+
+RAMP_S = 0.05
+SAND_DEPTH_CM = 6.0
+THETA_END_DEG = 135.0
+_AIR_CM = 1.6
+_LEAST_WINDOW_CM = 0.5
+_LEAST_TO_BOTTOM_CM = 4.0
+_REST_AIR_S, _REST_S, _PAUSE_S = 2.0, 1.0, 2.0
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One rest, one straight move, or one turn of a leg.
+
+    `start`, `end`: x in cm, z in cm and angle in degrees.
+    `distance`, `speed`: cm and cm/s, rad and rad/s for a leg; 0 at rest. Ramps of `RAMP_S` begin
+        and end a move.
+    """
+
+    phase: str
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+    duration_s: float
+    distance: float = 0.0
+    speed: float = 0.0
+
+    @property
+    def moving(self) -> bool:
+        """Whether the arm moves."""
+        return self.distance > 0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Position of the intruder's reference point at n samples; every array has shape (n,).
+
+    `elapsed_s`: Since the start of the run, kept between 0 and the run's duration.
+    `x_cm`, `z_cm`, `angle_deg`: Lab frame; the angle is beta of a plate, theta of a leg.
+    `travel`: Since the start of the sample's own segment: cm, rad for a leg.
+    `segment`: Number of that segment in its run, from 0.
+    """
+
+    elapsed_s: FloatArray
+    x_cm: FloatArray
+    z_cm: FloatArray
+    angle_deg: FloatArray
+    travel: FloatArray
+    segment: npt.NDArray[np.intp]
+    moving: npt.NDArray[np.bool_]
+
+
+def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:
+    """Half the size of a tilted plate along x and along z, thickness included."""
+    c, s = abs(math.cos(math.radians(beta_deg))), abs(math.sin(math.radians(beta_deg)))
+    length, thickness = plate.length_cm / 2, plate.thickness_cm / 2
+    return length * c + thickness * s, length * s + thickness * c
+
+
+def window(run: Run, config: Config) -> tuple[float, float]:
+    """Depths between which the plate is wholly submerged and clear of walls and bottom.
+
+    `run`: A plate or rod run along a sloping path.
+    """
+    _, half_z = half_extents(plate_of(config)[1], run.beta_deg or 0.0)
+    _, (_, z_end) = _stroke(run, config)
+    return half_z, min(-z_end, config.container.depth_cm - CLEARANCE_CM - half_z)
+
+
+def _stroke(run: Run, config: Config) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Upper and lower end of the path, or right and left end of a horizontal one."""
+    box, (_, plate) = config.container, plate_of(config)
+    diagonal = math.hypot(plate.length_cm, plate.thickness_cm) / 2
+    # whole millimetres, and the same path for every beta
+    half_span = math.floor(10 * (box.length_cm / 2 - CLEARANCE_CM - diagonal)) / 10
+    deepest = math.floor(10 * (box.depth_cm - CLEARANCE_CM - plate.thickness_cm / 2)) / 10
+    _, half_z = half_extents(plate, run.beta_deg or 0.0)
+    deepest = min(deepest, box.depth_cm - _LEAST_TO_BOTTOM_CM - half_z)
+    if run.natural:
+        deepest = SAND_DEPTH_CM
+    if run.direction == "horizontal":
+        reach, depth = 0.8 * half_span, run.depth_cm or 0.0
+        return (reach, -depth), (-reach, -depth)
+    gamma = math.radians(run.gamma_deg or 0.0)
+    steep = math.isclose(gamma, math.pi / 2)
+    depth = deepest if steep else min(deepest, 2 * half_span * math.tan(gamma))
+    reach = 0.0 if steep else depth / math.tan(gamma) / 2
+    return (reach, 0.0), (-reach, -depth)
+
+
+def _check_room(run: Run, config: Config) -> None:
+    if run.direction == "horizontal":
+        right, left = _stroke(run, config)
+        enough = right[0] - left[0] > config.fit.horizontal_skip_cm + _LEAST_WINDOW_CM
+    else:
+        shallow, deep = window(run, config)
+        enough = deep - shallow >= _LEAST_WINDOW_CM
+    if not enough:
+        raise InputError(
+            f"{run.run_id}: container and plate of the config leave no fit window of "
+            f"{_LEAST_WINDOW_CM} cm that keeps {CLEARANCE_CM:g} cm from walls and bottom"
+        )
+
+
+def _move(
+    phase: str, start: tuple[float, float, float], end: tuple[float, float, float], speed: float
+) -> Segment:
+    distance = math.hypot(end[0] - start[0], end[1] - start[1])
+    distance = distance or math.radians(abs(end[2] - start[2]))
+    return Segment(phase, start, end, distance / speed + RAMP_S, distance, speed)
+
+
+def segments(run: Run, config: Config, raised: bool = False) -> tuple[Segment, ...]:
+    """Rests and moves of a run, in the order of docs/architecture.md.
+
+    `raised`: True lifts the whole path into the air (a run that never touches the surface).
+    """
+    intruder = config.intruders[run.intruder]
+    if isinstance(intruder, Leg):
+        first = (0.0, intruder.hip_height_cm, -THETA_END_DEG)
+        last = (0.0, intruder.hip_height_cm, THETA_END_DEG)
+        turn = _move("stroke", first, last, config.arm.leg_speed_rad_per_s)
+        return (
+            Segment("rest", first, first, _REST_AIR_S),
+            turn,
+            Segment("rest", last, last, _REST_S),
+        )
+    _check_room(run, config)
+    beta, speed = run.beta_deg or 0.0, config.arm.speed_cm_per_s
+    (x0, z0), (x1, z1) = _stroke(run, config)
+    _, half_z = half_extents(intruder, beta)
+    top = half_z + _AIR_CM
+    lift = top - z1 if raised else 0.0
+    air = (x0, top + lift, beta)
+    begin, end = (x0, z0 + lift, beta), (x1, z1 + lift, beta)
+    if run.direction == "extraction":
+        return (
+            Segment("rest", end, end, _REST_S),
+            _move("stroke", end, begin, speed),
+            Segment("pause", begin, begin, _PAUSE_S),
+            _move("lift", begin, air, speed),
+            Segment("rest", air, air, _REST_AIR_S),
+        )
+    return (
+        Segment("rest", air, air, _REST_AIR_S),
+        _move("approach", air, begin, speed),
+        Segment("pause", begin, begin, _PAUSE_S),
+        _move("stroke", begin, end, speed),
+        Segment("rest", end, end, _REST_S),
+    )
+
+
+def duration(parts: tuple[Segment, ...]) -> float:
+    """Duration of a run in s."""
+    return sum(part.duration_s for part in parts)
+
+
+def _travelled(part: Segment, time_s: FloatArray) -> FloatArray:
+    """Distance since the segment's start: trapezoidal speed with ramps of `RAMP_S`."""
+    if not part.moving:
+        return np.zeros_like(time_s)
+    gain = part.speed / RAMP_S
+    left = part.duration_s - time_s
+    cruise = part.speed * (time_s - RAMP_S / 2)
+    speeding, braking = gain * time_s**2 / 2, part.distance - gain * left**2 / 2
+    return np.where(time_s < RAMP_S, speeding, np.where(left < RAMP_S, braking, cruise))
+
+
+def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> Motion:
+    """Position of the intruder's reference point at the given times.
+
+    `elapsed_s`: shape (n,); s since the start of the run; beyond the end the arm stays where it
+    is.
+    """
+    ends = np.cumsum([part.duration_s for part in parts])
+    clipped = np.clip(elapsed_s, 0.0, ends[-1])
+    index = np.minimum(np.searchsorted(ends, clipped, side="right"), len(parts) - 1)
+    place = np.empty((3, clipped.size))
+    travel = np.zeros(clipped.size)
+    for number, part in enumerate(parts):
+        here = index == number
+        travel[here] = _travelled(part, clipped[here] - (ends[number] - part.duration_s))
+        share = travel[here] / part.distance if part.moving else 0.0
+        for row, (first, last) in enumerate(zip(part.start, part.end, strict=True)):
+            place[row, here] = first + (last - first) * share
+    moving = np.array([part.moving for part in parts])[index]
+    return Motion(clipped, place[0], place[1], place[2], travel, index, moving)

@@ -1,25 +1,31 @@
-"""What the rig adds to the granular force, and what its two loggers see."""
+"""What the rig adds to the granular force, what its loggers see, and faults by name."""
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.lab.contact import felt
-from rftfit.lab.path import FloatArray, Motion, duration, motion_at, segments
-from rftfit.lab.rod import rod_law
-from rftfit.lab.truth import granular_law
+from rftfit.errors import InputError
+from rftfit.lab.plan import FloatArray, Motion, duration, motion_at, segments
+from rftfit.lab.truth import felt, granular_law, rod_law
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import numpy.typing as npt
 
     from rftfit.campaign.config import Config
-    from rftfit.lab.contact import Forces
     from rftfit.lab.plan import Run
+    from rftfit.lab.truth import Forces
+
+
+# --- What the rig adds to the granular force, and what its two loggers see.
+
 
 FORCE_HZ, MOTION_HZ = 100, 50
 STEP_N = 1 / 160
@@ -36,20 +42,13 @@ _ROD_WEIGHT_N, _PLATE_WEIGHT_N, _LEG_WEIGHT_N = 2.4, 0.17, 1.1
 class Nuisance:
     """What differs from run to run for no reason of physics.
 
-    Attributes
-    ----------
-    start_s : float
-        Start of the run on the force log's clock, s since midnight.
-    motion_offset_s : float
-        What the motion log's clock shows at the start, less `start_s`.
-    motion_phase_s, force_phase_s : float
-        First sample after the start: the samplers of the two logs know nothing of each other.
-    bias_N : numpy.ndarray, shape (3,)
-        Of the channels F1, F2, F3.
-    drift_N_per_min : numpy.ndarray, shape (3,)
-        Along x, y, z of the lab.
-    side_N : float
-        Steady force along y of the lab.
+    `start_s`: Start of the run on the force log's clock, s since midnight.
+    `motion_offset_s`: What the motion log's clock shows at the start, less `start_s`.
+    `motion_phase_s`, `force_phase_s`: First sample after the start: the samplers of the two logs
+        know nothing of each other.
+    `bias_N`: shape (3,); Of the channels F1, F2, F3.
+    `drift_N_per_min`: shape (3,); Along x, y, z of the lab.
+    `side_N`: Steady force along y of the lab.
     """
 
     start_s: float
@@ -65,12 +64,8 @@ class Nuisance:
 class Ideal:
     """Noise-free force on the sensor at the n samples of the force log.
 
-    Attributes
-    ----------
-    motion : Motion
-    granular, rod, steady : Forces
-        (z, x) in the lab frame, N, each of shape (n,): of the medium on the intruder, of the
-        medium on rod and mount, of weights and a leg's cable.
+    `granular`, `rod`, `steady`: (z, x) in the lab frame, N, each of shape (n,): of the medium on
+        the intruder, of the medium on rod and mount, of weights and a leg's cable.
     """
 
     motion: Motion
@@ -83,22 +78,13 @@ class Ideal:
 class Recording:
     """The two logs of a run as numbers: n force samples and m motion samples.
 
-    Attributes
-    ----------
-    force_time_s : numpy.ndarray, shape (n,)
-        On the force log's clock, since midnight.
-    arm_moving : numpy.ndarray of int, shape (n,)
-        1 while the arm moves, else 0.
-    channels_N : numpy.ndarray, shape (n, 3)
-        F1, F2, F3.
-    stroke : numpy.ndarray of bool, shape (n,)
-        Force samples taken during the stroke; not in the log.
-    motion_time_s : numpy.ndarray, shape (m,)
-        On the arm controller's clock, since midnight.
-    x_mm, z_mm : numpy.ndarray, shape (m,)
-        Reference point of the intruder in arm coordinates.
-    angle_deg : numpy.ndarray, shape (m,)
-        beta of a plate, theta of a leg.
+    `force_time_s`: shape (n,); On the force log's clock, since midnight.
+    `arm_moving`: shape (n,); 1 while the arm moves, else 0.
+    `channels_N`: shape (n, 3); F1, F2, F3.
+    `stroke`: shape (n,); Force samples taken during the stroke; not in the log.
+    `motion_time_s`: shape (m,); On the arm controller's clock, since midnight.
+    `x_mm`, `z_mm`: shape (m,); Reference point of the intruder in arm coordinates.
+    `angle_deg`: shape (m,); beta of a plate, theta of a leg.
     """
 
     force_time_s: FloatArray
@@ -118,17 +104,7 @@ def _stream(seed: int, run_id: str, purpose: int) -> np.random.Generator:
 
 
 def nuisance(run: Run, seed: int) -> Nuisance:
-    """Draw bias, drift and clocks of a run.
-
-    Parameters
-    ----------
-    run : Run
-    seed : int
-
-    Returns
-    -------
-    Nuisance
-    """
+    """Draw bias, drift and clocks of a run."""
     random = _stream(seed, run.run_id, 0)
     late = 3600.0 if run.published in DAYLIGHT_SAVING else 0.0
     return Nuisance(
@@ -143,17 +119,7 @@ def nuisance(run: Run, seed: int) -> Nuisance:
 
 
 def cable(run: Run, angle_deg: FloatArray) -> Forces:
-    """Force of a leg's cable and gears against theta, the same in air and in a medium, N.
-
-    Parameters
-    ----------
-    run : Run
-    angle_deg : numpy.ndarray
-
-    Returns
-    -------
-    force_z, force_x : numpy.ndarray
-    """
+    """Force of a leg's cable and gears against theta, the same in air and in a medium, N."""
     theta = np.radians(angle_deg)
     size = {"c_leg": 1.0, "flat_leg": 0.8}.get(run.leg, 1.15)
     force_z = size * (0.15 * np.sin(theta + 0.4) + 0.06 * np.sin(2 * theta))
@@ -164,17 +130,7 @@ def cable(run: Run, angle_deg: FloatArray) -> Forces:
 def bed_of(run: Run, seed: int, spread: float) -> tuple[float, float]:
     """Draw what alpha of a run's bed is off by: no bed is prepared twice alike.
 
-    Parameters
-    ----------
-    run : Run
-    seed : int
-    spread : float
-        Standard deviation, N/cm^3.
-
-    Returns
-    -------
-    alpha_z, alpha_x : float
-        N/cm^3.
+    `spread`: Standard deviation, N/cm^3. Returns `alpha_z`, `alpha_x`: N/cm^3.
     """
     off = spread * _stream(seed, run.run_id, 3).standard_normal(2)
     return float(off[0]), float(off[1])
@@ -189,21 +145,9 @@ def ideal(
 ) -> Ideal:
     """Noise-free forces of a run at the force log's sample times.
 
-    Parameters
-    ----------
-    run : Run
-    config : Config
-    raised : bool
-        The whole path stays above the surface.
-    phase_s : float
-        Time of the first sample after the start, s.
-    bed : (float, float)
-        What alpha_z and alpha_x of its bed are off by, N/cm^3.
-
-    Returns
-    -------
-    Ideal
-        `granular` on the intruder, `rod` on rod and mount, `steady` weights and cable.
+    `raised`: The whole path stays above the surface. `phase_s`: Time of the first sample after the
+    start, s. `bed`: What alpha_z and alpha_x of its bed are off by, N/cm^3. Returns `granular` on
+    the intruder, `rod` on rod and mount, `steady` weights and cable.
     """
     parts = segments(run, config, raised)
     count = int((duration(parts) - phase_s) * FORCE_HZ) + 1
@@ -230,14 +174,7 @@ def to_channels(
     The inverse of ``force_x = sx cos t + sz sin t``, ``force_z = -sx sin t + sz cos t`` with s the
     force along the axes of the mount.
 
-    Parameters
-    ----------
-    force_x, force_y, force_z : numpy.ndarray, shape (n,)
-    config : Config
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 3)
+    `force_x`, `force_y`, `force_z`: shape (n,). Returns shape (n, 3).
     """
     turn = math.radians(config.transducer.turn_deg)
     mount = {
@@ -265,19 +202,8 @@ def record(
 ) -> Recording:
     """Record a run the way the rig does.
 
-    Parameters
-    ----------
-    run : Run
-    config : Config
-    seed : int
-    raised : bool
-        The whole path stays above the surface.
-    spread : float
-        Standard deviation of alpha from one prepared bed to the next, N/cm^3.
-
-    Returns
-    -------
-    Recording
+    `raised`: The whole path stays above the surface. `spread`: Standard deviation of alpha from
+    one prepared bed to the next, N/cm^3.
     """
     odd = nuisance(run, seed)
     true = ideal(run, config, raised, odd.force_phase_s, bed_of(run, seed, spread))
@@ -311,3 +237,171 @@ def record(
         z_mm=config.arm.surface_z_mm + 10 * arm.z_cm + _POSITION_SD_MM * wobble[1],
         angle_deg=arm.angle_deg + _ANGLE_SD_DEG * wobble[2],
     )
+
+
+# --- Faults that can be put into a campaign by name, for tests and for teaching.
+
+
+FAULTS: dict[str, str] = {
+    "gap": "1.5 s in the middle of the stroke are missing from the force log",
+    "saturated": "one second of the stroke is stuck at the range of the vertical channel",
+    "missing_tare": "both logs of the run's tare are missing; the sheet still names them",
+    "truncated": "the force log is cut off in mid-row, after about two thirds",
+    "wrong_unit": "the force log is in lbf and says so, against the config (N where that has lbf)",
+    "never_touches": "the arm's path stays above the surface (plates and rods)",
+    "duplicated_rows": "60 rows of the force log's stroke appear twice each",
+    "time_reversed": "60 rows of the force log's stroke are in reverse order",
+    "nan_cells": "every second of 60 rows of the stroke has nan in all force columns",
+    "header_only": "the force log ends after its header row",
+    "empty": "the force log has no bytes",
+    "wrong_delimiter": "the force log has semicolons and decimal commas",
+    "missing_log": "the force log is missing; the sheet still names it",
+    "wrong_medium_tare": "the sheet's tare_run is the same run's tare in another medium",
+    "flipped_beta": "the motion log shows -beta instead of beta (beta not 0 or 90 degrees)",
+}
+"""Name and what it does. Each is put into the run named, or into its entry of `DEFAULT_RUNS`."""
+
+DEFAULT_RUNS: dict[str, str] = {
+    "gap": "bp00_g90_in",
+    "saturated": "bp00_g72_in",
+    "missing_tare": "bp30_g45_in",
+    "truncated": "bp30_g90_in",
+    "wrong_unit": "bm30_g90_in",
+    "never_touches": "bp00_g45_in",
+    "duplicated_rows": "bp60_g45_in",
+    "time_reversed": "bp60_g56_in",
+    "nan_cells": "bp60_g72_in",
+    "header_only": "bm60_g34_in",
+    "empty": "bm60_g45_in",
+    "wrong_delimiter": "bm60_g56_in",
+    "missing_log": "bm60_g72_in",
+    "wrong_medium_tare": "bp90_g45_in",
+    "flipped_beta": "bm30_g45_in",
+}
+"""Run of the first medium that gets the fault where none is named; its first plate run if absent."""
+
+_ROWS = 60
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault that is put into the campaign.
+
+    `name`: Key of `FAULTS`.
+    `run_id`: The run it was asked for.
+    `changed`: run_id of the run whose files or sheet row it changes: the tare's for
+        ``missing_tare``.
+    `other_tare`: The tare_run that the sheet names in place of the right one; empty for other
+        faults.
+    """
+
+    name: str
+    run_id: str
+    changed: str
+    other_tare: str = ""
+
+    def __str__(self) -> str:
+        where = self.run_id if self.changed == self.run_id else f"{self.run_id} (in {self.changed})"
+        return f"{self.name}: {where}: {FAULTS[self.name]}"
+
+
+def _known(word: str, what: str, allowed: Sequence[str]) -> None:
+    if word not in allowed:
+        near = difflib.get_close_matches(word, allowed, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        listing = f": allowed are {', '.join(allowed)}" if len(allowed) <= len(FAULTS) else ""
+        raise InputError(f"no {what} {word!r}{listing}{hint}")
+
+
+def _other_tare(run: Run, runs: Mapping[str, Run]) -> str:
+    ending = run.tare_run.removeprefix(run.medium)
+    for other in runs.values():
+        if run.kind == "plate" and other.medium != run.medium and other.run_id.endswith(ending):
+            return other.run_id
+    raise InputError(
+        f"fault wrong_medium_tare: {run.run_id} has no tare of another medium among these runs; "
+        "name a plate run and re-enact at least two media of its kind"
+    )
+
+
+def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) -> list[Fault]:
+    """Find the run of each fault asked for.
+
+    `asked`: ``NAME`` or ``NAME:run_id``. `runs`: All runs by run_id. `first_medium`: Where faults
+    without a run go.
+    """
+    found = []
+    for text in asked:
+        name, _, run_id = text.partition(":")
+        _known(name, "fault", list(FAULTS))
+        if not run_id:
+            run_id = f"{first_medium}_{DEFAULT_RUNS[name]}"
+            if run_id not in runs:
+                own = (r for r in runs.values() if r.medium == first_medium and r.kind == "plate")
+                run_id = next((run.run_id for run in own), run_id)
+        _known(run_id, f"run for the fault {name}:", list(runs))
+        run = runs[run_id]
+        if name == "flipped_beta" and run.beta_deg in (None, 0.0, 90.0):
+            raise InputError(f"fault flipped_beta: {run_id} looks the same with -beta")
+        if name == "never_touches" and run.leg:
+            raise InputError(f"fault never_touches: {run_id} is a leg; name a plate or rod run")
+        changed = (run.tare_run or run_id) if name == "missing_tare" else run_id
+        other = _other_tare(run, runs) if name == "wrong_medium_tare" else ""
+        found.append(Fault(name, run_id, changed, other))
+    return found
+
+
+def damage_recording(names: Sequence[str], recording: Recording, config: Config) -> Recording:
+    """Apply those faults that change what was recorded.
+
+    `names`: Faults of this run; others than gap, saturated, duplicated_rows, time_reversed,
+    nan_cells and flipped_beta are passed over.
+    """
+    first, last = np.flatnonzero(recording.stroke)[[0, -1]]
+    middle = int(first + last) // 2
+    channels = recording.channels_N.copy()
+    rows = np.arange(len(channels))
+    block = slice(middle, middle + _ROWS)
+    if "saturated" in names:
+        column = int(config.transducer.axes.z[2]) - 1
+        stuck = slice(middle - 50, middle + 50)
+        sign = -1 if config.transducer.axes.z[0] == "-" else 1
+        channels[stuck, column] = sign * config.transducer.range_N[column]
+    if "nan_cells" in names:
+        channels[middle : middle + _ROWS : 2] = np.nan
+    if "time_reversed" in names:
+        rows[block] = rows[block][::-1].copy()
+    if "duplicated_rows" in names:
+        rows = np.repeat(rows, np.where(np.isin(rows, rows[block]), 2, 1))
+    if "gap" in names:
+        rows = rows[(rows < middle - 75) | (rows >= middle + 75)]
+    return replace(
+        recording,
+        force_time_s=recording.force_time_s[rows],
+        arm_moving=recording.arm_moving[rows],
+        channels_N=channels[rows],
+        stroke=recording.stroke[rows],
+        angle_deg=-recording.angle_deg if "flipped_beta" in names else recording.angle_deg,
+    )
+
+
+def damage_text(names: Sequence[str], text: str) -> str | None:
+    """Apply those faults that change the force log's text.
+
+    `names`: Faults of this run; others than truncated, header_only, empty, wrong_delimiter,
+    missing_log and missing_tare are passed over. Returns none: no such file.
+    """
+    if "missing_log" in names or "missing_tare" in names:
+        return None
+    if "empty" in names:
+        return ""
+    comments = text[: text.index("time_s")]
+    table = text[len(comments) :]
+    if "header_only" in names:
+        table = table[: table.index("\n") + 1]
+    if "truncated" in names:
+        # the cut falls four characters before a line's end
+        table = table[: table.index("\n", 2 * len(table) // 3) - 4]
+    if "wrong_delimiter" in names:
+        table = table.replace(",", ";").replace(".", ",")
+    return comments + table

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rftfit.campaign.config import Config
-    from rftfit.lab.path import FloatArray
+    from rftfit.lab.plan import FloatArray
 
 MEDIUM = "poppy_LP"
 """Published name of the medium that the paper's robot ran on."""
@@ -38,13 +38,9 @@ _COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz"
 class RobotTrial:
     """One trial of the robot.
 
-    Attributes
-    ----------
-    run_id, condition, medium : str
-    curvature_times_R, frequency_Hz, speed_cm_per_s : float
-        Of this trial: the mean over the trials of a condition is the published speed.
-    track : str
-        File, relative to the folder of the sheet.
+    `curvature_times_R`, `frequency_Hz`, `speed_cm_per_s`: Of this trial: the mean over the trials
+        of a condition is the published speed.
+    `track`: File, relative to the folder of the sheet.
     """
 
     run_id: str
@@ -59,15 +55,7 @@ class RobotTrial:
 def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
     """List the trials of every published condition in which the robot moved.
 
-    Parameters
-    ----------
-    config : Config
-    seed : int
-
-    Returns
-    -------
-    list of RobotTrial
-        Empty where the config has no robot with a sheet of tracks on the published medium.
+    Returns empty where the config has no robot with a sheet of tracks on the published medium.
     """
     robot = config.robot
     if robot is None or robot.runs is None or config.media[robot.medium].published_as != MEDIUM:
@@ -101,14 +89,7 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
 def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Record a marker on the running robot: it bobs twice a stride, unevenly, and surges.
 
-    Parameters
-    ----------
-    trial : RobotTrial
-    seed : int
-
-    Returns
-    -------
-    time_s, x_cm, z_cm : numpy.ndarray, shape (n,)
+    Returns `time_s`, `x_cm`, `z_cm` of shape (n,).
     """
     rng = _random(seed, trial.run_id)
     duration = max(_STRIDES / trial.frequency_Hz, _SHORTEST_S)
@@ -124,22 +105,8 @@ def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatAr
 def write_tracks(config: Config, raw: Path, seed: int) -> list[Path]:
     """Write the tracks and their sheet.
 
-    Parameters
-    ----------
-    config : Config
-    raw : Path
-        Folder of the logs, which the config's ``robot.runs`` is relative to.
-    seed : int
-
-    Returns
-    -------
-    list of Path
-        Files written, the sheet last.
-
-    Raises
-    ------
-    OutputError
-        If a file cannot be written.
+    `raw`: Folder of the logs, which the config's ``robot.runs`` is relative to. Returns files
+    written, the sheet last.
     """
     trials = plan_trials(config, seed)
     paths = track_files(config, raw, seed)
@@ -165,16 +132,7 @@ def write_tracks(config: Config, raw: Path, seed: int) -> list[Path]:
 def track_files(config: Config, raw: Path, seed: int) -> list[Path]:
     """Name the files that `write_tracks` writes.
 
-    Parameters
-    ----------
-    config : Config
-    raw : Path
-    seed : int
-
-    Returns
-    -------
-    list of Path
-        The sheet last; empty where there are no trials.
+    Returns the sheet last; empty where there are no trials.
     """
     trials = plan_trials(config, seed)
     if not trials or config.robot is None or config.robot.runs is None:

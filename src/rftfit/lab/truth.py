@@ -1,25 +1,79 @@
-"""The granular force inside the logs: the published measurements, and nothing else.
-
-Written from section 2 of the design alone. Nothing here is shared with the analysis, so that a
-wrong sign there cannot be cancelled by the same wrong sign here.
-"""
+"""The granular force inside the logs: the published measurements, and nothing else."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit import reference
-from rftfit.lab.curves import leg_law, sand_law, sand_stress
-from rftfit.lab.path import CLEARANCE_CM, FloatArray, half_extents
-from rftfit.lab.plan import plate_of
+from rftfit.lab.plan import CLEARANCE_CM, FloatArray, Motion, Segment, half_extents, plate_of
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config, Plate
-    from rftfit.lab.contact import Forces, Law
-    from rftfit.lab.path import Segment
     from rftfit.lab.plan import Run
+
+
+# --- How a force builds up when the arm starts, and stays when it stops.
+
+
+Forces = tuple[FloatArray, FloatArray]
+"""Force (z, x) on the intruder in N, z up, x toward +x."""
+
+Law = Callable[[Segment, FloatArray, FloatArray, FloatArray], Forces]
+"""Fully developed force at places (x cm, z cm, angle deg) of one segment, arrays of shape (n,)."""
+
+BUILD_UP = 0.02
+"""Travel (cm; rad for a leg) within which a force is fully developed: within the speed ramp."""
+
+START_UP_CM = 0.4
+"""Decay length of the start-up of a horizontal run."""
+
+_LET_GO_CM = 0.6
+_KEPT, _RELAX_S = 0.9, 0.6
+
+
+def felt(law: Law, parts: tuple[Segment, ...], motion: Motion, level: bool = False) -> Forces:
+    """Force over a whole run: the law while moving, the last force (relaxing a little) at rest.
+
+    `motion`: Of n samples. `level`: A horizontal run, whose stroke starts up over `START_UP_CM`.
+    Returns `force_z`, `force_x` of shape (n,): N. A medium prepared around a resting intruder
+    exerts none before the first move.
+    """
+    force = np.zeros((2, motion.elapsed_s.size))
+    last = np.zeros(2)
+    began = 0.0
+    for number, part in enumerate(parts):
+        here = motion.segment == number
+        if part.moving:
+            travel = motion.travel[here]
+            grown = _share(travel, BUILD_UP)
+            given = grown
+            if level and part.phase == "stroke":
+                grown, given = 1 - np.exp(-travel / START_UP_CM), _share(travel, _LET_GO_CM)
+            places = (motion.x_cm[here], motion.z_cm[here], motion.angle_deg[here])
+            developed = np.array(law(part, *places))
+            force[:, here] = grown * developed + (1 - given) * last[:, None]
+            x, z, angle = (np.array([value]) for value in part.end)
+            last = np.array(law(part, x, z, angle))[:, 0]
+        else:
+            age = motion.elapsed_s[here] - began
+            force[:, here] = last[:, None] * (_KEPT + (1 - _KEPT) * np.exp(-age / _RELAX_S))
+            last = _KEPT * last
+        began += part.duration_s
+    return force[0], force[1]
+
+
+def _share(travel: FloatArray, length: float) -> FloatArray:
+    """Grow smoothly from 0 to exactly 1 over `length`."""
+    return 1 - np.clip(1 - travel / length, 0.0, 1.0) ** 2
+
+
+# --- The granular force inside the logs: the published measurements, and nothing else.
+
 
 _STICK_SLIP, _STICK_SLIP_CM = 0.015, 0.37
 
@@ -27,16 +81,7 @@ _STICK_SLIP, _STICK_SLIP_CM = 0.015, 0.37
 def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, float]:
     """One cell of Table S5.
 
-    Parameters
-    ----------
-    medium : str
-    beta_deg, gamma_deg : float
-        Of the published grid.
-
-    Returns
-    -------
-    alpha_z, alpha_x : float
-        N/cm^3.
+    `beta_deg`, `gamma_deg`: Of the published grid. Returns `alpha_z`, `alpha_x`: N/cm^3.
     """
     alpha_z, alpha_x = reference.alpha_grid(medium)
     row = int(np.argmin(np.abs(reference.BETA_DEG - beta_deg)))
@@ -52,15 +97,7 @@ def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[flo
     -beta and the velocity (-cos gamma, sin gamma) that of -gamma, a cell of the table; the mirror
     keeps the vertical force and turns the horizontal one.
 
-    Parameters
-    ----------
-    medium : str
-    beta_deg, path_gamma_deg : float
-
-    Returns
-    -------
-    alpha_z, alpha_x : float
-        N/cm^3, in the lab frame (z up, +x).
+    Returns `alpha_z`, `alpha_x`: N/cm^3, in the lab frame (z up, +x).
     """
     alpha_z, alpha_x = table_s5(medium, -beta_deg, -path_gamma_deg)
     return alpha_z, -alpha_x
@@ -69,15 +106,7 @@ def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[flo
 def alpha_of(run: Run, phase: str) -> tuple[float, float]:
     """Stress per depth (z, x), N/cm^3, of a plate run in one of its moving phases.
 
-    Parameters
-    ----------
-    run : Run
-    phase : str
-        approach, stroke or lift.
-
-    Returns
-    -------
-    alpha_z, alpha_x : float
+    `phase`: approach, stroke or lift.
     """
     beta, gamma = run.beta_deg or 0.0, run.gamma_deg or 0.0
     if phase == "approach":
@@ -92,18 +121,9 @@ def alpha_of(run: Run, phase: str) -> tuple[float, float]:
 def submerged_depth(depth_cm: FloatArray, half_z_cm: float) -> FloatArray:
     """Mean depth of the submerged part of a plate times its share of the plate, cm.
 
-    Parameters
-    ----------
-    depth_cm : numpy.ndarray
-        Of the plate's centre.
-    half_z_cm : float
-        Half the vertical extent of the plate.
-
-    Returns
-    -------
-    numpy.ndarray
-        `depth_cm` itself where the plate is wholly submerged, 0 where it is wholly in air. Where it
-        is partly submerged the bed is free to heave, so the force is somewhat smaller still.
+    `depth_cm`: Of the plate's centre. `half_z_cm`: Half the vertical extent of the plate. Returns
+    `depth_cm` itself where the plate is wholly submerged, 0 where it is wholly in air. Where it is
+    partly submerged the bed is free to heave, so the force is somewhat smaller still.
     """
     wet = np.clip((depth_cm + half_z_cm) / (2 * half_z_cm), 0.0, 1.0)
     partly = half_z_cm * wet**2 * (1 - 0.25 * (1 - wet) ** 2)
@@ -115,17 +135,7 @@ def near_walls(
 ) -> FloatArray:
     """Factor by which walls and bottom within 6 cm of the plate raise the force.
 
-    Parameters
-    ----------
-    config : Config
-    x_cm, depth_cm : numpy.ndarray
-        Of the plate's centre.
-    beta_deg : float
-
-    Returns
-    -------
-    numpy.ndarray
-        1 where walls and bottom are farther away.
+    `x_cm`, `depth_cm`: Of the plate's centre. Returns 1 where walls and bottom are farther away.
     """
     half_x, half_z = half_extents(plate_of(config)[1], beta_deg)
     factor = np.ones_like(depth_cm)
@@ -140,16 +150,7 @@ def near_walls(
 def plate_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)) -> Law:
     """Force on the plate of a laboratory run: alpha of Table S5 times depth times area.
 
-    Parameters
-    ----------
-    run : Run
-    config : Config
-    bed : (float, float)
-        What alpha_z and alpha_x of this run's bed are off by, N/cm^3.
-
-    Returns
-    -------
-    Law
+    `bed`: What alpha_z and alpha_x of this run's bed are off by, N/cm^3.
     """
     plate: Plate = plate_of(config)[1]
     beta = run.beta_deg or 0.0
@@ -169,17 +170,7 @@ def plate_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)) -
 
 
 def scaled_law(law: Law, factor: float) -> Law:
-    """Multiply a law by a number: the same force in a bed that is denser as a whole.
-
-    Parameters
-    ----------
-    law : Law
-    factor : float
-
-    Returns
-    -------
-    Law
-    """
+    """Multiply a law by a number: the same force in a bed that is denser as a whole."""
 
     def scaled(part: Segment, x: FloatArray, z: FloatArray, angle: FloatArray) -> Forces:
         force_z, force_x = law(part, x, z, angle)
@@ -191,14 +182,7 @@ def scaled_law(law: Law, factor: float) -> Law:
 def push_alpha(run: Run) -> float:
     """alpha_z of a level plate pushed straight down into the medium of a run, N/cm^3.
 
-    Parameters
-    ----------
-    run : Run
-
-    Returns
-    -------
-    float
-        Table S5; of a natural sand, the first centimetre of Fig. S11.
+    Returns table S5; of a natural sand, the first centimetre of Fig. S11.
     """
     if run.natural:
         return float(sand_stress(run.published, np.array([1.0]))[0])
@@ -208,17 +192,8 @@ def push_alpha(run: Run) -> float:
 def granular_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)) -> Law | None:
     """Force of the medium on the intruder of any run; None where there is no intruder in a medium.
 
-    Parameters
-    ----------
-    run : Run
-    config : Config
-    bed : (float, float)
-        What alpha_z and alpha_x of this run's bed are off by, N/cm^3. Published curves (legs,
-        natural sands) are multiplied by what that makes of a straight push.
-
-    Returns
-    -------
-    Law or None
+    `bed`: What alpha_z and alpha_x of this run's bed are off by, N/cm^3. Published curves (legs,
+    natural sands) are multiplied by what that makes of a straight push.
     """
     if run.kind == "plate" and not run.natural:
         return plate_law(run, config, bed)
@@ -226,3 +201,110 @@ def granular_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)
         return None
     law = leg_law(run) if run.kind == "leg" else sand_law(run, config)
     return scaled_law(law, 1 + bed[0] / push_alpha(run)) if bed[0] else law
+
+
+# --- Forces published as curves: penetration of natural sands (Fig. S11), legs (Figs. S5, S12).
+
+
+_TAPER_DEG = 3.0
+
+
+@cache
+def _penetration(sand: str) -> tuple[FloatArray, FloatArray]:
+    table = reference.load("fig_s11")
+    rows = table[table["medium"] == sand].sort_values("depth_cm")
+    return rows["depth_cm"].to_numpy(float), rows["stress_z_N_per_cm2"].to_numpy(float)
+
+
+def sand_stress(sand: str, depth_cm: FloatArray) -> FloatArray:
+    """Vertical stress on a level plate pushed into a natural sand (Fig. S11), N/cm^2.
+
+    `depth_cm`: Clamped to the published range, 0 to 6 cm.
+    """
+    depths, stresses = _penetration(sand)
+    return np.interp(depth_cm, depths, stresses)
+
+
+def sand_law(run: Run, config: Config) -> Law:
+    """Force on the level plate of a penetration test: Fig. S11 times area."""
+    plate = plate_of(config)[1]
+    _, half_z = half_extents(plate, run.beta_deg or 0.0)
+
+    def law(_part: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
+        touching = np.clip(1 - z_cm / half_z, 0.0, 1.0)
+        force_z = plate.area_cm2 * touching * sand_stress(run.published, -z_cm)
+        return force_z, np.zeros_like(force_z)
+
+    return law
+
+
+@cache
+def _rotation(name: str, medium: str, leg: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    table = reference.load(name)
+    rows = table[(table["medium"] == medium) & (table["leg"] == leg)].sort_values("theta_deg")
+    theta, force_z, force_x = (
+        rows[column].to_numpy(float) for column in ("theta_deg", "force_z_N", "force_x_N")
+    )
+    return theta, force_z, force_x
+
+
+def leg_law(run: Run) -> Law:
+    """Force on a leg turned in a medium (Fig. S5, natural sands Fig. S12) against theta.
+
+    Returns interpolated; outside the published range the end value fades to 0 within 3 degrees.
+    """
+    figure = "fig_s12" if run.natural else "fig_s5"
+    theta, *published = _rotation(figure, run.published, run.leg)
+
+    def law(_part: Segment, _x: FloatArray, _z: FloatArray, angle_deg: FloatArray) -> Forces:
+        outside = np.maximum(theta[0] - angle_deg, angle_deg - theta[-1])
+        fade = np.clip(1 - outside / _TAPER_DEG, 0.0, 1.0)
+        force_z, force_x = (fade * np.interp(angle_deg, theta, curve) for curve in published)
+        return force_z, force_x
+
+    return law
+
+
+# --- The rod that holds the plate, and the mount above it: their own force in the medium.
+
+
+_ALPHA_OF_STRENGTH_ONE = 0.35
+_MOUNT_FROM_CM = 3.0
+
+
+def strength(run: Run) -> float:
+    """Strength of a medium relative to loose poppy seeds: its vertical alpha of a level plate."""
+    if run.natural:
+        alpha = float(sand_stress(run.published, np.array([2.0]))[0]) / 2.0
+    else:
+        alpha, _ = table_s5(run.published, 0.0, 90.0)
+    return alpha / _ALPHA_OF_STRENGTH_ONE
+
+
+def rod_law(run: Run) -> Law:
+    """Force of the medium on rod and mount, the same in a plate run and in its rod-only run.
+
+    A thin rod feels a force that grows with the square of the depth; from 3 cm on the mount is in
+    the medium too. The force opposes the motion; a level move meets more of the rod than a steep
+    one, a pull meets less than a push, and a tilted mount is pushed a little sideways.
+
+    `run`: A plate or rod run.
+    """
+    size = strength(run)
+    beta = math.radians(run.beta_deg or 0.0)
+
+    def law(part: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
+        vx, vz = (
+            (last - first) / part.distance
+            for first, last in zip(part.start[:2], part.end[:2], strict=True)
+        )
+        depth = np.maximum(-z_cm, 0.0)
+        mount = np.maximum(depth - _MOUNT_FROM_CM, 0.0)
+        load = size * (0.007 * depth**2 + 0.009 * mount**2) * (1 + 0.06 * math.sin(beta) ** 2)
+        if vz > 0:
+            load = 0.55 * load
+        force_z = -vz * load + 0.04 * math.cos(beta) * load
+        force_x = -1.2 * vx * load + 0.06 * math.sin(beta) * load
+        return force_z, force_x
+
+    return law

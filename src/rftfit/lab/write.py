@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from rftfit.campaign.config import Config
-    from rftfit.lab.path import FloatArray
-    from rftfit.lab.plan import Run
+    from rftfit.lab.plan import FloatArray, Run
     from rftfit.lab.rig import Recording
+
 
 NEWTONS = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605}
 _FORCE_DECIMALS = {"N": 5, "mN": 2, "kN": 8, "lbf": 5}
@@ -44,16 +44,8 @@ SHEET_COLUMNS = (
 def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
     """Format columns of equal length as comma-separated rows with fixed decimals.
 
-    Parameters
-    ----------
-    columns : list of numpy.ndarray, each of shape (n,)
-    decimals : list of int
-        One for each column.
-
-    Returns
-    -------
-    str
-        n lines, each ended by a line feed; no value is written as minus zero.
+    `columns`: shape (n,). `decimals`: One for each column. Returns n lines, each ended by a line
+    feed; no value is written as minus zero.
     """
     # + 0.0 turns the -0.0 that rounding makes into 0.0
     table = np.column_stack(
@@ -67,16 +59,7 @@ def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
 def force_text(run: Run, recording: Recording, unit: str) -> str:
     """Text of a force log.
 
-    Parameters
-    ----------
-    run : Run
-    recording : Recording
-    unit : str
-        N, mN, kN or lbf: the values are converted to it and the header says so.
-
-    Returns
-    -------
-    str
+    `unit`: N, mN, kN or lbf: the values are converted to it and the header says so.
     """
     head = (
         f"# force log of run {run.run_id}, re-enacted from published measurements\n"
@@ -91,16 +74,7 @@ def force_text(run: Run, recording: Recording, unit: str) -> str:
 def motion_text(run: Run, recording: Recording, unit: str) -> str:
     """Text of a motion log.
 
-    Parameters
-    ----------
-    run : Run
-    recording : Recording
-    unit : str
-        mm, cm, m or in.
-
-    Returns
-    -------
-    str
+    `unit`: mm, cm, m or in.
     """
     head = (
         f"# motion log of run {run.run_id}, re-enacted from published measurements\n"
@@ -114,18 +88,7 @@ def motion_text(run: Run, recording: Recording, unit: str) -> str:
 
 
 def log_texts(run: Run, recording: Recording, config: Config) -> tuple[str, str]:
-    """Texts of the force log and of the motion log in the units of the config.
-
-    Parameters
-    ----------
-    run : Run
-    recording : Recording
-    config : Config
-
-    Returns
-    -------
-    force, motion : str
-    """
+    """Texts of the force log and of the motion log in the units of the config."""
     return (
         force_text(run, recording, config.transducer.force_unit),
         motion_text(run, recording, config.arm.position_unit),
@@ -139,16 +102,8 @@ def _number(value: float | None) -> str:
 def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
     """Text of the run sheet, one row for each run in the given order.
 
-    Parameters
-    ----------
-    runs : iterable of Run
-    tares : mapping of str to str
-        run_id to the tare_run to be written instead of the run's own.
-
-    Returns
-    -------
-    str
-        csv, lines ended by a line feed.
+    `tares`: run_id to the tare_run to be written instead of the run's own. Returns csv, lines
+    ended by a line feed.
     """
     buffer = io.StringIO()
     sheet = csv.DictWriter(buffer, SHEET_COLUMNS, restval="", lineterminator="\n")

@@ -3,19 +3,64 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import deque
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from itertools import chain, islice
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from rftfit.errors import InputError
-from rftfit.logs.ahead import in_order
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rftfit.conventions import FloatArray
+
+
+# --- Blocks of a file worked on side by side, and handed on in their order.
+
+
+Item = TypeVar("Item")
+Done = TypeVar("Done")
+
+MOST_WORKERS = 4
+"""Beyond this, reading the file is what takes the time."""
+
+
+def in_order(work: Callable[[Item], Done], items: Iterable[Item]) -> Iterator[Done]:
+    """Do the work of some items at a time, on all processors; a single item needs no thread.
+
+    Memory stays bounded: no more items are taken than there are processors to work on them, and
+    one besides.
+
+    `work`: Spends its time outside the interpreter's lock; no two calls may disturb each other.
+    `items`: Taken one after the other by whoever asks for the results. Yields what `work` makes of
+    each item, in the order of `items`.
+    """
+    items = iter(items)
+    first = list(islice(items, 2))
+    if len(first) < 2:
+        yield from map(work, first)
+        return
+    from concurrent.futures import Future, ThreadPoolExecutor
+
+    import pyarrow as pa
+
+    workers = min(pa.cpu_count(), MOST_WORKERS)  # as many as OMP_NUM_THREADS allows
+    waiting: deque[Future[Done]] = deque()
+    with ThreadPoolExecutor(workers) as pool:
+        for item in chain(first, items):
+            waiting.append(pool.submit(work, item))
+            if len(waiting) > workers:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+# --- What every reader returns, and what a reader is.
+
 
 HEAD_BYTES = 65536
 """How much of a file a reader sees when it is asked whether it knows it."""
@@ -224,16 +269,7 @@ class Reader(ABC):
 
 
 def added(*counts: Mapping[str, int]) -> dict[str, int]:
-    """Add up counts by reason.
-
-    Parameters
-    ----------
-    *counts : mapping of str to int
-
-    Returns
-    -------
-    dict of str to int
-    """
+    """Add up counts by reason."""
     total: dict[str, int] = {}
     for count in counts:
         for reason, number in count.items():
@@ -244,14 +280,7 @@ def added(*counts: Mapping[str, int]) -> dict[str, int]:
 def join(blocks: Iterable[Log]) -> Log:
     """Put the blocks of one file together.
 
-    Parameters
-    ----------
-    blocks : iterable of Log
-        At least one, with the same columns and units.
-
-    Returns
-    -------
-    Log
+    `blocks`: At least one, with the same columns and units.
     """
     parts = list(blocks)
     if len(parts) == 1:
@@ -278,24 +307,8 @@ def join(blocks: Iterable[Log]) -> Log:
 def text_option(options: Mapping[str, object], name: str, default: str, example: str = "") -> str:
     """Check the options of a dialect whose only one is a text.
 
-    Parameters
-    ----------
-    options : mapping of str to object
-    name : str
-        Of that option.
-    default : str
-        Where it is not given.
-    example : str, optional
-        Of such a text, for the message.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    ValueError
-        If there is any other option, or it is no text.
+    `name`: Of that option. `default`: Where it is not given. `example`: Of such a text, for the
+    message.
     """
     others = sorted(set(options) - {name})
     if others:
@@ -305,3 +318,63 @@ def text_option(options: Mapping[str, object], name: str, default: str, example:
         wanted = f"a text such as {example}" if example else "a text"
         raise ValueError(f"{name}: found {value!r}; allowed: {wanted}")  # noqa: TRY004
     return value
+
+
+# --- Time where a log has none, or has it as a count: rows at a rate, packets, nanoseconds.
+
+
+_NS = 1_000_000_000
+
+
+def ns_to_s(stamps: np.ndarray) -> FloatArray:
+    """Turn nanoseconds since 1970 into seconds.
+
+    `stamps`: shape (n,). Returns shape (n,): s; float64 tells 0.2 microseconds apart at today's
+    dates.
+    """
+    stamps = np.asarray(stamps, dtype=np.int64)
+    whole = stamps // _NS
+    seconds: FloatArray = whole + (stamps - whole * _NS) / _NS
+    return seconds
+
+
+class PacketCount:
+    """Numbers that an instrument gives its packets, made continuous over a wrap at 2^32.
+
+    `missing`: Numbers passed over so far that no line of the file can have had.
+    """
+
+    def __init__(self) -> None:
+        self.missing = 0
+        self._last: float | None = None
+        self._place = 0
+        self._count = 0.0
+        self._highest = 0.0
+
+    def follow(self, numbers: FloatArray, places: np.ndarray) -> FloatArray:
+        """Go on with the next packets.
+
+        `numbers`: shape (n,); Whole numbers, in the order in which they came. `places`: shape
+        (n,); Of their lines among the data lines of the file: a line between them that could not
+        be read had a number of its own. Returns shape (n,): Counted from the first packet of the
+        file, which is 0.
+        """
+        if numbers.size == 0:
+            return numbers
+        if self._last is None:
+            self._last, self._place = float(numbers[0]), int(places[0]) - 1
+        steps = np.diff(numbers, prepend=self._last)
+        if np.abs(steps).max() >= 2.0**31:
+            # the shorter way round: 4294967295 is followed by 0
+            steps = (steps + 2.0**31) % 2.0**32 - 2.0**31
+        count: FloatArray = self._count + np.cumsum(steps)
+        highest = np.maximum.accumulate(np.concatenate([[self._highest], count]))
+        unread = np.diff(places, prepend=self._place) - 1
+        passed = np.maximum(np.diff(highest) - 1 - unread, 0)
+        # a packet that comes late was counted as missing when it was passed over
+        late = int(np.count_nonzero(steps < 0))
+        self.missing = max(self.missing + int(passed.sum()) - late, 0)
+        self._last, self._count = float(numbers[-1]), float(count[-1])
+        self._place = int(places[-1])
+        self._highest = float(highest[-1])
+        return count

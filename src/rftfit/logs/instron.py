@@ -6,17 +6,14 @@ import re
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from rftfit.campaign.sources import TextFormat
-from rftfit.logs.delimited import DelimitedReader
-from rftfit.logs.layout import cells_of
-from rftfit.logs.lines import lines_of, readable
-from rftfit.logs.sniff import is_units_row
-from rftfit.logs.textlog import Plan, TextReader
+from rftfit.campaign.config import TextFormat
+from rftfit.logs.delimited import DelimitedReader, is_units_row
+from rftfit.logs.text import Plan, TextReader, cells_of, lines_of, readable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rftfit.logs.lines import Line
+    from rftfit.logs.text import Line
 
 _WORDS = {"\t": "tab"}
 _COMMA = re.compile(r"\d,\d")
@@ -34,34 +31,11 @@ class InstronReader(TextReader):
         return "Instron-style export: names, a row of units in brackets, decimal comma or point"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect.
-
-        Parameters
-        ----------
-        head : bytes
-
-        Returns
-        -------
-        bool
-        """
+        """Tell from the first 64 kB of a file whether it is of this dialect."""
         return _found(lines_of(readable(head), 60)) is not None
 
     def plan(self, head: bytes) -> Plan:
-        """Find the two header rows, delimiter and decimal mark.
-
-        Parameters
-        ----------
-        head : bytes
-
-        Returns
-        -------
-        Plan
-
-        Raises
-        ------
-        ValueError
-            If there is no row of units in brackets.
-        """
+        """Find the two header rows, delimiter and decimal mark."""
         lines = lines_of(head, 160)
         found = _found(lines)
         if found is None:

@@ -8,9 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from rftfit.logs.base import Log, LogError, join
-from rftfit.logs.layout import Kind, Layout
-from rftfit.logs.numbers import Parsed, is_data, parse_bodies
-from rftfit.logs.textlog import Plan, TextReader
+from rftfit.logs.text import Kind, Layout, Parsed, Plan, TextReader, is_data, parse_bodies
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -38,16 +36,7 @@ class RigDialect(TextReader):
         return "force and motion csv pair of the rig, one header row, units in the column names"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect.
-
-        Parameters
-        ----------
-        head : bytes
-
-        Returns
-        -------
-        bool
-        """
+        """Tell from the first 64 kB of a file whether it is of this dialect."""
         header, _ = _split(head)
         try:
             _columns(header)
@@ -56,34 +45,11 @@ class RigDialect(TextReader):
         return True
 
     def only(self, columns: Collection[str]) -> Self:  # noqa: ARG002
-        """Return the same reader: its few columns are all needed.
-
-        Parameters
-        ----------
-        columns : collection of str
-
-        Returns
-        -------
-        RigDialect
-        """
+        """Return the same reader: its few columns are all needed."""
         return self
 
     def plan(self, head: bytes) -> Plan:
-        """Read the header row, as files need it that are read in blocks.
-
-        Parameters
-        ----------
-        head : bytes
-
-        Returns
-        -------
-        Plan
-
-        Raises
-        ------
-        ValueError
-            If it is neither that of a force log nor that of a motion log.
-        """
+        """Read the header row, as files need it that are read in blocks."""
         header, body = _split(head)
         names, units = _columns(header)
         layout = Layout(names, tuple(_NUMBER for _ in names), comment="#")
@@ -92,19 +58,7 @@ class RigDialect(TextReader):
     def load(self, path: Path) -> Log:
         """Read a force log or a motion log.
 
-        Parameters
-        ----------
-        path : Path
-
-        Returns
-        -------
-        Log
-            Columns ``time, arm_moving, F1, F2, F3`` or ``time, x, z, angle``.
-
-        Raises
-        ------
-        LogError
-            If the file is missing, empty, without data rows, or has another header.
+        Returns columns ``time, arm_moving, F1, F2, F3`` or ``time, x, z, angle``.
         """
         log = self.load_many([path])[0]
         if isinstance(log, LogError):
@@ -114,14 +68,7 @@ class RigDialect(TextReader):
     def load_many(self, paths: Sequence[Path]) -> list[Log | LogError]:
         """Read many logs; an unusable one comes back as its error.
 
-        Parameters
-        ----------
-        paths : sequence of Path
-
-        Returns
-        -------
-        list of Log or LogError
-            In the order of `paths`.
+        Returns in the order of `paths`.
         """
         long = [_is_long(path) for path in paths]
         if any(long):
@@ -143,21 +90,7 @@ class RigDialect(TextReader):
         return [log for log in logs if log is not None]
 
     def stream(self, path: Path) -> Iterator[Log]:
-        """Read a log in blocks of some megabytes, where it is long.
-
-        Parameters
-        ----------
-        path : Path
-
-        Yields
-        ------
-        Log
-
-        Raises
-        ------
-        LogError
-            If the file cannot be used at all.
-        """
+        """Read a log in blocks of some megabytes, where it is long."""
         if not _is_long(path):
             yield self.load(path)
             return

@@ -5,12 +5,10 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from rftfit.logs.layout import Kind, Layout
-from rftfit.logs.lines import lines_of, readable
-from rftfit.logs.sniff import kinds_of
-from rftfit.logs.textlog import Plan, TextReader
-from rftfit.logs.timing import PacketCount, ns_to_s
-from rftfit.logs.unitwords import unique
+from rftfit.logs.base import PacketCount, ns_to_s
+from rftfit.logs.delimited import kinds_of
+from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, readable
+from rftfit.logs.units import unique
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,34 +38,11 @@ class RostopicReader(TextReader):
         return "csv of `rostopic echo -p`; time is the header's stamp, else the time of receipt"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect.
-
-        Parameters
-        ----------
-        head : bytes
-
-        Returns
-        -------
-        bool
-        """
+        """Tell from the first 64 kB of a file whether it is of this dialect."""
         return readable(head[:256]).startswith(b"%time,field.")
 
     def plan(self, head: bytes) -> Plan:
-        """Read the names.
-
-        Parameters
-        ----------
-        head : bytes
-
-        Returns
-        -------
-        Plan
-
-        Raises
-        ------
-        ValueError
-            If the row of names is not there or cut.
-        """
+        """Read the names."""
         lines = lines_of(head, 1)
         if not lines or not lines[0].whole or not lines[0].text.startswith("%time"):
             raise ValueError("no row of names that begins with %time and has an end: cut short?")

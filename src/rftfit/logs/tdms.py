@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.logs.base import Log, LogError, Reader, text_option
-from rftfit.logs.unitwords import unit_word
+from rftfit.logs.units import unit_word
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -27,10 +27,7 @@ _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "zeit")
 class TdmsReader(Reader):
     """LabVIEW and DAQmx recordings.
 
-    Parameters
-    ----------
-    group : str, optional
-        Which group of channels; by default the only one.
+    `group`: Which group of channels; by default the only one.
     """
 
     name = "tdms"
@@ -44,54 +41,21 @@ class TdmsReader(Reader):
         return "National Instruments TDMS, as LabVIEW and DAQmx write it"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect.
-
-        Parameters
-        ----------
-        head : bytes
-
-        Returns
-        -------
-        bool
-        """
+        """Tell from the first 64 kB of a file whether it is of this dialect."""
         return head.startswith(b"TDSm")
 
     def with_options(self, options: Mapping[str, object]) -> TdmsReader:
         """Return the reader of one group of channels.
 
-        Parameters
-        ----------
-        options : mapping
-            ``group``: which one, where a file has several.
-
-        Returns
-        -------
-        TdmsReader
-
-        Raises
-        ------
-        ValueError
-            If there is another option, or the group is no text.
+        `options`: ``group``: which one, where a file has several.
         """
         return TdmsReader(text_option(options, "group", self.group))
 
     def load(self, path: Path) -> Log:
         """Read one group of channels.
 
-        Parameters
-        ----------
-        path : Path
-
-        Returns
-        -------
-        Log
-            Columns by the channels' names; ``time`` from a channel of that name or from start and
-            step of the waveform, where there is either.
-
-        Raises
-        ------
-        LogError
-            If the file is no TDMS file, or holds no numbers, or several groups.
+        Returns columns by the channels' names; ``time`` from a channel of that name or from start
+        and step of the waveform, where there is either.
         """
         try:
             from nptdms import TdmsFile

@@ -1,11 +1,4 @@
-"""Two clocks brought together by the force alone: it grows only where the intruder goes deeper.
-
-While an intruder goes down, the force is one smooth function of its depth. Laid on the wrong clock,
-that function falls apart: the force grows while the arm rests, or rests while the arm moves. So the
-offset is searched in three steps: whole hours (time zones, daylight saving), then every lag at
-which the logs overlap (contact against motion), then by least squares to a fraction of a sample,
-drift included. The scatter about the function gives the standard errors.
-"""
+"""Two clocks brought together by the force alone: it grows only where the intruder goes deeper."""
 
 from __future__ import annotations
 
@@ -15,19 +8,184 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from rftfit.measure.autocorrelation import weighted_sum_variance
-from rftfit.measure.clock import HOUR_S, ClockError, ClockFit
-from rftfit.measure.lags import Profile, search_lags
-from rftfit.measure.smooth import contact_basis, contact_depth
+from rftfit.measure.clocks import HOUR_S, ClockError, ClockFit
+from rftfit.measure.slopes import weighted_sum_variance
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rftfit.conventions import FloatArray
+
+
+# --- A smooth function of depth with few degrees of freedom: cubic B-splines on even knots.
+
+
+_FIRST_SHARE = 0.02
+
+
+def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) -> FloatArray:
+    """Values of the basis functions at each depth.
+
+    `depth`: shape (n,); cm; depths outside the span count as its ends. `knots`: Even knots over
+    the span, at least 2. `span`: Depths whose range the knots cover; `depth` itself if not given.
+    Returns shape (n, knots + 2).
+    """
+    other = depth if span is None else span
+    low, high = float(other.min()), float(other.max())
+    width = (high - low) / (knots - 1) or 1.0
+    place = np.clip((depth - low) / width, 0, (knots - 1) * (1 - 1e-12))
+    cell = place.astype(int)
+    u = place - cell
+    # the four cubic B-splines that reach into a cell
+    parts = ((1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3)
+    basis = np.zeros((depth.size, knots + 2))
+    rows = np.arange(depth.size)
+    for at, part in enumerate(parts):
+        basis[rows, cell + at] = part / 6
+    return basis
+
+
+def contact_basis(depth: FloatArray, surface: float, deepest: float, knots: int) -> FloatArray:
+    """Basis of a force that is constant above the surface, and smooth below with a bend at it.
+
+    `depth`: shape (n,); cm. `surface`, `deepest`: Ends of the range below the surface, cm. Returns
+    shape (n, knots + 3).
+    """
+    under = np.maximum(depth - surface, 0.0)
+    inner = smooth_basis(under, knots, np.array([0.0, max(deepest - surface, 1e-6)]))
+    return np.column_stack([np.ones(depth.size), under[:, None] * inner])
+
+
+def contact_depth(depth: FloatArray, force: FloatArray) -> float:
+    """Depth at which the force begins to rise.
+
+    `depth`, `force`: shape (n,); Readings in the order of time, the largest force last. Returns
+    same unit as `depth`; of the last reading at which the force is below a fiftieth of its rise.
+    """
+    start = float(np.median(force[: max(8, force.size // 50)]))
+    below = np.flatnonzero(force < start + _FIRST_SHARE * (force[-1] - start))
+    first = int(below[-1]) if below.size else 0
+    return float(depth[first])
+
+
+# --- The search over all lags between two logs for the one at which the force follows the depth.
+
+
+_KNOTS = 8
+_READINGS = 300
+_LAGS = 1500
+_FINEST_S = 0.05
+_BARRIER = 2.0
+_RIVAL = 2.0
+
+
+@dataclass(frozen=True)
+class Profile:
+    """How much of the force no smooth function of depth explains, over lags.
+
+    Parameters
+    ----------
+    lag : numpy.ndarray, shape (m,)
+        Motion clock minus force clock, s, increasing.
+    unexplained : numpy.ndarray, shape (m,)
+        Share of the force's variance, 0 to 1.
+    """
+
+    lag: FloatArray
+    unexplained: FloatArray
+
+    @property
+    def best(self) -> int:
+        """Place of the smallest unexplained share."""
+        return int(np.argmin(self.unexplained))
+
+    def rivals(self) -> list[float]:
+        """Find other lags that do about as well as the best, with worse ones in between.
+
+        Returns
+        -------
+        list of float
+            s; at most three, the best of each valley.
+        """
+        lowest = float(self.unexplained[self.best])
+        others = self.unexplained.copy()
+        others[self._valley(self.best)] = np.inf
+        found: list[float] = []
+        while len(found) < 3:
+            second = int(np.argmin(others))
+            if not others[second] < _RIVAL * lowest + 1e-3:
+                break
+            found.append(float(self.lag[second]))
+            others[self._valley(second)] = np.inf
+        return found
+
+    def _valley(self, place: int) -> slice:
+        """Lags around a place up to the nearest clearly worse ones."""
+        high = self.unexplained > _BARRIER * self.unexplained[place] + 1e-4
+        left, right = np.flatnonzero(high[:place]), np.flatnonzero(high[place:])
+        return slice(
+            int(left[-1]) if left.size else 0, place + int(right[0]) if right.size else high.size
+        )
+
+
+def search_lags(
+    time: FloatArray,
+    force: FloatArray,
+    motion_time: FloatArray,
+    depth: FloatArray,
+    starts: Sequence[float],
+) -> Profile:
+    """Try every lag at which the logs overlap by half of the shorter.
+
+    `time`, `force`: shape (n,); Readings of the push: s, N. `motion_time`, `depth`: shape (m,); s,
+    cm. `starts`: Offsets that lags are counted from, s.
+    """
+    lag = _lags(time, motion_time, starts)
+    every = -(-time.size // _READINGS)
+    count = time.size // every
+    # means of neighbours: the search needs no more readings than the function has bends
+    time = time[: count * every].reshape(count, every).mean(axis=1)
+    force = force[: count * every].reshape(count, every).mean(axis=1)
+    total = float(((force - force.mean()) ** 2).sum())
+    share = np.ones(lag.size)
+    for place, offset in enumerate(lag):
+        there = np.interp(time + offset, motion_time, depth)
+        contact = contact_depth(there, force)
+        # in air the force says nothing, and bends of the function would be lost on it
+        there = np.maximum(there, contact - 0.1 * (there.max() - contact))
+        if np.ptp(there) <= 0:
+            continue
+        basis = smooth_basis(there, _KNOTS)
+        # a trace of ridge, as not every basis function is visited at every lag
+        normal = basis.T @ basis + 1e-9 * np.eye(basis.shape[1])
+        moment = basis.T @ force
+        explained = float(moment @ np.linalg.solve(normal, moment))
+        share[place] = min(max((float(force @ force) - explained) / total, 0.0), 1.0)
+    return Profile(lag, share)
+
+
+def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) -> FloatArray:
+    half = min(np.ptp(time), np.ptp(motion_time)) / 2
+    first = motion_time[0] - time[-1] + half
+    last = motion_time[-1] - time[0] - half
+    step = max(_FINEST_S, (last - first) / _LAGS)
+    # counted from the given offsets, so that an offset of exactly some hours is among them
+    near = min(starts, key=lambda start: abs(start - (first + last) / 2))
+    low, high = int(np.ceil((first - near) / step)), int(np.floor((last - near) / step))
+    if high < low:
+        raise ClockError("force and motion log do not overlap at any offset")
+    lags: FloatArray = near + step * np.arange(low, high + 1)
+    return lags
+
+
+# --- Two clocks brought together by the force alone: it grows only where the intruder goes deeper.
+
 
 KNOTS = (7, 10, 14)
 """Three stiffnesses of the force-depth function; the middle one counts, the others show its bias."""
 
 _MIN_READINGS = 40
-_READINGS = 600
+_ALIGNMENT_READINGS = 600
 _RISE_TO_NOISE = 12.0
 _EXPLAINED = 0.9
 _STEP_S = 0.04
@@ -41,22 +199,15 @@ _STEP_CM = 0.02
 class Alignment:
     """Offset and drift as estimated, with what they were estimated from.
 
-    Parameters
-    ----------
-    offset_s, offset_se_s : float
-        Motion clock minus force clock at the reference time, and its standard error.
-    drift, drift_se : float
-        Relative difference of the clocks' rates.
-    reference_s : float
-        Force time.
-    hours : int or None
-        Whole hours in the offset; None where the clocks have unrelated zeros.
-    explained : float
-        Share of the force's variance that one smooth function of depth explains.
-    profile : Profile
-        Unexplained share of the force's variance over all lags that were tried.
-    time, force, depth, fitted : numpy.ndarray, shape (n,)
-        Readings used: force clock (s), force (N), depth then (cm), the smooth function (N).
+    `offset_s`, `offset_se_s`: Motion clock minus force clock at the reference time, and its
+        standard error.
+    `drift`, `drift_se`: Relative difference of the clocks' rates.
+    `reference_s`: Force time.
+    `hours`: Whole hours in the offset; None where the clocks have unrelated zeros.
+    `explained`: Share of the force's variance that one smooth function of depth explains.
+    `profile`: Unexplained share of the force's variance over all lags that were tried.
+    `time`, `force`, `depth`, `fitted`: shape (n,); Readings used: force clock (s), force (N),
+        depth then (cm), the smooth function (N).
     """
 
     offset_s: float
@@ -73,12 +224,7 @@ class Alignment:
     fitted: FloatArray
 
     def clock(self) -> ClockFit:
-        """Return it in the form that every other way of aligning clocks gives.
-
-        Returns
-        -------
-        ClockFit
-        """
+        """Return it in the form that every other way of aligning clocks gives."""
         return ClockFit(
             self.offset_s, self.drift, self.reference_s, 0.0, 0, self.offset_se_s, self.hours or 0
         )
@@ -106,30 +252,11 @@ def estimate_clocks(
 ) -> Alignment:
     """Estimate how the clocks of a force and a motion log lie, from one push into the medium.
 
-    Parameters
-    ----------
-    force_time : numpy.ndarray, shape (n,)
-        s, increasing, on the force log's clock.
-    force : numpy.ndarray, shape (n,)
-        Lift on the intruder, N, positive when it is pushed up; any constant may be in it.
-    motion_time : numpy.ndarray, shape (m,)
-        s, increasing, on the motion log's clock.
-    depth : numpy.ndarray, shape (m,)
-        Growing as the intruder goes down, from any zero, cm.
-    max_drift : float
-        Standard deviation of the relative difference of two clocks' rates.
-    max_se_s : float
-        An offset less certain than this is none.
-
-    Returns
-    -------
-    Alignment
-
-    Raises
-    ------
-    ClockError
-        If the logs cannot decide: no contact, no motion, no lag at which the force follows the
-        depth, more than one such lag, or too uncertain an offset.
+    `force_time`: shape (n,); s, increasing, on the force log's clock. `force`: shape (n,); Lift on
+    the intruder, N, positive when it is pushed up; any constant may be in it. `motion_time`: shape
+    (m,); s, increasing, on the motion log's clock. `depth`: shape (m,); Growing as the intruder
+    goes down, from any zero, cm. `max_drift`: Standard deviation of the relative difference of two
+    clocks' rates. `max_se_s`: An offset less certain than this is none.
     """
     time, pushed = _readings(force_time, force)
     if motion_time.size < _MIN_READINGS or np.ptp(depth) <= 0:
@@ -194,14 +321,7 @@ def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
 def new_readings(channels: FloatArray) -> np.ndarray:
     """Tell readings from rows in which a transducer slower than its logger says the same again.
 
-    Parameters
-    ----------
-    channels : numpy.ndarray, shape (k, n)
-
-    Returns
-    -------
-    numpy.ndarray of bool, shape (n,)
-        False where all channels repeat the row before.
+    `channels`: shape (k, n). Returns shape (n,): False where all channels repeat the row before.
     """
     fresh = np.ones(channels.shape[1], dtype=bool)
     fresh[1:] = (channels[:, 1:] != channels[:, :-1]).any(axis=0)
@@ -230,7 +350,7 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
             f"the force is largest at reading {peak + 1} already; {_MIN_READINGS} are needed before "
             "it: the log must begin before the push"
         )
-    every = -(-(peak + 1) // _READINGS)
+    every = -(-(peak + 1) // _ALIGNMENT_READINGS)
     # of a fast transducer means of neighbours: the motion log is no faster than that
     kept = (peak + 1) // every * every
     start = peak + 1 - kept

@@ -1,4 +1,4 @@
-"""From fits of runs to the table alpha(beta, gamma) of one medium."""
+"""From fits of runs to the table alpha(beta, gamma) of one medium, with the spread between runs."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.measure.autocorrelation import combine_dof
 from rftfit.measure.fits import COMPONENTS
-from rftfit.measure.repeats import GIVEN_DOF, Spread, mean_of_repeats, spread_of_runs
-from rftfit.measure.slope import student_quantile
+from rftfit.measure.slopes import (
+    GIVEN_DOF,
+    Spread,
+    combine_dof,
+    mean_of_repeats,
+    spread_of_runs,
+    student_quantile,
+)
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:
@@ -19,6 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.conventions import FloatArray
+
 
 ANGLE_TOLERANCE_DEG = 0.05
 
@@ -34,26 +40,13 @@ QUANTITIES = ("", "_se", "_lo", "_hi")
 def column(component: str, quantity: str = "") -> str:
     """Name of a column of alpha.
 
-    Parameters
-    ----------
-    component : str
-        ``z`` or ``x``.
-    quantity : str, optional
-        One of `QUANTITIES`.
-
-    Returns
-    -------
-    str
+    `component`: ``z`` or ``x``. `quantity`: One of `QUANTITIES`.
     """
     return f"alpha_{component}{quantity}_N_per_cm3"
 
 
 def alpha_table(
-    fits: pd.DataFrame,
-    medium: str,
-    confidence: float,
-    depths: int,
-    run_to_run: float | None = None,
+    fits: pd.DataFrame, medium: str, confidence: float, depths: int, run_to_run: float | None = None
 ) -> pd.DataFrame:
     """Combine the fits of one medium into the 7 x 13 grid of Table S5.
 
@@ -63,22 +56,10 @@ def alpha_table(
     enters every interval as far as it is known: pooled from the repeats of the sheet, else as
     stated (`measure.repeats`); column `spread` says which.
 
-    Parameters
-    ----------
-    fits : pandas.DataFrame
-        One row per plate run (docs/architecture.md).
-    medium : str
-    confidence : float
-        Level of the intervals.
-    depths : int
-        Number of depths that a horizontal cell should have.
-    run_to_run : float, optional
-        Stated standard deviation of alpha from run to run, N/cm^3.
-
-    Returns
-    -------
-    pandas.DataFrame
-        91 rows; NaN with a reason where no run gave a number.
+    `fits`: One row per plate run (docs/architecture.md). `confidence`: Level of the intervals.
+    `depths`: Number of depths that a horizontal cell should have. `run_to_run`: Stated standard
+    deviation of alpha from run to run, N/cm^3. Returns 91 rows; NaN with a reason where no run
+    gave a number.
     """
     import pandas as pd
 
@@ -186,17 +167,8 @@ def _through_depths(runs: list[Row], component: str, spread: Spread) -> tuple[fl
 def grid(table: pd.DataFrame, name: str) -> FloatArray:
     """One column of an alpha table as an array over the grid.
 
-    Parameters
-    ----------
-    table : pandas.DataFrame
-        From `alpha_table`.
-    name : str
-        Column.
-
-    Returns
-    -------
-    numpy.ndarray, shape (7, 13)
-        Rows by beta, columns by gamma, both increasing.
+    `table`: From `alpha_table`. `name`: Column. Returns shape (7, 13): Rows by beta, columns by
+    gamma, both increasing.
     """
     ordered = table.sort_values(["beta_deg", "gamma_deg"])
     shape: Sequence[int] = (BETA_DEG.size, GAMMA_DEG.size)

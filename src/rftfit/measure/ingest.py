@@ -3,30 +3,201 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.clean import gaps
-from rftfit.measure.frame import sensor_to_lab
-from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger
-from rftfit.measure.motion import Motion, StrokeError
-from rftfit.measure.placing import REPEATED, find_clock, place_surface, stroke_of, without_repeats
-from rftfit.measure.rows import Why
-from rftfit.measure.units import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
+from rftfit.measure.alignment import Alignment, estimate_clocks, new_readings
+from rftfit.measure.clocks import ClockError, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, Why
+from rftfit.measure.pairs import (
+    ANGLE_TO_RAD,
+    FORCE_TO_N,
+    LENGTH_TO_CM,
+    TIME_TO_S,
+    factor,
+    gaps,
+    load_pairs,
+)
+from rftfit.measure.strokes import Motion, StrokeError, find_stroke
+from rftfit.measure.surface import Surface, SurfaceError, compliance_of, find_surface
 from rftfit.measure.zero import find_zero, height_needed
 
 if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
-    from rftfit.campaign.runs import Run
+    from rftfit.campaign.config import Config, Transducer
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
     from rftfit.conventions import FloatArray
-    from rftfit.measure.alignment import Alignment
-    from rftfit.measure.clock import ClockFit
-    from rftfit.measure.compliance import Compliance
-    from rftfit.measure.pair import Pair
-    from rftfit.measure.surface import Surface
+    from rftfit.measure.pairs import Pair
+    from rftfit.measure.surface import Compliance
+
+
+# --- From the sensor's own channels to the lab frame (docs/architecture.md).
+
+
+def sensor_to_lab(transducer: Transducer) -> FloatArray:
+    """Matrix that turns the channels (F1, F2, F3) into the lab's (force_x, force_z).
+
+    `transducer`: Its signed axes say which channel lies along which mount axis; the mount is
+    turned by ``turn_deg`` about y, from z toward x. Returns shape (2, 3).
+    """
+    mount = np.zeros((3, 3))
+    for row, channel in enumerate((transducer.axes.x, transducer.axes.y, transducer.axes.z)):
+        mount[row, int(channel[2]) - 1] = 1.0 if channel[0] == "+" else -1.0
+    turn = math.radians(transducer.turn_deg)
+    about_y = np.array(
+        [[math.cos(turn), 0.0, math.sin(turn)], [-math.sin(turn), 0.0, math.cos(turn)]]
+    )
+    return np.asarray(about_y @ mount)
+
+
+# --- When and where: the clocks of a run, its free surface and its stroke, in the way the config asks for.
+
+
+REPEATED = "repeats the reading before (transducer slower than its logger)"
+_BOTTOM_CM = 0.02
+_NEAR_CM = 0.3
+_FLAT_DEG = 3.0
+
+
+def without_repeats(config: Config, log: Log) -> Log:
+    """Leave out the rows in which a slow transducer says the same again, if the config asks for it.
+
+    `log`: Force log. Returns what was left out is counted.
+    """
+    if config.transducer.repeats == "keep":
+        return log
+    channels = np.stack([log.columns[name] for name in ("F1", "F2", "F3")])
+    return log.take(new_readings(channels), REPEATED)
+
+
+def find_clock(
+    config: Config,
+    run: Run,
+    time: FloatArray,
+    line: FloatArray | None,
+    lift: FloatArray,
+    motion: Motion,
+    usable: np.ndarray | None = None,
+    spans: FloatArray | None = None,
+) -> tuple[ClockFit, Alignment | None]:
+    """Bring the clocks of force and motion log together.
+
+    `config`: Its ``clock`` says how. `time`: shape (n,); Of the force log, s. `line`: shape (n,);
+    Its sync line, if it has one. `lift`: shape (n,); Vertical force, zero not yet removed, N.
+    `usable`: shape (n,); Which samples may be believed; all if not given. `spans`: shape (k, 2);
+    From `Motion.spans`, where it was called already. Returns `alignment`: What it was estimated
+    from, where it was.
+    """
+    method = config.clock.method
+    if method == "same_clock":
+        return ClockFit(0.0, 0.0, 0.0, 0.0, 0), None
+    if method == "estimate":
+        if run.direction != "intrusion" or run.gamma_deg != 90:
+            raise ClockError(
+                f"clock.method estimate: found a run in direction {run.direction} along gamma "
+                f"{run.gamma_deg:g} deg; allowed: intrusion straight down, where the force grows with "
+                "depth. Others need a sync line or one clock"
+            )
+        good = slice(None) if usable is None else usable
+        alignment = estimate_clocks(
+            time[good],
+            lift[good],
+            motion.time,
+            -motion.z,
+            config.clock.max_drift,
+            config.clock.max_se_s,
+        )
+        return alignment.clock(), alignment
+    if line is None:
+        raise ClockError(
+            "the force log has no column arm_moving; clock.method sync_line needs it, allowed "
+            "without: estimate, same_clock"
+        )
+    spans = motion.spans(config.arm) if spans is None else spans
+    seen = whole_spans(moving_spans(time, line, 0.5), float(time[0]), float(time[-1]))
+    # the speed is known from the second sample to the last but one; no spans in fewer than three
+    done = whole_spans(spans, *motion.time[[1, -2]]) if len(spans) else spans
+    return align(seen, done, config.clock.max_residual_s), None
+
+
+def place_surface(
+    config: Config,
+    run: Run,
+    motion: Motion,
+    on_motion: FloatArray,
+    lift: FloatArray,
+    clock_se_s: float,
+) -> tuple[Motion, Surface | None]:
+    """Count z from the free surface that the force shows, where the config asks for that.
+
+    `on_motion`: shape (n,); Times of the force log's samples on the motion log's clock, s. `lift`:
+    shape (n,); Vertical force, zero not yet removed, N. `clock_se_s`: Standard error of the
+    clocks' offset: it moves the surface by as far as the arm went in it. Returns `motion`: With z
+    = 0 at the surface. Returns `surface`: As found; its depth is counted from the zero that
+    `motion` had.
+    """
+    if config.surface.method == "given" or run.surface_z_mm is not None:
+        return motion, None
+    plate = config.intruders[run.intruder]
+    flat = run.kind == "plate" and abs(run.beta_deg) <= _FLAT_DEG
+    if run.direction != "intrusion" or plate.shape == "leg" or not flat:
+        raise StrokeError(
+            "no_surface",
+            "surface.method find works for flat plates pushed down, which meet the surface all at "
+            f"once (beta within {_FLAT_DEG:g} deg of 0); this run needs surface_z_mm",
+        )
+    inside = (on_motion >= motion.time[0]) & (on_motion <= motion.time[-1])
+    depth = -motion.at(on_motion[inside])[1]
+    try:
+        window, noise = config.surface.window_cm, config.transducer.precision_N
+        toe = plate.thickness_cm / 2
+        surface = find_surface(depth, lift[inside], window, noise, 0.0, toe)
+        if clock_se_s > 0:
+            near = np.abs(depth - surface.depth_cm) < _NEAR_CM
+            speed = np.abs(np.gradient(depth, on_motion[inside]))[near].mean()
+            surface = find_surface(
+                depth, lift[inside], window, noise, float(speed) * clock_se_s, toe
+            )
+    except SurfaceError as error:
+        raise StrokeError("no_surface", str(error)) from error
+    if surface.se_cm > config.surface.max_se_cm:
+        raise StrokeError(
+            "no_surface",
+            f"surface not found well enough: its standard error is {surface.se_cm:.2f} cm; allowed: "
+            f"{config.surface.max_se_cm:g} cm",
+        )
+    return replace(motion, z=motion.z + surface.depth_cm), surface
+
+
+def stroke_of(config: Config, run: Run, motion: Motion, spans: FloatArray) -> tuple[float, float]:
+    """Find the stroke of a run.
+
+    `motion`: With z = 0 at the surface. `spans`: shape (k, 2); Stretches of motion, s. Returns
+    `start`, `end`: s, on the motion log's clock.
+    """
+    straight = run.direction == "intrusion" and run.gamma_deg == 90
+    if config.arm.drive == "steady" or not straight:
+        return find_stroke(motion, spans, run, config.arm)
+    lowest = float(motion.z.min())
+    above = np.flatnonzero(motion.z > 0)
+    if lowest > -5 * _BOTTOM_CM or not above.size:
+        raise StrokeError(
+            "surface_not_reached",
+            f"the path from {motion.z.max():+.2f} to {lowest:+.2f} cm does not cross the surface",
+        )
+    end = int(np.argmax(motion.z <= lowest + _BOTTOM_CM))
+    before = above[above < end]
+    if not before.size:
+        raise StrokeError("wrong_path", "the arm log begins below the surface")
+    return float(motion.time[before[-1]]), float(motion.time[end])
+
+
+# --- One run from its two logs to a trace in the lab frame.
+
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
 _WHY_OF_PHASE = np.array(
@@ -39,33 +210,17 @@ _NEAR_FULL_RANGE = 0.995
 class Trace:
     """One run in the lab frame, on the force log's clock; arrays of shape (n,).
 
-    Parameters
-    ----------
-    run : Run
-    time : numpy.ndarray
-        s.
-    phase : numpy.ndarray of int
-        Index into `PHASES`.
-    x, z : numpy.ndarray
-        Reference point of the intruder, cm.
-    angle : numpy.ndarray
-        beta or theta, rad.
-    force : numpy.ndarray, shape (2, n)
-        z, x; N; zero removed.
-    why : numpy.ndarray of int8
-        `Why` a row must not be used; GOOD where it may.
-    zero_variance : numpy.ndarray, shape (2,)
-        N^2.
-    zero_dof : float
-    clock : ClockFit
-    flags : tuple of str
-        Remarks that do not stop the run.
-    rows : tuple of int
-        Data lines of force and motion log.
-    alignment : Alignment or None
-        What the clocks were estimated from, where they were.
-    surface : Surface or None
-        The free surface as found, where it was looked for.
+    `time`: s.
+    `phase`: Index into `PHASES`.
+    `x`, `z`: Reference point of the intruder, cm.
+    `angle`: beta or theta, rad.
+    `force`: shape (2, n); z, x; N; zero removed.
+    `why`: `Why` a row must not be used; GOOD where it may.
+    `zero_variance`: shape (2,); N^2.
+    `flags`: Remarks that do not stop the run.
+    `rows`: Data lines of force and motion log.
+    `alignment`: What the clocks were estimated from, where they were.
+    `surface`: The free surface as found, where it was looked for.
     """
 
     run: Run
@@ -110,25 +265,8 @@ def ingest_run(
     Rows that go no further are put into the ledger here; the good ones of the stroke are left to
     the stages that use them.
 
-    Parameters
-    ----------
-    config : Config
-    run : Run
-    pair : Pair
-        Its logs as read.
-    ledger : Ledger
-        Is added to.
-    compliance : Compliance, optional
-        How far the machine yields under load.
-
-    Returns
-    -------
-    Trace
-
-    Raises
-    ------
-    RunRefused
-        If the run cannot be used; all rows of both files are then in the ledger.
+    `pair`: Its logs as read. `ledger`: Is added to. `compliance`: How far the machine yields under
+    load.
     """
     problems = [f"excluded: {run.reason}"] if run.excluded else pair.problems
     if not problems:
@@ -237,24 +375,8 @@ def _channels(config: Config, log: Log) -> tuple[FloatArray, FloatArray, FloatAr
 def read_force(config: Config, log: Log) -> tuple[FloatArray, FloatArray, FloatArray | None]:
     """Turn a force log into the lab frame.
 
-    Parameters
-    ----------
-    config : Config
-    log : Log
-
-    Returns
-    -------
-    force : numpy.ndarray, shape (2, n)
-        z, x; N; zero not removed.
-    time : numpy.ndarray, shape (n,)
-        s.
-    line : numpy.ndarray, shape (n,), or None
-        The sync line.
-
-    Raises
-    ------
-    ValueError
-        If log and config disagree on a unit.
+    Returns `force` of shape (2, n): z, x; N; zero not removed. Returns `time` of shape (n,): s.
+    Returns `line` of shape (n,): The sync line.
     """
     channels, time, line = _channels(config, log)
     return (sensor_to_lab(config.transducer) @ channels)[::-1], time, line
@@ -263,21 +385,7 @@ def read_force(config: Config, log: Log) -> tuple[FloatArray, FloatArray, FloatA
 def read_motion(config: Config, run: Run, log: Log) -> Motion:
     """Turn a motion log into the lab frame.
 
-    Parameters
-    ----------
-    config : Config
-    run : Run
-        Its ``surface_z_mm`` goes before the arm's.
-    log : Log
-
-    Returns
-    -------
-    Motion
-
-    Raises
-    ------
-    ValueError
-        If log and config disagree on a unit.
+    `run`: Its ``surface_z_mm`` goes before the arm's.
     """
     unit = config.arm.position_unit
     name = log.path.name
@@ -346,3 +454,33 @@ def _account_refused(ledger: Ledger, run: Run, file: str, log: Log | LogError, r
         ledger.add(run, file, DROPPED, cause, rows)
     ledger.add(run, file, DROPPED, reason, log.size)
     _account_lost(ledger, run, file, log)
+
+
+# --- The campaign's push against something rigid, read and turned into a curve.
+
+
+def find_compliance(campaign: Campaign, like: Run) -> Compliance:
+    """Read the push against something rigid that the config names.
+
+    `like`: Any run of the campaign: what its logs look like, the rigid push's do too.
+    """
+    config = campaign.config
+    named = config.rigid_contact
+    assert named is not None
+    run = replace(
+        like, run_id="rigid contact", direction="intrusion", force_log=named.force_log,
+        motion_log=named.motion_log, surface_z_mm=None, gamma_deg=90.0,
+    )  # fmt: skip
+    (_, pair), *_ = load_pairs(campaign, [run])
+    if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
+        raise InputError(f"rigid_contact: {'; '.join(pair.problems)}")
+    try:
+        lift, time, line = read_force(config, without_repeats(config, pair.force))
+        motion = read_motion(config, run, pair.motion)
+        clock, _ = find_clock(config, run, time, line, lift[0], motion)
+        on_motion = clock.motion_time(time)
+        inside = (on_motion >= motion.time[0]) & (on_motion <= motion.time[-1])
+        depth = -motion.at(on_motion[inside])[1]
+        return compliance_of(depth, lift[0][inside], config.transducer.precision_N)
+    except ValueError as error:
+        raise InputError(f"rigid_contact, {named.force_log}: {error}") from error

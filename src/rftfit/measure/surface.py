@@ -1,9 +1,4 @@
-"""The free surface found from force and depth: where the force leaves zero and grows from there.
-
-Near the surface the lift is zero above it and k u + q u^2 at u below it, the zero-intercept growth
-of Eq. 1 with a first bend. The depth of the change is found over a window; what two other windows
-say, and the scatter of the readings, give its error. A force that never grows has no surface.
-"""
+"""The free surface found from force and depth, and how far the machine yields."""
 
 from __future__ import annotations
 
@@ -13,11 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.autocorrelation import weighted_sum_variance
-from rftfit.measure.slope import student_quantile
+from rftfit.measure.slopes import student_quantile, weighted_sum_variance
 
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
+
+
+# --- The free surface found from force and depth: where the force leaves zero and grows from there.
+
 
 WINDOWS = (0.7, 1.0, 1.4)
 """Windows that are tried, relative to the one asked for; the middle one counts."""
@@ -42,20 +40,13 @@ class SurfaceError(ValueError):
 class Surface:
     """The free surface as found.
 
-    Parameters
-    ----------
-    depth_cm : float
-        On the depth axis that was given: to be subtracted from it.
-    se_cm : float
-        Standard error.
-    dof : float
-        Degrees of freedom of `se_cm`.
-    growth_N_per_cm : float
-        Slope of the force just below the surface.
-    air_N : float
-        Force in air, next to the surface.
-    depth, force, fitted : numpy.ndarray, shape (n,)
-        Readings of the window: cm, N, and the model's force, N.
+    `depth_cm`: On the depth axis that was given: to be subtracted from it.
+    `se_cm`: Standard error.
+    `dof`: Degrees of freedom of `se_cm`.
+    `growth_N_per_cm`: Slope of the force just below the surface.
+    `air_N`: Force in air, next to the surface.
+    `depth`, `force`, `fitted`: shape (n,); Readings of the window: cm, N, and the model's force,
+        N.
     """
 
     depth_cm: float
@@ -70,15 +61,7 @@ class Surface:
     def interval(self, confidence: float = 0.95) -> tuple[float, float]:
         """Return the confidence interval of the surface.
 
-        Parameters
-        ----------
-        confidence : float
-            Between 0 and 1.
-
-        Returns
-        -------
-        lo, hi : float
-            cm.
+        `confidence`: Between 0 and 1. Returns `lo`, `hi`: cm.
         """
         half = float(student_quantile(confidence, self.dof)) * self.se_cm
         return self.depth_cm - half, self.depth_cm + half
@@ -94,32 +77,13 @@ def find_surface(
 ) -> Surface:
     """Find the free surface on the way down.
 
-    Parameters
-    ----------
-    depth : numpy.ndarray, shape (n,)
-        From any zero, growing downward, in the order of recording, cm.
-    force : numpy.ndarray, shape (n,)
-        Lift, N; any constant may be in it.
-    window_cm : float
-        How far above and below the surface readings are used.
-    noise_N : float
-        Standard deviation of one reading by the transducer's own statement; what the readings in
-        air show counts where it is larger.
-    depth_sd : float, optional
-        Standard error of the depth next to the surface (of the clocks), cm.
-    toe_cm : float, optional
-        Half the thickness of the plate: as long as it is partly in air the force is not yet that of
-        its depth, so readings this near to the surface are passed over.
-
-    Returns
-    -------
-    Surface
-
-    Raises
-    ------
-    SurfaceError
-        If the force never grows, or grows from the first reading on, or too few readings lie on
-        either side.
+    `depth`: shape (n,); From any zero, growing downward, in the order of recording, cm. `force`:
+    shape (n,); Lift, N; any constant may be in it. `window_cm`: How far above and below the
+    surface readings are used. `noise_N`: Standard deviation of one reading by the transducer's own
+    statement; what the readings in air show counts where it is larger. `depth_sd`: Standard error
+    of the depth next to the surface (of the clocks), cm. `toe_cm`: Half the thickness of the
+    plate: as long as it is partly in air the force is not yet that of its depth, so readings this
+    near to the surface are passed over.
     """
     deeper = depth >= np.maximum.accumulate(depth) - 0.02
     down = np.arange(depth.size) <= int(np.argmax(force))
@@ -236,3 +200,83 @@ def _misfit(depth: FloatArray, force: FloatArray, place: float) -> float:
     residual = force - design @ terms
     # a force that falls below the surface is no surface
     return float(residual @ residual) if terms[1] > 0 else math.inf
+
+
+# --- How far the machine itself yields under load, from a push against something rigid.
+
+
+_BINS = 20
+_MIN_READINGS = 30
+_COMPLIANCE_RISE_TO_NOISE = 20.0
+
+
+class ComplianceError(ValueError):
+    """A push against something rigid that shows no yielding; the message says why."""
+
+
+@dataclass(frozen=True)
+class Compliance:
+    """Travel that the machine swallows, as a curve over the lift; it never extrapolates.
+
+    `force`: shape (k,); N, increasing from 0.
+    `travel`: shape (k,); cm, 0 at no force, never falling.
+    """
+
+    force: FloatArray
+    travel: FloatArray
+
+    def at(self, force: FloatArray) -> tuple[FloatArray, np.ndarray]:
+        """Travel at other forces.
+
+        `force`: shape (n,); Lift, N; a pull counts as none. Returns `travel` of shape (n,): cm;
+        that at the largest known force where the force is larger still. Returns `known` of shape
+        (n,): False beyond the largest known force.
+        """
+        return np.interp(force, self.force, self.travel), force <= self.force[-1]
+
+    def mean_cm_per_N(self) -> float:
+        """Return travel over force at the largest known force.
+
+        Returns cm/N.
+        """
+        return float(self.travel[-1] / self.force[-1])
+
+
+def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compliance:
+    """Take the yielding of the machine from a push against something rigid.
+
+    `depth`: shape (n,); From any zero, growing downward, in the order of recording, cm. `force`:
+    shape (n,); Lift, N; the recording must begin out of contact. `noise_N`: Standard deviation of
+    one reading.
+    """
+    if force.size < _MIN_READINGS:
+        raise ComplianceError(f"{force.size} readings are too few; {_MIN_READINGS} at least")
+    lift = force - float(np.median(force[: max(8, force.size // 20)]))
+    peak = int(np.argmax(lift))
+    depth, lift = depth[: peak + 1], lift[: peak + 1]
+    if lift[-1] < _COMPLIANCE_RISE_TO_NOISE * noise_N:
+        raise ComplianceError(
+            f"the force rises by {lift[-1]:.2f} N only, with a noise of {noise_N:g} N: no contact"
+        )
+    free = np.flatnonzero(lift < 5 * noise_N)
+    touching = slice(int(free[-1]) + 1, None) if free.size else slice(0, None)
+    depth, lift = depth[touching], lift[touching]
+    if lift.size < _MIN_READINGS:
+        raise ComplianceError(
+            f"{lift.size} readings in contact are too few; {_MIN_READINGS} at least"
+        )
+    edges = np.linspace(0, lift[-1], _BINS + 1)
+    place = np.clip(np.digitize(lift, edges) - 1, 0, _BINS - 1)
+    filled = np.unique(place)
+    levels = np.array([lift[place == one].mean() for one in filled])
+    means = np.array([depth[place == one].mean() for one in filled])
+    # contact begins where the first two levels point to; from there the travel never falls
+    slope = (means[1] - means[0]) / (levels[1] - levels[0]) if levels.size > 1 else 0.0
+    start = means[0] - max(slope, 0.0) * levels[0]
+    travel = np.maximum.accumulate(np.maximum(means - start, 0.0))
+    rest = lift[-1] - levels[-1]
+    if rest > 0 and levels.size > 1:
+        # from the middle of the last level to its end, as steep as between the last two
+        steep = (travel[-1] - travel[-2]) / (levels[-1] - levels[-2])
+        levels, travel = np.append(levels, lift[-1]), np.append(travel, travel[-1] + rest * steep)
+    return Compliance(np.append(0.0, levels), np.append(0.0, travel))

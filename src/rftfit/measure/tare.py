@@ -22,18 +22,12 @@ class TareError(ValueError):
 class Tare:
     """Force to be subtracted at equal position; it never extrapolates.
 
-    Parameters
-    ----------
-    run_id : str
-        The rod-only or in-air run it comes from.
-    abscissa : str
-        What equal position means: ``depth_cm``, ``path_cm`` (horizontal runs) or ``angle_deg``.
-    position : numpy.ndarray, shape (n,)
-        Increasing, unit of the abscissa.
-    force : numpy.ndarray, shape (2, n)
-        z, x; N.
-    longest_step : float
-        A wider step between positions is a hole, not to be bridged.
+    `run_id`: The rod-only or in-air run it comes from.
+    `abscissa`: What equal position means: ``depth_cm``, ``path_cm`` (horizontal runs) or
+        ``angle_deg``.
+    `position`: shape (n,); Increasing, unit of the abscissa.
+    `force`: shape (2, n); z, x; N.
+    `longest_step`: A wider step between positions is a hole, not to be bridged.
     """
 
     run_id: str
@@ -48,22 +42,7 @@ class Tare:
     ) -> Tare:
         """Make a tare from the samples of a stroke.
 
-        Parameters
-        ----------
-        run_id, abscissa : str
-        position : numpy.ndarray, shape (n,)
-            In the order of recording.
-        force : numpy.ndarray, shape (2, n)
-            z, x; N.
-
-        Returns
-        -------
-        Tare
-
-        Raises
-        ------
-        TareError
-            If there are fewer than two samples.
+        `position`: shape (n,); In the order of recording. `force`: shape (2, n); z, x; N.
         """
         if position.size < 2:
             raise TareError(f"tare {run_id}: {position.size} samples are no tare")
@@ -86,15 +65,8 @@ class Tare:
     def covers(self, position: FloatArray) -> np.ndarray:
         """Tell at which positions the tare is known.
 
-        Parameters
-        ----------
-        position : numpy.ndarray, shape (m,)
-            Unit of the abscissa.
-
-        Returns
-        -------
-        numpy.ndarray of bool, shape (m,)
-            False outside the valid range and inside holes of the tare's own log.
+        `position`: shape (m,); Unit of the abscissa. Returns shape (m,): False outside the valid
+        range and inside holes of the tare's own log.
         """
         inside = (position >= self.valid_from) & (position <= self.valid_to)
         after = np.clip(np.searchsorted(self.position, position), 1, self.position.size - 1)
@@ -104,20 +76,7 @@ class Tare:
     def at(self, position: FloatArray) -> FloatArray:
         """Force of the tare, linear between its samples.
 
-        Parameters
-        ----------
-        position : numpy.ndarray, shape (m,)
-            Unit of the abscissa.
-
-        Returns
-        -------
-        numpy.ndarray, shape (2, m)
-            z, x; N.
-
-        Raises
-        ------
-        TareError
-            If any position lies outside what the tare covers.
+        `position`: shape (m,); Unit of the abscissa. Returns shape (2, m): z, x; N.
         """
         known = self.covers(position)
         if not known.all():
@@ -134,21 +93,9 @@ def subtract(
 ) -> tuple[FloatArray, FloatArray, np.ndarray]:
     """Subtract a tare at equal position, where it is known.
 
-    Parameters
-    ----------
-    position : numpy.ndarray, shape (n,)
-        Unit of the tare's abscissa.
-    force : numpy.ndarray, shape (2, n)
-        z, x; N.
-    tare : Tare
-
-    Returns
-    -------
-    granular : numpy.ndarray, shape (2, n)
-        N; NaN where the tare is not known.
-    tare_force : numpy.ndarray, shape (2, n)
-        N; NaN likewise.
-    known : numpy.ndarray of bool, shape (n,)
+    `position`: shape (n,); Unit of the tare's abscissa. `force`: shape (2, n); z, x; N. Returns
+    `granular` of shape (2, n): N; NaN where the tare is not known. Returns `tare_force` of shape
+    (2, n): N; NaN likewise. Returns `known` of shape (n,).
     """
     known = tare.covers(position)
     tare_force = np.full(force.shape, np.nan)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.campaign.config import Leg
-from rftfit.measure.autocorrelation import weighted_sum_variance
-from rftfit.measure.window import half_extent
+from rftfit.measure.fits import half_extent
+from rftfit.measure.slopes import weighted_sum_variance
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import AnyPlate
@@ -24,16 +24,12 @@ _FEWEST = 10
 class Zero:
     """Zero of the forces (z, x) of one run.
 
-    Parameters
-    ----------
-    force : numpy.ndarray, shape (2, n)
-        To be subtracted, N; a straight line in time between two stretches in air, else constant.
-    variance : numpy.ndarray, shape (2,)
-        Of its error, N^2, autocorrelation allowed for.
-    dof : float
-        Degrees of freedom of `variance`.
-    drift_N : float
-        Largest change of the zero between the two stretches in air; NaN if there is but one.
+    `force`: shape (2, n); To be subtracted, N; a straight line in time between two stretches in
+        air, else constant.
+    `variance`: shape (2,); Of its error, N^2, autocorrelation allowed for.
+    `dof`: Degrees of freedom of `variance`.
+    `drift_N`: Largest change of the zero between the two stretches in air; NaN if there is but
+        one.
     """
 
     force: FloatArray
@@ -45,18 +41,8 @@ class Zero:
 def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
     """Height of the reference point at which the whole intruder is clear of the surface.
 
-    Parameters
-    ----------
-    intruder : Plate, Disc, FlatOutline or Leg
-    angle : numpy.ndarray, shape (n,)
-        beta or theta, rad.
-    clearance : float
-        cm.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n,)
-        cm. For a leg that of the circle around its chord, which every model leg lies within.
+    `angle`: shape (n,); beta or theta, rad. `clearance`: cm. Returns shape (n,): cm. For a leg
+    that of the circle around its chord, which every model leg lies within.
     """
     if isinstance(intruder, Leg):
         half = intruder.max_length_cm / 2
@@ -76,27 +62,12 @@ def find_zero(
 ) -> Zero | None:
     """Estimate the zero from the samples in air.
 
-    Parameters
-    ----------
-    time : numpy.ndarray, shape (n,)
-        s.
-    force : numpy.ndarray, shape (2, n)
-        z, x; N.
-    in_air : numpy.ndarray of bool, shape (n,)
-        The whole intruder is clear of the surface.
-    moving : numpy.ndarray of bool, shape (n,)
-        The arm moves; only stretches at rest are used.
-    stroke_time : float
-        Middle of the stroke, s.
-    drift_N_per_min : float
-        Largest drift to be expected. Where the intruder is in air at one end of the run only, the
-        zero may have moved by this until the stroke, and nothing in the log would show it.
-
-    Returns
-    -------
-    Zero or None
-        None if there are fewer samples at rest in air than half a second of them, at most
-        `MIN_SAMPLES`.
+    `time`: shape (n,); s. `force`: shape (2, n); z, x; N. `in_air`: shape (n,); The whole intruder
+    is clear of the surface. `moving`: shape (n,); The arm moves; only stretches at rest are used.
+    `stroke_time`: Middle of the stroke, s. `drift_N_per_min`: Largest drift to be expected. Where
+    the intruder is in air at one end of the run only, the zero may have moved by this until the
+    stroke, and nothing in the log would show it. Returns none if there are fewer samples at rest
+    in air than half a second of them, at most `MIN_SAMPLES`.
     """
     rest = np.flatnonzero(in_air & ~moving)
     fewest = _fewest(time)

@@ -30,18 +30,11 @@ _ANY = re.compile(r"<[^<>]+>")
 class Column:
     """One column, or a few that differ by a word of their name only.
 
-    Attributes
-    ----------
-    name : str
-        ``{a,b}`` stands for either word, ``<x>`` for any.
-    kind : str
-        One of `KINDS`.
-    quantity, meaning : str
-        In Markdown.
-    unit : str
-        Empty for text and for what has none. ``as ...`` where another column decides.
-    when : str
-        Under which condition it is there; empty: always.
+    `name`: ``{a,b}`` stands for either word, ``<x>`` for any.
+    `kind`: One of `KINDS`.
+    `quantity`, `meaning`: In Markdown.
+    `unit`: Empty for text and for what has none. ``as ...`` where another column decides.
+    `when`: Under which condition it is there; empty: always.
     """
 
     name: str
@@ -61,19 +54,11 @@ class Column:
 class Output:
     """One file, or one for each medium and the like.
 
-    Attributes
-    ----------
-    file : str
-        Path from the campaign's folder, with ``<x>`` for any word and ``{a,b}`` for either.
-    stage : str
-        What writes it.
-    about : str
-        In Markdown.
-    when : str
-        Under which condition it is written; empty: always.
-    row : str
-        What a row stands for; empty for files that are no tables.
-    columns : tuple of Column
+    `file`: Path from the campaign's folder, with ``<x>`` for any word and ``{a,b}`` for either.
+    `stage`: What writes it.
+    `about`: In Markdown.
+    `when`: Under which condition it is written; empty: always.
+    `row`: What a row stands for; empty for files that are no tables.
     """
 
     file: str
@@ -86,14 +71,7 @@ class Output:
     def matches(self, path: str) -> bool:
         """Whether this describes a file.
 
-        Parameters
-        ----------
-        path : str
-            From the campaign's folder, with slashes.
-
-        Returns
-        -------
-        bool
+        `path`: From the campaign's folder, with slashes.
         """
         # <path> may hold slashes, every other word is one part of the path
         return any(_matches(name, path) for name in alternatives(self.file))
@@ -102,15 +80,7 @@ class Output:
 def alternatives(pattern: str) -> tuple[str, ...]:
     """Write out the braces of a pattern.
 
-    Parameters
-    ----------
-    pattern : str
-        For example ``alpha_{z,x}_{lo,hi}``.
-
-    Returns
-    -------
-    tuple of str
-        The first brace varies slowest.
+    `pattern`: For example ``alpha_{z,x}_{lo,hi}``. Returns the first brace varies slowest.
     """
     parts = _BRACES.split(pattern)
     words = [part.split(",") if place % 2 else [part] for place, part in enumerate(parts)]
@@ -129,15 +99,7 @@ def _matches(pattern: str, text: str) -> bool:
 def outputs() -> tuple[Output, ...]:
     """Read the dictionary.
 
-    Returns
-    -------
-    tuple of Output
-        Tables and other files, in the order of the data's way.
-
-    Raises
-    ------
-    InputError
-        If an entry of it cannot be understood.
+    Returns tables and other files, in the order of the data's way.
     """
     common = {entry["name"]: Column(**entry) for entry in _read("common")["column"]}
     found: list[Output] = []
@@ -162,15 +124,7 @@ def outputs() -> tuple[Output, ...]:
 def outputs_of(part: str) -> tuple[Output, ...]:
     """Entries of one of the toml files.
 
-    Parameters
-    ----------
-    part : str
-        One of `PARTS`.
-
-    Returns
-    -------
-    tuple of Output
-        Tables, then other files.
+    `part`: One of `PARTS`. Returns tables, then other files.
     """
     data = _read(part)
     files = {entry["file"] for kind in ("table", "file") for entry in data.get(kind, [])}
@@ -211,15 +165,8 @@ def _read(part: str) -> dict[str, Any]:
 def describe(path: str) -> Output | None:
     """Find what is known of a file.
 
-    Parameters
-    ----------
-    path : str
-        From the campaign's folder, with slashes.
-
-    Returns
-    -------
-    Output or None
-        Where several fit, the one that leaves least open.
+    `path`: From the campaign's folder, with slashes. Returns where several fit, the one that
+    leaves least open.
     """
     fitting = [one for one in outputs() if one.matches(path)]
     return max(fitting, key=lambda one: len(_ANY.sub("", one.file)), default=None)
@@ -228,16 +175,7 @@ def describe(path: str) -> Output | None:
 def column_of(output: Output, name: str) -> Column | None:
     """Find what is known of a column.
 
-    Parameters
-    ----------
-    output : Output
-    name : str
-        As in the file.
-
-    Returns
-    -------
-    Column or None
-        Where several fit, the one that leaves least open.
+    `name`: As in the file. Returns where several fit, the one that leaves least open.
     """
     fitting = [
         one for one in output.columns if any(_matches(pattern, name) for pattern in one.names)

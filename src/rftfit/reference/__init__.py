@@ -59,19 +59,7 @@ def _read(name: str) -> pd.DataFrame:
 def load(name: str) -> pd.DataFrame:
     """Return one published table as a new data frame.
 
-    Parameters
-    ----------
-    name : str
-        One of `NAMES`; units are in the column names.
-
-    Returns
-    -------
-    pandas.DataFrame
-
-    Raises
-    ------
-    KeyError
-        If there is no table of that name.
+    `name`: One of `NAMES`; units are in the column names.
     """
     if name not in NAMES:
         raise KeyError(f"no published table {name!r}; there are {', '.join(NAMES)}")
@@ -81,20 +69,8 @@ def load(name: str) -> pd.DataFrame:
 def alpha_grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
     """Measured alpha of one medium on the published grid (Table S5).
 
-    Parameters
-    ----------
-    medium : str
-        One of `MEDIA`.
-
-    Returns
-    -------
-    alpha_z, alpha_x : numpy.ndarray, shape (7, 13)
-        In N/cm^3, rows in the order of `BETA_DEG`, columns in that of `GAMMA_DEG`.
-
-    Raises
-    ------
-    KeyError
-        If the medium is not in Table S5.
+    `medium`: One of `MEDIA`. Returns `alpha_z`, `alpha_x` of shape (7, 13): In N/cm^3, rows in the
+    order of `BETA_DEG`, columns in that of `GAMMA_DEG`.
     """
     if medium not in MEDIA:
         raise KeyError(f"Table S5 has no medium {medium!r}; it has {', '.join(MEDIA)}")
@@ -109,20 +85,8 @@ def alpha_grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
 def coefficients(medium: str) -> dict[str, float]:
     """Coefficients (and ``zeta``) of one medium or of ``generic`` as printed in Table S2.
 
-    Parameters
-    ----------
-    medium : str
-        One of `MEDIA`, or ``generic``.
-
-    Returns
-    -------
-    dict of str to float
-        N/cm^3; dimensionless for ``generic`` and ``zeta``.
-
-    Raises
-    ------
-    KeyError
-        If the medium is not in Table S2.
+    `medium`: One of `MEDIA`, or ``generic``. Returns N/cm^3; dimensionless for ``generic`` and
+    ``zeta``.
     """
     table = _read("table_s2")
     rows = table[table["medium"] == medium]

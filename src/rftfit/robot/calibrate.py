@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.robot.config import Robot
-from rftfit.robot.configfile import paper_robot
+from rftfit.robot.config import Robot, paper_robot
 from rftfit.robot.run import Condition
 from rftfit.robot.sensitivity import BEST_AT_HZ, CURVATURES
 from rftfit.robot.sweep import best_curvature, run_all
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
 
 BEST_CURVATURE, BEST_SPEED_CM_PER_S = 0.86, 72.0
 """Text of the paper, at 5 Hz."""
@@ -43,14 +42,9 @@ SPEED_TOLERANCE, CURVATURE_TOLERANCE = 0.1, 0.04
 class Layout:
     """The three lengths that are searched for.
 
-    Parameters
-    ----------
-    hip_spacing_cm : float
-        From the middle hips to those in front and behind.
-    hip_height_cm : float
-        Of all hips above the belly.
-    belly_z_cm : float
-        Of the belly above the centre of mass: negative.
+    `hip_spacing_cm`: From the middle hips to those in front and behind.
+    `hip_height_cm`: Of all hips above the belly.
+    `belly_z_cm`: Of the belly above the centre of mass: negative.
     """
 
     hip_spacing_cm: float
@@ -69,15 +63,9 @@ GRID: dict[str, tuple[float, ...]] = {
 class Fit:
     """How near one layout comes.
 
-    Parameters
-    ----------
-    layout : Layout
-    misfit : float
-        Root mean square of the five misfits; infinite where a run is not steady.
-    best_curvature, best_speed_cm_per_s : float
-        At 5 Hz.
-    speeds_cm_per_s : tuple of float
-        In the order of `NAMED`.
+    `misfit`: Root mean square of the five misfits; infinite where a run is not steady.
+    `best_curvature`, `best_speed_cm_per_s`: At 5 Hz.
+    `speeds_cm_per_s`: In the order of `NAMED`.
     """
 
     layout: Layout
@@ -90,20 +78,7 @@ class Fit:
 def laid_out(robot: Robot, layout: Layout) -> Robot:
     """Give a robot of the paper's build (belly, front, rear; three hips a side) a layout.
 
-    Parameters
-    ----------
-    robot : Robot
-    layout : Layout
-
-    Returns
-    -------
-    Robot
-        Front and rear plates keep their height.
-
-    Raises
-    ------
-    ValueError
-        If the hips then lie outside the body.
+    Returns front and rear plates keep their height.
     """
     data = robot.model_dump()
     plates, hips = data["body"]["plates"], data["legs"]["hips"]
@@ -120,20 +95,7 @@ def laid_out(robot: Robot, layout: Layout) -> Robot:
 def measured(fig_4c: pd.DataFrame) -> tuple[float, ...]:
     """Speeds of the named conditions.
 
-    Parameters
-    ----------
-    fig_4c : pandas.DataFrame
-        `rftfit.reference.load("fig_4c")`.
-
-    Returns
-    -------
-    tuple of float
-        cm/s, in the order of `NAMED`.
-
-    Raises
-    ------
-    KeyError
-        If one of them is not among the measurements.
+    `fig_4c`: `rftfit.reference.load("fig_4c")`. Returns cm/s, in the order of `NAMED`.
     """
     by_place = fig_4c.set_index(["curvature_times_Rprime", "stride_frequency_Hz"])
     speeds = by_place["speed_cm_per_s"]
@@ -149,18 +111,7 @@ def fit(
 ) -> Fit:
     """Run the targets with one layout.
 
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-    layout : Layout
-    speeds : sequence of float
-        Measured, from `measured`.
-    threads : int, optional
-
-    Returns
-    -------
-    Fit
+    `speeds`: Measured, from `measured`.
     """
     conditions = [Condition(frequency, curvature) for curvature, frequency in NAMED.values()]
     conditions += [Condition(BEST_AT_HZ, curvature) for curvature in CURVATURES]
@@ -180,34 +131,13 @@ def fit(
 def search(
     robot: Robot, profile: Profile, speeds: Sequence[float], threads: int | None = None
 ) -> Iterator[Fit]:
-    """Try every layout of the grid.
-
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-    speeds : sequence of float
-    threads : int, optional
-
-    Yields
-    ------
-    Fit
-    """
+    """Try every layout of the grid."""
     for values in product(*GRID.values()):
         yield fit(robot, profile, Layout(*values), speeds, threads)
 
 
 def layout_of(robot: Robot) -> Layout:
-    """Read the three lengths from a robot of the paper's build.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    Layout
-    """
+    """Read the three lengths from a robot of the paper's build."""
     belly = robot.body.plates["belly"].from_cm[1]
     hips = robot.legs.hips
     return Layout(max(hip.x_cm for hip in hips), round(hips[0].z_cm - belly, 9), belly)
@@ -215,7 +145,7 @@ def layout_of(robot: Robot) -> Layout:
 
 def main() -> None:
     """Print every fit, the best one last."""
-    from rftfit.profile.table import TableProfile
+    from rftfit.model.profiles import TableProfile
     from rftfit.reference import load
 
     def say(one: Fit) -> None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
 
 STEPS_S = (8e-4, 4e-4, 2e-4, 1e-4, 5e-5)
@@ -35,20 +35,9 @@ def step_convergence(
     The force jumps where an element's velocity turns, so that no method of fixed step converges
     faster than in proportion to the step; RK4 is better where the motion is smooth.
 
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-    conditions : sequence of Condition
-    steps_s : sequence of float, optional
-    finest_s : float, optional
-        Step of the run by RK4 that the others are compared with.
-
-    Returns
-    -------
-    pandas.DataFrame
-        `frequency_Hz, curvature_times_R, phase_turns, method, step_s, speed_cm_per_s, outcome,
-        difference_percent` (of the speed from that of the finest run).
+    `finest_s`: Step of the run by RK4 that the others are compared with. Returns `frequency_Hz,
+    curvature_times_R, phase_turns, method, step_s, speed_cm_per_s, outcome, difference_percent`
+    (of the speed from that of the finest run).
     """
     import pandas as pd
 
@@ -69,16 +58,7 @@ def step_convergence(
 def with_numerics(robot: Robot, method: str, step_s: float) -> Robot:
     """Take the same robot, stepped otherwise.
 
-    Parameters
-    ----------
-    robot : Robot
-    method : str
-        ``semi_implicit_euler`` or ``rk4``.
-    step_s : float
-
-    Returns
-    -------
-    Robot
+    `method`: ``semi_implicit_euler`` or ``rk4``.
     """
     numerics = robot.numerics.model_copy(update={"method": method, "step_s": step_s})
     return robot.model_copy(update={"numerics": numerics})
@@ -86,8 +66,8 @@ def with_numerics(robot: Robot, method: str, step_s: float) -> Robot:
 
 def main() -> None:
     """Print the difference, in percent, from the speed with the finest step."""
-    from rftfit.profile.table import TableProfile
-    from rftfit.robot.configfile import paper_robot
+    from rftfit.model.profiles import TableProfile
+    from rftfit.robot.config import paper_robot
 
     conditions = [Condition(*where) for where in product((0.4, 2.0, 5.0), (1.0, 0.0, -1.0))]
     table = step_convergence(paper_robot(), TableProfile.published("poppy_LP"), conditions)

@@ -16,15 +16,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.profile.fourier import as_array, fit_lsq, kept_terms
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.profile.scaling import generic, vertical_penetration
-from rftfit.profile.table import TableProfile
+from rftfit.model.fourier import as_array, fit_lsq, kept_terms
+from rftfit.model.profiles import FourierProfile, TableProfile
+from rftfit.model.scaling import generic, vertical_penetration
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid
 from rftfit.reference import coefficients as printed
-from rftfit.robot.errors import published_speeds, share_within, speed_errors
 from rftfit.robot.run import Condition
 from rftfit.robot.sensitivity import optimum
+from rftfit.robot.speeds import published_speeds, share_within, speed_errors
 from rftfit.robot.sweep import mean_speed, run_all, speed_table
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.conventions import FloatArray
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
 
     Mask = npt.NDArray[np.bool_]
@@ -46,15 +45,7 @@ _BETA, _GAMMA = np.meshgrid(np.radians(BETA_DEG), np.radians(GAMMA_DEG), indexin
 def ingredients(medium: str) -> dict[str, Profile]:
     """Make the profiles of one published medium, each with one ingredient changed.
 
-    Parameters
-    ----------
-    medium : str
-        One of `rftfit.reference.MEDIA`.
-
-    Returns
-    -------
-    dict of str to Profile
-        The measured table first.
+    `medium`: One of `rftfit.reference.MEDIA`. Returns the measured table first.
     """
     alpha = alpha_grid(medium)
     fits = {name: _fit(alpha_grid(name)) for name in MEDIA}
@@ -118,18 +109,8 @@ def compared(
 ) -> pd.DataFrame:
     """Run every measured condition, from one starting phase.
 
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-    measured : pandas.DataFrame
-        Columns `rftfit.robot.errors.MEASURED`.
-    threads : int, optional
-
-    Returns
-    -------
-    pandas.DataFrame
-        Columns `rftfit.robot.errors.ERRORS`.
+    `measured`: Columns `rftfit.robot.speeds.MEASURED`. Returns columns
+    `rftfit.robot.speeds.ERRORS`.
     """
     places = zip(measured["frequency_Hz"], measured["curvature_times_R"], strict=True)
     runs = run_all(robot, profile, [Condition(*place) for place in places], threads)
@@ -139,18 +120,9 @@ def compared(
 def summary(errors: pd.DataFrame) -> tuple[int, int, float, float, float]:
     """Sum up how near one profile comes.
 
-    Parameters
-    ----------
-    errors : pandas.DataFrame
-        Of `compared`.
-
-    Returns
-    -------
-    within_20, within_35 : int
-        Conditions.
-    reversed_fast, flat_slow, rest : float
-        Mean error in %: reversed legs (R'/r < 0) above 3 Hz, legs nearly flat (|R'/r| < 0.5) below
-        2 Hz, and all others; NaN of none.
+    `errors`: Of `compared`. Returns `within_20`, `within_35`: Conditions. Returns `reversed_fast`,
+    `flat_slow`, `rest`: Mean error in %: reversed legs (R'/r < 0) above 3 Hz, legs nearly flat
+    (|R'/r| < 0.5) below 2 Hz, and all others; NaN of none.
     """
     curvature, frequency, error = (
         errors[name].to_numpy(float)
@@ -166,7 +138,7 @@ def summary(errors: pd.DataFrame) -> tuple[int, int, float, float, float]:
 
 def main() -> None:
     """Print a row for each ingredient."""
-    from rftfit.robot.configfile import paper_robot
+    from rftfit.robot.config import paper_robot
 
     medium = "poppy_LP"
     measured, robot = published_speeds(medium), paper_robot()

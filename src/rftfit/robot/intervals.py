@@ -1,4 +1,4 @@
-"""How far the robot's speed and best curvature hang on the errors of alpha.
+"""How far the speed and best curvature of the robot depend on the errors of alpha.
 
 A speed is nearly linear in alpha and hangs on dozens of its cells, so its error is close to normal:
 few draws of alpha give its width, and Student's t with as many degrees of freedom makes up for their
@@ -15,9 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.profile.depth_only import DepthOnlyProfile
-from rftfit.profile.nine_terms import FourierProfile
-from rftfit.profile.table import TableProfile
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 from rftfit.robot.run import Condition
 from rftfit.robot.sensitivity import BEST_AT_HZ, CURVATURES
 from rftfit.robot.sweep import best_curvature, run_all
@@ -26,8 +24,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rftfit.conventions import FloatArray
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
+
 
 DRAWS = 8
 """For speeds: a half width is then good to a quarter; there are dozens of conditions."""
@@ -38,7 +37,7 @@ BEST_DRAWS = 40
 COARSER = 4
 """Time steps of the draws are so many times longer."""
 
-COLUMNS = [
+WIDTH_COLUMNS = [
     "medium", "profile", "quantity", "curvature_times_R", "frequency_Hz", "half_width", "draws",
     "reason",
 ]  # fmt: skip
@@ -53,14 +52,9 @@ _AT_END = "the fastest curvature lies at the end of those that were tried"
 class Width:
     """Half the width of an interval.
 
-    Parameters
-    ----------
-    half : float
-        NaN where it is not known.
-    draws : int
-        Behind it.
-    reason : str
-        Why it is not known; else empty.
+    `half`: NaN where it is not known.
+    `draws`: Behind it.
+    `reason`: Why it is not known; else empty.
     """
 
     half: float
@@ -71,21 +65,7 @@ class Width:
 def each_draw(stack: Profile, count: int) -> list[Profile]:
     """Take the first draws of a stack apart.
 
-    Parameters
-    ----------
-    stack : Profile
-        With a leading axis of draws.
-    count : int
-        At most as many as there are.
-
-    Returns
-    -------
-    list of Profile
-
-    Raises
-    ------
-    TypeError
-        If that kind of profile has no draws.
+    `stack`: With a leading axis of draws. `count`: At most as many as there are.
     """
     if isinstance(stack, TableProfile):
         return [_cells(stack, place) for place in range(min(count, len(stack.alpha_z)))]
@@ -105,16 +85,7 @@ def _cells(stack: TableProfile, place: int) -> TableProfile:
 
 
 def coarser(robot: Robot) -> Robot:
-    """Return the robot with the time step of the draws.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    Robot
-    """
+    """Return the robot with the time step of the draws."""
     numerics = robot.numerics
     longer = numerics.model_copy(update={"step_s": COARSER * numerics.step_s})
     return robot.model_copy(update={"numerics": longer})
@@ -126,17 +97,7 @@ def speeds_of(
 ) -> FloatArray:  # fmt: skip
     """Run every condition on every profile.
 
-    Parameters
-    ----------
-    robot : Robot
-    profiles : sequence of Profile
-    conditions : sequence of Condition
-    threads : int, optional
-
-    Returns
-    -------
-    numpy.ndarray, shape (profiles, conditions)
-        cm/s; NaN where a run is not steady.
+    Returns shape (profiles, conditions): cm/s; NaN where a run is not steady.
     """
     rows = [
         [run.speed_cm_per_s for run in run_all(robot, profile, conditions, threads)]
@@ -148,18 +109,9 @@ def speeds_of(
 def half_width(values: FloatArray, own: float, confidence: float) -> Width:
     """Half the width of the interval of a number that few draws are known of.
 
-    Parameters
-    ----------
-    values : numpy.ndarray, shape (draws,)
-        Of the draws.
-    own : float
-        Of the profile itself, which the draws scatter about.
-    confidence : float
-
-    Returns
-    -------
-    Width
-        Not known where any draw has no number: leaving it out would make the interval too narrow.
+    `values`: shape (draws,); Of the draws. `own`: Of the profile itself, which the draws scatter
+    about. Returns not known where any draw has no number: leaving it out would make the interval
+    too narrow.
     """
     from scipy.special import stdtrit
 
@@ -182,20 +134,7 @@ def speed_widths(
 ) -> list[Width]:
     """Half widths of the intervals of the speed, cm/s.
 
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-    draws : sequence of Profile
-        The same under the errors of alpha.
-    conditions : sequence of Condition
-    confidence : float
-    threads : int, optional
-
-    Returns
-    -------
-    list of Width
-        In the order of the conditions.
+    `draws`: The same under the errors of alpha. Returns in the order of the conditions.
     """
     found = speeds_of(coarser(robot), [profile, *draws], conditions, threads)
     return [half_width(column[1:], float(column[0]), confidence) for column in found.T]
@@ -210,18 +149,7 @@ def best_width(
 ) -> Width:
     """Half the width of the interval of the best curvature R'/r at 5 Hz.
 
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-    draws : sequence of Profile
-    confidence : float
-    threads : int, optional
-
-    Returns
-    -------
-    Width
-        Not known where the fastest curvature is the last one: beyond it nobody looked.
+    Returns not known where the fastest curvature is the last one: beyond it nobody looked.
     """
     conditions = [Condition(BEST_AT_HZ, value) for value in CURVATURES]
     found = speeds_of(coarser(robot), [profile, *draws], conditions, threads)

@@ -1,9 +1,9 @@
 """The compiled time-stepper: forces on a whole robot, and its motion over many steps (Eq. 3).
 
-The force of an element is that of `rftfit.predict.kernel`, called from here. The compiler's cache
+The force of an element is that of `rftfit.model.kernel`, called from here. The compiler's cache
 watches a function's own file only, so the functions that are kept on disk carry a digest of that
 other file (`SOURCE`), which is part of the key of the cache; their helpers are not kept at all.
-`rftfit.robot.plain` says the same in plain numpy.
+`rftfit.robot.reference_kernel` says the same in plain numpy.
 
 Most elements are in the air most of the time: a plate or leg whose box lies above the surface is
 passed over, and of the others only elements that bear a load are looked up in a table.
@@ -19,15 +19,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numba
 import numpy as np
 
-from rftfit.predict import kernel
-from rftfit.profile.base import FOURIER, TABLE
+from rftfit.model import kernel
+from rftfit.model.profiles import FOURIER, TABLE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from rftfit.conventions import FloatArray
-    from rftfit.profile.base import Pack
-    from rftfit.robot.parts import IntArray
+    from rftfit.model.profiles import Pack
+    from rftfit.robot.body import IntArray
 
     Sum = tuple[float, float, float]
 
@@ -288,17 +288,14 @@ _advance = _make(SOURCE)
 
 
 def advance(*arguments: Any) -> None:
-    """Step a robot through time; see `rftfit.robot.plain.advance` for the same in numpy.
+    """Step a robot through time; see `rftfit.robot.reference_kernel.advance` for the same in numpy.
 
-    Parameters
-    ----------
-    *arguments
-        In this order. Of a profile: ``pack`` (Pack). Of `rftfit.robot.parts.Parts`: ``shape,
-        groups, turns, places, inertia``. ``state`` (6,), changed in place: x, z (cm), pitch
-        (rad), and their rates. ``turn`` (rad), of the leg of phase 0 relative to the body, and
-        ``rate`` of it (rad/s). ``step`` (s), ``steps``. ``rk4``, else semi-implicit Euler.
-        ``every``: a sample before every so many steps, 0 for none; ``samples`` (s, 9 + 2 g),
-        written: state, turn, moment about the centre of mass, moment about the hips (N cm), and
-        force z, x of each group (N).
+    `*arguments`: In this order. Of a profile: ``pack`` (Pack). Of `rftfit.robot.body.Parts`:
+    ``shape, groups, turns, places, inertia``. ``state`` (6,), changed in place: x, z (cm), pitch
+    (rad), and their rates. ``turn`` (rad), of the leg of phase 0 relative to the body, and
+    ``rate`` of it (rad/s). ``step`` (s), ``steps``. ``rk4``, else semi-implicit Euler. ``every``:
+    a sample before every so many steps, 0 for none; ``samples`` (s, 9 + 2 g), written: state,
+    turn, moment about the centre of mass, moment about the hips (N cm), and force z, x of each
+    group (N).
     """
     _advance(*arguments)

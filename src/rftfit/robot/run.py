@@ -4,20 +4,197 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from rftfit.robot.parts import assemble
-from rftfit.robot.series import Series
-from rftfit.robot.steady import Verdict, fallen, irregular, settled
+from rftfit.robot.body import assemble
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from rftfit.conventions import FloatArray
-    from rftfit.profile.base import Profile
-    from rftfit.robot.config import Robot
-    from rftfit.robot.parts import Parts
-    from rftfit.robot.steady import Outcome
+    from rftfit.model.profiles import Profile
+    from rftfit.robot.body import Parts
+    from rftfit.robot.config import Numerics, Robot
+
+
+# --- Motion and ground reaction forces of a run over time.
+
+
+@dataclass(frozen=True)
+class Series:
+    """Motion and forces, one entry a sample.
+
+    `groups`: Plates of the body by name, then ``tripod_1``, ``tripod_2``, ...
+    `time_s`: shape (n,).
+    `x_cm`, `z_cm`: shape (n,); Centre of mass; z = 0 is the free surface.
+    `pitch_deg`: shape (n,); From z toward x, as every angle: nose down is positive.
+    `velocity_x_cm_per_s`, `velocity_z_cm_per_s`, `pitch_rate_deg_per_s`: shape (n,).
+    `leg_angle_deg`: shape (n,); theta of the legs of phase 0 relative to the body, growing without
+        end.
+    `moment_N_cm`: shape (n,); Of all granular forces about the centre of mass, from z toward x.
+    `drive_moment_N_cm`: shape (n,); That the drive of all legs gives: against the granular forces'
+        moment about the hips.
+    `force_z_N`, `force_x_N`: shape (n,); By group: the ground's reaction.
+    """
+
+    groups: tuple[str, ...]
+    time_s: FloatArray
+    x_cm: FloatArray
+    z_cm: FloatArray
+    pitch_deg: FloatArray
+    velocity_x_cm_per_s: FloatArray
+    velocity_z_cm_per_s: FloatArray
+    pitch_rate_deg_per_s: FloatArray
+    leg_angle_deg: FloatArray
+    moment_N_cm: FloatArray
+    drive_moment_N_cm: FloatArray
+    force_z_N: dict[str, FloatArray]
+    force_x_N: dict[str, FloatArray]
+
+    @classmethod
+    def of(
+        cls, groups: tuple[str, ...], time: FloatArray, turned: FloatArray, rows: FloatArray
+    ) -> Series:
+        """Name the columns of the stepper's samples.
+
+        `time`, `turned`: shape (n,); s, and the angle of the legs of phase 0, rad. `rows`: shape
+        (n, 9 + 2 groups).
+        """
+        x, z, pitch, vx, vz, pitch_rate, _, moment, against = rows[:, :9].T
+        force_z = {name: rows[:, 9 + 2 * index] for index, name in enumerate(groups)}
+        force_x = {name: rows[:, 10 + 2 * index] for index, name in enumerate(groups)}
+        degrees = np.degrees
+        return cls(
+            groups, time, x, z, degrees(pitch), vx, vz, degrees(pitch_rate), degrees(turned),
+            moment, -against, force_z, force_x,
+        )  # fmt: skip
+
+    @property
+    def states(self) -> FloatArray:
+        """States (n, 6) for `rftfit.robot.reference_kernel.forces`: x, z (cm), pitch (rad), their rates."""
+        return np.column_stack(
+            [
+                self.x_cm, self.z_cm, np.radians(self.pitch_deg), self.velocity_x_cm_per_s,
+                self.velocity_z_cm_per_s, np.radians(self.pitch_rate_deg_per_s),
+            ]
+        )  # fmt: skip
+
+    def table(self) -> pd.DataFrame:
+        """All of it as a table, units in the names; forces as ``force_z_tripod_1_N``."""
+        import pandas as pd
+
+        columns = {
+            name: getattr(self, name)
+            for name in self.__dataclass_fields__
+            if name not in ("groups", "force_z_N", "force_x_N")
+        }
+        for name in self.groups:
+            columns[f"force_z_{name}_N"] = self.force_z_N[name]
+            columns[f"force_x_{name}_N"] = self.force_x_N[name]
+        return pd.DataFrame(columns)
+
+
+# --- Whether a run is steady, and over which strides its speed is averaged.
+
+
+Outcome = Literal["steady", "tipped", "buried", "not steady"]
+OUTCOMES: tuple[Outcome, ...] = ("steady", "tipped", "buried", "not steady")
+
+SETTLED_Z_CM = 0.05
+SETTLED_PITCH = math.radians(1.0)
+"""Height and pitch at the ends of two settled stretches differ by no more."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a run.
+
+    `reason`: Why it is not steady, or that it is so without being regular; else empty.
+    `averaged`: Strides, the last ones of the run, that the speed is the mean of; 0 where not
+        steady.
+    """
+
+    outcome: Outcome
+    reason: str = ""
+    averaged: int = 0
+
+
+def fallen(parts: Parts, ends: FloatArray, numerics: Numerics) -> Verdict | None:
+    """Judge whether the robot has fallen over or gone under.
+
+    `ends`: shape (n + 1, 6); State before the first stride and after each. Returns none where
+    neither.
+    """
+    state, number = ends[-1], len(ends) - 1
+    if not np.isfinite(state).all():
+        return Verdict("not steady", f"a force is unknown in stride {number}")
+    pitch = math.degrees(state[2])
+    if abs(pitch) > numerics.tipped_deg:
+        return Verdict("tipped", f"pitch {pitch:.0f} degrees after stride {number}")
+    if highest_point(parts, state) < 0:
+        return Verdict("buried", f"the whole body is below the surface after stride {number}")
+    return None
+
+
+def highest_point(parts: Parts, state: FloatArray) -> float:
+    """Height of the highest end of a plate of the body above the surface.
+
+    `state`: shape (6,). Returns cm.
+    """
+    rows = [
+        shape for shape, turned in zip(parts.members(), parts.turns, strict=True) if not turned[0]
+    ]
+    body = np.concatenate(rows)
+    ends = np.concatenate([body[:, :2] + s * body[:, 4:5] * body[:, 2:4] for s in (-1, 1)])
+    return float(
+        state[1] + (ends[:, 1] * math.cos(state[2]) - ends[:, 0] * math.sin(state[2])).max()
+    )
+
+
+def settled(ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics) -> bool:
+    """Whether the last two stretches are alike: in speed, and in height and pitch at their ends.
+
+    The first stretch is never one of them: it holds the transient.
+
+    `ends`: shape (n + 1, 6). `stretch`: Strides.
+    """
+    if len(ends) - 1 < 3 * stretch:
+        return False
+    before, middle, last = ends[-1 - 2 * stretch], ends[-1 - stretch], ends[-1]
+    first, second = (
+        (b[0] - a[0]) / (stretch * stride_s) for a, b in ((before, middle), (middle, last))
+    )
+    near = max(numerics.settled_share * abs(second), numerics.settled_cm_per_s)
+    return bool(
+        abs(second - first) <= near
+        and abs(last[1] - middle[1]) <= SETTLED_Z_CM
+        and abs(last[2] - middle[2]) <= SETTLED_PITCH
+    )
+
+
+def irregular(speeds: FloatArray, numerics: Numerics) -> Verdict:
+    """Judge a run that has reached its longest without settling.
+
+    Its first third is left out. The other two are compared: a bouncing or stumbling robot has a
+    mean speed although no two strides are alike; one that still speeds up has none.
+
+    `speeds`: shape (n,); Mean speed of each stride, cm/s.
+    """
+    third = len(speeds) // 3
+    if third == 0:
+        return Verdict("not steady", f"too short: {len(speeds)} strides, at least 3 are needed")
+    middle, last = speeds[-2 * third : -third].mean(), speeds[-third:].mean()
+    near = max(numerics.steady_share * abs(last), numerics.settled_cm_per_s)
+    text = f"second and last third of {len(speeds)} strides: {middle:.3g} and {last:.3g} cm/s"
+    if abs(last - middle) <= near:
+        return Verdict("steady", f"irregular strides; {text}", 2 * third)
+    return Verdict("not steady", text)
+
+
+# --- One run of the robot: at one stride frequency, leg curvature and starting phase.
+
 
 FASTEST_LEG_CM_PER_S = 100.0
 """Beyond about 1 m/s the medium's inertia counts, and resistive forces no longer hold."""
@@ -32,19 +209,9 @@ HIGHEST_FREQUENCY_HZ = 100.0
 class Condition:
     """What is varied from run to run.
 
-    Parameters
-    ----------
-    frequency_Hz : float
-        Stride frequency; negative where the legs turn backward.
-    curvature_times_R : float
-        R'/r of the legs, from -1 (reversed c-leg) over 0 (flat) to 1 (c-leg).
-    phase_turns : float, optional
-        By how much of a turn all legs are ahead at the start.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range; all of them.
+    `frequency_Hz`: Stride frequency; negative where the legs turn backward.
+    `curvature_times_R`: R'/r of the legs, from -1 (reversed c-leg) over 0 (flat) to 1 (c-leg).
+    `phase_turns`: By how much of a turn all legs are ahead at the start.
     """
 
     frequency_Hz: float
@@ -68,26 +235,16 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Run:
+class RobotRun:
     """What came of a run.
 
-    Parameters
-    ----------
-    condition : Condition
-    speed_cm_per_s : float
-        Mean over the averaged strides; NaN unless steady.
-    speed_sd_cm_per_s : float
-        Standard deviation between those strides; NaN for one stride or none.
-    outcome : {"steady", "tipped", "buried", "not steady"}
-    reason : str
-        Why it is not steady, or that it is so without being regular.
-    warning : str
-        That the legs are faster than the model holds for; else empty.
-    strides, averaged : int
-        Strides in all; the last ones that were averaged.
-    stride_speeds_cm_per_s : numpy.ndarray, shape (strides,)
-    series : Series or None
-        Motion and forces over time, where asked for.
+    `speed_cm_per_s`: Mean over the averaged strides; NaN unless steady.
+    `speed_sd_cm_per_s`: Standard deviation between those strides; NaN for one stride or none.
+    `reason`: Why it is not steady, or that it is so without being regular.
+    `warning`: That the legs are faster than the model holds for; else empty.
+    `strides`, `averaged`: Strides in all; the last ones that were averaged.
+    `stride_speeds_cm_per_s`: shape (strides,).
+    `series`: Motion and forces over time, where asked for.
     """
 
     condition: Condition
@@ -111,7 +268,7 @@ def simulate(
     *,
     samples_per_stride: int = 0,
     strides: int = 0,
-) -> Run:
+) -> RobotRun:
     """Let a robot run until its speed is steady, or is seen not to become so.
 
     It starts at rest, level, its lowest point at the surface (``numerics.drop_cm`` above it).
@@ -157,7 +314,7 @@ def simulate(
     reason = verdict.reason
     if reason and profile.reason and not np.isfinite(walk.state).all():
         reason = f"{reason}: {profile.reason}"
-    return Run(
+    return RobotRun(
         condition,
         float(mean.mean()) if mean.size else math.nan,
         float(mean.std(ddof=1)) if mean.size > 1 else math.nan,
@@ -174,15 +331,7 @@ def simulate(
 def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:
     """Warn where the legs' tips turn faster than the model holds for.
 
-    Parameters
-    ----------
-    parts : Parts
-    frequency_Hz : float
-
-    Returns
-    -------
-    str
-        Empty where they do not.
+    Returns empty where they do not.
     """
     speed = 2 * math.pi * abs(frequency_Hz) * parts.reach_cm
     if speed <= FASTEST_LEG_CM_PER_S:
@@ -196,16 +345,7 @@ def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:
 def start_state(robot: Robot, parts: Parts, phase_turns: float) -> FloatArray:
     """At rest and level, the lowest point ``drop_cm`` above the surface.
 
-    Parameters
-    ----------
-    robot : Robot
-    parts : Parts
-    phase_turns : float
-
-    Returns
-    -------
-    numpy.ndarray, shape (6,)
-        x, z (cm), pitch (rad), and their rates.
+    Returns shape (6,): x, z (cm), pitch (rad), and their rates.
     """
     lowest = []
     for shape, (_, _, place, members), turned in zip(

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.robot.perturbations import changed
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import best_curvature, run_all
-from rftfit.robot.unknowns import changed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import pandas as pd
 
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
 
 CHANGES_CM: dict[str, tuple[float, ...]] = {
@@ -42,18 +42,7 @@ CURVATURES = tuple(round(0.04 * index, 2) for index in range(15, 26))
 
 
 def optimum(robot: Robot, profile: Profile, threads: int | None = None) -> tuple[float, float]:
-    """Best curvature at 5 Hz, and its speed.
-
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-    threads : int, optional
-
-    Returns
-    -------
-    curvature_times_R, speed_cm_per_s : float
-    """
+    """Best curvature at 5 Hz, and its speed."""
     runs = run_all(robot, profile, [Condition(BEST_AT_HZ, value) for value in CURVATURES], threads)
     return best_curvature(np.array(CURVATURES), np.array([run.speed_cm_per_s for run in runs]))
 
@@ -67,21 +56,10 @@ def sensitivity(
 ) -> pd.DataFrame:
     """Change one unknown at a time and see how far speeds and optimum move.
 
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-    conditions : sequence of Condition, optional
-    changes_cm : dict of str to tuple of float, optional
-        Of `rftfit.robot.unknowns.UNKNOWNS`; `CHANGES_CM` by default.
-    threads : int, optional
-
-    Returns
-    -------
-    pandas.DataFrame
-        `unknown, change_cm, quantity, unit, value, reference, shift, reason`: quantity one of
-        ``speed, R'/r 1, 2 Hz`` and the like, ``best R'/r at 5 Hz``, ``best speed at 5 Hz``. A
-        change that is not possible has NaN and the reason.
+    `changes_cm`: Of `rftfit.robot.perturbations.UNKNOWNS`; `CHANGES_CM` by default. Returns
+    `unknown, change_cm, quantity, unit, value, reference, shift, reason`: quantity one of ``speed,
+    R'/r 1, 2 Hz`` and the like, ``best R'/r at 5 Hz``, ``best speed at 5 Hz``. A change that is
+    not possible has NaN and the reason.
     """
     import pandas as pd
 
@@ -116,8 +94,8 @@ def sensitivity(
 
 def main() -> None:
     """Print the shifts of speeds (cm/s) and of the best curvature."""
-    from rftfit.profile.table import TableProfile
-    from rftfit.robot.configfile import paper_robot
+    from rftfit.model.profiles import TableProfile
+    from rftfit.robot.config import paper_robot
 
     table = sensitivity(paper_robot(), TableProfile.published("poppy_LP"))
     wide = table.pivot_table(

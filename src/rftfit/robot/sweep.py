@@ -17,14 +17,15 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.profile.base import Profile
+    from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
-    from rftfit.robot.run import Run
+    from rftfit.robot.run import RobotRun
+
 
 PHASES_TURNS = (0.0, 1 / 6, 1 / 3)
 """The three starting phases: alternating tripods repeat every half turn, of which these are thirds."""
 
-COLUMNS = (
+RUN_COLUMNS = (
     "curvature_times_R", "frequency_Hz", "phase_turns", "speed_cm_per_s", "speed_sd_cm_per_s",
     "outcome", "reason", "warning", "strides", "averaged",
 )  # fmt: skip
@@ -35,16 +36,9 @@ _BATCH = re.compile(r"(\d{1,6})-of-(\d{1,6})")
 def paper_conditions(every: int = 1) -> list[Condition]:
     """Conditions of the paper's sweep: R'/r from -1 to 1 by 0.04, 0 to 5 Hz by 0.2, three phases.
 
-    Parameters
-    ----------
-    every : int, optional
-        Take every so many of the curvatures and frequencies only, counted from the middle (the
-        flat leg) and from 5 Hz, and the ends of the curvatures always.
-
-    Returns
-    -------
-    list of Condition
-        By curvature, then frequency, then phase: 3,978 of them by default.
+    `every`: Take every so many of the curvatures and frequencies only, counted from the middle
+    (the flat leg) and from 5 Hz, and the ends of the curvatures always. Returns by curvature, then
+    frequency, then phase: 3,978 of them by default.
     """
     middle = 25
     curvatures = sorted({0, 2 * middle, *range(middle % every, 2 * middle + 1, every)})
@@ -63,21 +57,8 @@ def share(conditions: Sequence[Condition], batch: str) -> list[Condition]:
     Neighbouring curvatures take about as long, so that dealing them out keeps the batches even;
     and no two batches have runs of one curvature.
 
-    Parameters
-    ----------
-    conditions : sequence of Condition
-    batch : str
-        ``3-of-17``: the third of 17 batches.
-
-    Returns
-    -------
-    list of Condition
-        In their order; every condition is in one of the batches, whatever their number.
-
-    Raises
-    ------
-    InputError
-        If it is no such batch.
+    `batch`: ``3-of-17``: the third of 17 batches. Returns in their order; every condition is in
+    one of the batches, whatever their number.
     """
     found = _BATCH.fullmatch(batch)
     item, of = (int(found[1]), int(found[2])) if found else (0, 0)
@@ -95,29 +76,18 @@ def run_all(
     profile: Profile,
     conditions: Sequence[Condition],
     threads: int | None = None,
-    on_done: Callable[[int, Run], None] | None = None,
-) -> list[Run]:
+    on_done: Callable[[int, RobotRun], None] | None = None,
+) -> list[RobotRun]:
     """Run every condition, several at a time; the stepper lets other threads run meanwhile.
 
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-    conditions : sequence of Condition
-    threads : int, optional
-        As many as there are cores for this process by default.
-    on_done : callable, optional
-        Told the index and the run as each is done, in the order of their end, from this thread:
-        for a progress bar, and to keep what is done.
-
-    Returns
-    -------
-    list of Run
-        In the order of the conditions, the same whatever the number of threads.
+    `threads`: As many as there are cores for this process by default. `on_done`: Told the index
+    and the run as each is done, in the order of their end, from this thread: for a progress bar,
+    and to keep what is done. Returns in the order of the conditions, the same whatever the number
+    of threads.
     """
     from concurrent.futures import ThreadPoolExecutor, as_completed
 
-    def one(condition: Condition) -> Run:
+    def one(condition: Condition) -> RobotRun:
         return simulate(
             robot, profile, condition.frequency_Hz, condition.curvature_times_R,
             condition.phase_turns,
@@ -127,7 +97,7 @@ def run_all(
     order = sorted(
         range(len(conditions)), key=lambda i: abs(conditions[i].frequency_Hz) or math.inf
     )
-    runs: dict[int, Run] = {}
+    runs: dict[int, RobotRun] = {}
     with ThreadPoolExecutor(threads or _usable_cores()) as pool:
         try:
             waiting = {pool.submit(one, conditions[index]): index for index in order}
@@ -149,17 +119,10 @@ def _usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def speed_table(runs: Sequence[Run]) -> pd.DataFrame:
+def speed_table(runs: Sequence[RobotRun]) -> pd.DataFrame:
     """Write runs as a table, a row each.
 
-    Parameters
-    ----------
-    runs : sequence of Run
-
-    Returns
-    -------
-    pandas.DataFrame
-        With `COLUMNS`.
+    Returns with `COLUMNS`.
     """
     import pandas as pd
 
@@ -171,23 +134,15 @@ def speed_table(runs: Sequence[Run]) -> pd.DataFrame:
         )
         for run in runs
     ]  # fmt: skip
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+    return pd.DataFrame(rows, columns=list(RUN_COLUMNS))
 
 
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     """Mean over the starting phases whose runs are steady.
 
-    Parameters
-    ----------
-    table : pandas.DataFrame
-        From `speed_table`.
-
-    Returns
-    -------
-    pandas.DataFrame
-        `curvature_times_R, frequency_Hz, speed_cm_per_s, speed_lo_cm_per_s, speed_hi_cm_per_s`
-        (mean, least and greatest over phases; NaN where no run is steady), `phases_steady,
-        phases, reason`.
+    `table`: From `speed_table`. Returns `curvature_times_R, frequency_Hz, speed_cm_per_s,
+    speed_lo_cm_per_s, speed_hi_cm_per_s` (mean, least and greatest over phases; NaN where no run
+    is steady), `phases_steady, phases, reason`.
     """
     import pandas as pd
 
@@ -209,17 +164,10 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
 def best_curvature(curvature: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
     """Curvature of the highest speed, between the grid's points.
 
-    Parameters
-    ----------
-    curvature, speed : numpy.ndarray, shape (n,)
-        At one frequency, by curvature; NaN where not steady.
-
-    Returns
-    -------
-    curvature, speed : float
-        Top of the parabola, by least squares, through the points within 0.2 of the fastest one;
-        the fastest point itself where there are fewer than four, or no top among them; NaN where
-        nothing is steady.
+    `curvature`, `speed`: shape (n,); At one frequency, by curvature; NaN where not steady. Returns
+    `curvature`, `speed`: Top of the parabola, by least squares, through the points within 0.2 of
+    the fastest one; the fastest point itself where there are fewer than four, or no top among
+    them; NaN where nothing is steady.
     """
     known = np.isfinite(speed)
     if not known.any():

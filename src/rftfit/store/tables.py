@@ -1,18 +1,84 @@
-"""Tables as csv for people and Parquet for traces; the same table gives the same bytes."""
+"""Tables as csv for people and Parquet for samples; the same table gives the same bytes."""
 
 from __future__ import annotations
 
 import io
+import re
 from typing import TYPE_CHECKING
 
 from rftfit.errors import InputError
-from rftfit.store.atomic import atomic_path, write_bytes
-from rftfit.store.formulas import guard_table, unguard_table
+from rftfit.store.files import atomic_path, write_bytes
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     import pandas as pd
+
+
+# --- Text in a csv that a spreadsheet would take for a formula, and how it is kept from that.
+
+
+_SIGNS = "=+\\-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH PLUS SIGN}\N{FULLWIDTH HYPHEN-MINUS}\N{FULLWIDTH COMMERCIAL AT}"
+_DANGEROUS = re.compile(f"'*[{_SIGNS}]")
+_GUARDED = re.compile(f"'+[{_SIGNS}]")
+_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
+
+
+def guarded(text: str) -> str:
+    """Return text as it is written into a csv.
+
+    Returns the same, or with an apostrophe in front.
+    """
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if _DANGEROUS.match(text) and not _NUMBER.fullmatch(text):
+        return f"'{text}"
+    return text
+
+
+def unguarded(text: str) -> str:
+    """Return what was written by `guarded`."""
+    return text[1:] if _GUARDED.match(text) else text
+
+
+def guard_table(table: pd.DataFrame) -> pd.DataFrame:
+    """Guard every text of a table.
+
+    Returns the same object where nothing needs it.
+    """
+    return _mapped(table, guarded)
+
+
+def unguard_table(table: pd.DataFrame) -> pd.DataFrame:
+    """Take back what `guard_table` did.
+
+    Returns the same object where nothing needs it.
+    """
+    return _mapped(table, unguarded)
+
+
+def _mapped(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
+    import pandas as pd
+
+    changed: dict[str, pd.Series] = {}
+    for place, name in enumerate(table.columns):
+        column = table.iloc[:, place]
+        if pd.api.types.is_numeric_dtype(column) or pd.api.types.is_bool_dtype(column):
+            continue
+        # few different texts stand in many rows
+        texts = [value for value in column.unique() if isinstance(value, str)]
+        others = {text: new for text in texts if (new := change(text)) != text}
+        if others:
+            values = [
+                others.get(value, value) if isinstance(value, str) else value for value in column
+            ]
+            kind = object if isinstance(column.dtype, pd.CategoricalDtype) else column.dtype
+            changed[str(name)] = pd.Series(values, table.index, dtype=kind)
+    return table.assign(**changed) if changed else table
+
+
+# --- Tables as csv for people and Parquet for traces; the same table gives the same bytes.
+
 
 TEXT_COLUMNS = frozenset(
     [
@@ -54,18 +120,9 @@ FLOAT_FORMAT = "%.6g"
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
     r"""Write a table as csv: UTF-8, ``\\n``, six significant digits, NaN as an empty cell.
 
-    Text that a spreadsheet would calculate gets an apostrophe in front (`rftfit.store.formulas`).
+    Text that a spreadsheet would calculate gets an apostrophe in front (`rftfit.store.tables`).
 
-    Parameters
-    ----------
-    table : pandas.DataFrame
-        The index is not written.
-    target : str or Path
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
+    `table`: The index is not written.
     """
     buffer = io.StringIO()
     guard_table(table).to_csv(buffer, index=False, float_format=FLOAT_FORMAT, lineterminator="\n")
@@ -75,19 +132,7 @@ def write_csv(table: pd.DataFrame, target: str | Path) -> None:
 def read_csv(source: str | Path) -> pd.DataFrame:
     """Read a table written by `write_csv`.
 
-    Parameters
-    ----------
-    source : str or Path
-
-    Returns
-    -------
-    pandas.DataFrame
-        Empty text cells of text columns come back as empty strings, of number columns as NaN.
-
-    Raises
-    ------
-    InputError
-        If the file is missing or is no table.
+    Returns empty text cells of text columns come back as empty strings, of number columns as NaN.
     """
     import pandas as pd
 
@@ -107,18 +152,7 @@ def read_csv(source: str | Path) -> pd.DataFrame:
 
 
 def write_parquet(table: pd.DataFrame, target: str | Path) -> None:
-    """Write a table as Parquet.
-
-    Parameters
-    ----------
-    table : pandas.DataFrame
-    target : str or Path
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
+    """Write a table as Parquet."""
     with atomic_path(target) as path:
         table.to_parquet(path, index=False, compression="zstd")
 
@@ -126,20 +160,7 @@ def write_parquet(table: pd.DataFrame, target: str | Path) -> None:
 def read_parquet(source: str | Path, columns: list[str] | None = None) -> pd.DataFrame:
     """Read a table written by `write_parquet`.
 
-    Parameters
-    ----------
-    source : str or Path
-    columns : list of str, optional
-        Only these.
-
-    Returns
-    -------
-    pandas.DataFrame
-
-    Raises
-    ------
-    InputError
-        If the file is missing or damaged.
+    `columns`: Only these.
     """
     import pandas as pd
 

@@ -6,32 +6,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.page import tables
+from rftfit.page.tables import leg_name, row_fates, run_fates, value
 from rftfit.report.captions.words import chosen, escaped, half_widths, quantile, rst
-from rftfit.report.page import tables
-from rftfit.report.page.fates import row_fates, run_fates
-from rftfit.report.page.words import leg_name, value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from rftfit.page.page import PageInputs
     from rftfit.report.captions.words import Row
-    from rftfit.report.page.inputs import PageInputs
 
 
 def summary(inputs: PageInputs, medium: str = "", role: str = "") -> list[Row]:
     """Rows of the page's first table: runs used and dropped, zeta, chi, peak errors, worst flag.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-    medium : str, optional
-        This one alone.
-    role : {"", "laboratory", "natural sand"}
-        Media of this role alone.
-
-    Returns
-    -------
-    list of dict
+    `medium`: This one alone. `role`: Media of this role alone.
     """
     rows = []
     for row in tables.summary(inputs):
@@ -44,14 +33,7 @@ def summary(inputs: PageInputs, medium: str = "", role: str = "") -> list[Row]:
 def fates(inputs: PageInputs) -> Row:
     """Count runs and rows used and dropped, and name the dropped runs with their reasons.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-
-    Returns
-    -------
-    dict
-        ``runs_used, runs_dropped, rows_used, rows_dropped, dropped``.
+    Returns ``runs_used, runs_dropped, rows_used, rows_dropped, dropped``.
     """
     used, dropped = run_fates(inputs.ledger)
     rows = {"used": 0, "dropped": 0}
@@ -69,19 +51,10 @@ def fates(inputs: PageInputs) -> Row:
 def slopes(inputs: PageInputs, medium: str = "", role: str = "") -> Row:
     """Sum up the plate runs of a medium, or of all media of one role.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-    medium : str, optional
-    role : {"", "laboratory", "natural_sand"}
-
-    Returns
-    -------
-    dict
-        ``runs, good`` (with an alpha)``, half`` (median half width of the intervals, N/cm^3)``,
-        slanted`` (runs that change depth)``, bend, bend_most`` (median and 95th percentile of the
-        departure of a parabola from the line at the end of the window, in vertical stress, %)``,
-        doubts`` (runs flagged as not linear).
+    Returns ``runs, good`` (with an alpha)``, half`` (median half width of the intervals,
+    N/cm^3)``, slanted`` (runs that change depth)``, bend, bend_most`` (median and 95th percentile
+    of the departure of a parabola from the line at the end of the window, in vertical stress,
+    %)``, doubts`` (runs flagged as not linear).
     """
     own = chosen(inputs.fits, inputs, medium, role)
     if own.empty:
@@ -103,15 +76,7 @@ def slopes(inputs: PageInputs, medium: str = "", role: str = "") -> Row:
 def slopes_of(inputs: PageInputs, runs: Iterable[str]) -> list[Row]:
     """Slopes of runs with the half widths of their intervals.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-    runs : iterable of str
-
-    Returns
-    -------
-    list of dict
-        ``run_id, beta, gamma`` (as filed, degrees)``, z, x`` (N/cm^3).
+    Returns ``run_id, beta, gamma`` (as filed, degrees)``, z, x`` (N/cm^3).
     """
     own = inputs.fits[inputs.fits["run_id"].astype(str).isin(list(runs))]
     half = half_widths(own)
@@ -129,17 +94,8 @@ def slopes_of(inputs: PageInputs, runs: Iterable[str]) -> list[Row]:
 def cells(inputs: PageInputs, medium: str = "", role: str = "laboratory") -> list[Row]:
     """Sum up alpha tables.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-    medium : str, optional
-    role : {"", "laboratory", "natural_sand"}
-
-    Returns
-    -------
-    list of dict
-        ``title, good, all`` (cells)``, low, high`` (extremes of alpha_z, N/cm^3)``, half`` (median
-        half width of the intervals, N/cm^3).
+    Returns ``title, good, all`` (cells)``, low, high`` (extremes of alpha_z, N/cm^3)``, half``
+    (median half width of the intervals, N/cm^3).
     """
     media = inputs.config.media
     rows = []

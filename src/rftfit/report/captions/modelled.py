@@ -4,26 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rftfit.page import tables
+from rftfit.page.tables import PROFILES, leg_name, percent, profile_name, value
 from rftfit.report.captions.words import chosen, escaped, rst
-from rftfit.report.page import tables
-from rftfit.report.page.words import PROFILES, leg_name, percent, profile_name, value
 
 if TYPE_CHECKING:
+    from rftfit.page.page import PageInputs
     from rftfit.report.captions.words import Row
-    from rftfit.report.page.inputs import PageInputs
 
 
 def fit(inputs: PageInputs) -> list[Row]:
     """Terms kept of each medium's nine by the configured method, and the misfit.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-
-    Returns
-    -------
-    list of dict
-        ``title, kept, rms`` (N/cm^3).
+    Returns ``title, kept, rms`` (N/cm^3).
     """
     every = inputs.coefficients
     own = every[(every["method"] == inputs.config.fourier.method) & (every["medium"] != "generic")]
@@ -40,14 +33,7 @@ def fit(inputs: PageInputs) -> list[Row]:
 def generic(inputs: PageInputs) -> list[Row]:
     """Write the generic coefficients M0 by the configured method.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-
-    Returns
-    -------
-    list of dict
-        ``term, value`` (no unit).
+    Returns ``term, value`` (no unit).
     """
     every = inputs.coefficients
     own = every[(every["method"] == inputs.config.fourier.method) & (every["medium"] == "generic")]
@@ -60,17 +46,8 @@ def generic(inputs: PageInputs) -> list[Row]:
 def peaks(inputs: PageInputs, medium: str = "", role: str = "") -> list[Row]:
     """Sum up the errors of the predicted peak lift, profile by profile.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-    medium : str, optional
-    role : {"", "laboratory", "natural_sand"}
-
-    Returns
-    -------
-    list of dict
-        ``profile, number, within_10, within_33, low, high, legs``: `legs` is a list of ``leg`` and
-        ``error``, empty for more than one medium.
+    Returns ``profile, number, within_10, within_33, low, high, legs``: `legs` is a list of ``leg``
+    and ``error``, empty for more than one medium.
     """
     if inputs.leg_errors.empty:
         return []
@@ -98,31 +75,13 @@ def peaks(inputs: PageInputs, medium: str = "", role: str = "") -> list[Row]:
 
 
 def sands(inputs: PageInputs) -> list[Row]:
-    """Penetration of the natural sands over the stated and the detected linear regime.
-
-    Parameters
-    ----------
-    inputs : PageInputs
-
-    Returns
-    -------
-    list of dict
-    """
+    """Penetration of the natural sands over the stated and the detected linear regime."""
     found: list[Row] = escaped(tables.sand_table(inputs))
     return found
 
 
 def correction(inputs: PageInputs) -> list[Row]:
-    """Factors on the force in natural sands that were tried, and whether they earn their place.
-
-    Parameters
-    ----------
-    inputs : PageInputs
-
-    Returns
-    -------
-    list of dict
-    """
+    """Factors on the force in natural sands that were tried, and whether they earn their place."""
     found: list[Row] = escaped(tables.correction_table(inputs))
     return found
 
@@ -130,14 +89,7 @@ def correction(inputs: PageInputs) -> list[Row]:
 def reproduction(inputs: PageInputs) -> Row:
     """Count the verdicts on the paper's numbers, and name those that are not the same.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-
-    Returns
-    -------
-    dict
-        ``rows, others, counts``.
+    Returns ``rows, others, counts``.
     """
     found: Row = escaped(tables.reproduction(inputs.reproduction))
     return found

@@ -6,32 +6,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.figures.robot import leg_name
+from rftfit.page.tables import profile_name, span, value
 from rftfit.report.captions.words import quantile, rst
-from rftfit.report.page.words import profile_name, span, value
-from rftfit.report.robot_motion import leg_name
-from rftfit.robot.errors import share_within
+from rftfit.robot.speeds import share_within
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from rftfit.page.page import PageInputs
     from rftfit.report.captions.words import Row
-    from rftfit.report.page.inputs import PageInputs
 
 
 def speeds(inputs: PageInputs) -> Row:
     """Sum up the simulated speeds, profile by profile, beside the measured ones.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-
-    Returns
-    -------
-    dict
-        ``title`` (of the medium)``, conditions, calibrated, runs, not_steady, warned`` (numbers) and
-        ``profiles``: a list of ``profile, of, within_20, within_35, new, new_20, new_35`` (numbers;
-        new: not calibrated on)``, half, half_most`` (half width of the intervals of the simulated
-        speed: median and largest, cm/s). Empty numbers where the campaign has no robot.
+    Returns ``title`` (of the medium)``, conditions, calibrated, runs, not_steady, warned``
+    (numbers) and ``profiles``: a list of ``profile, of, within_20, within_35, new, new_20,
+    new_35`` (numbers; new: not calibrated on)``, half, half_most`` (half width of the intervals of
+    the simulated speed: median and largest, cm/s). Empty numbers where the campaign has no robot.
     """
     robot = inputs.robot
     counts = dict.fromkeys(("conditions", "calibrated", "runs", "not_steady", "warned"), 0)
@@ -66,15 +59,8 @@ def speeds(inputs: PageInputs) -> Row:
 def best_legs(inputs: PageInputs) -> list[Row]:
     """Name the fastest curvature at the highest frequency, profile by profile.
 
-    Parameters
-    ----------
-    inputs : PageInputs
-
-    Returns
-    -------
-    list of dict
-        ``profile, frequency`` (Hz)``, curvature`` (R'/r)``, span`` (its interval)``, reading`` (as far
-        as it can be read)``, speed`` (cm/s)``, calibrated`` ("yes" or "no").
+    Returns ``profile, frequency`` (Hz)``, curvature`` (R'/r)``, span`` (its interval)``, reading``
+    (as far as it can be read)``, speed`` (cm/s)``, calibrated`` ("yes" or "no").
     """
     if inputs.robot is None:
         return []
@@ -98,18 +84,9 @@ def best_legs(inputs: PageInputs) -> list[Row]:
 def strides(motion: pd.DataFrame, profile: str = "") -> list[Row]:
     """Sum up the last strides of the model legs.
 
-    Parameters
-    ----------
-    motion : pandas.DataFrame
-        ``results/robot/motion.csv``; may be empty.
-    profile : str, optional
-        Only this one.
-
-    Returns
-    -------
-    list of dict
-        ``profile, leg, frequency`` (Hz)``, speed`` (mean, cm/s)``, rise`` (of the centre of mass, from
-        lowest to highest, cm)``, pitch`` (range, degrees)``, lift`` (largest of the first tripod, N).
+    `motion`: ``results/robot/motion.csv``; may be empty. `profile`: Only this one. Returns
+    ``profile, leg, frequency`` (Hz)``, speed`` (mean, cm/s)``, rise`` (of the centre of mass, from
+    lowest to highest, cm)``, pitch`` (range, degrees)``, lift`` (largest of the first tripod, N).
     """
     rows = []
     for _, part in motion.groupby(["profile", "curvature_times_R"], sort=False):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.report.page.inputs import PageInputs
+    from rftfit.page.page import PageInputs
 
 NUMBERS: dict[str, Callable[..., Any]] = {
     "summary": measured.summary,
@@ -46,16 +46,10 @@ _BY_MEDIUM = ("alpha", "runs", "fits", "legs")
 class Captions:
     """Numbers of a finished run, by name.
 
-    Parameters
-    ----------
-    config : str or Path
-        The campaign's configuration.
-    media : sequence of str
-        Those that have runs.
-    shown : sequence of str
-        Runs of the figure of stress against depth.
-    results : str or Path
-        Folder of the results.
+    `config`: The campaign's configuration.
+    `media`: Those that have runs.
+    `shown`: Runs of the figure of stress against depth.
+    `results`: Folder of the results.
     """
 
     def __init__(
@@ -76,7 +70,7 @@ class Captions:
     @cached_property
     def inputs(self) -> PageInputs:
         """The tables of the run, as the report page has them."""
-        from rftfit.report.page.inputs import read_inputs
+        from rftfit.page.page import read_inputs
 
         one: dict[str, Any] = {name: self._results / f"{name}.csv" for name in _SINGLE}
         each: dict[str, Any] = {
@@ -100,14 +94,7 @@ class Captions:
     def strides(self, profile: str = "") -> list[dict[str, Any]]:
         """Sum up that motion (`rftfit.report.captions.robot.strides`).
 
-        Parameters
-        ----------
-        profile : str, optional
-            Only this one.
-
-        Returns
-        -------
-        list of dict
+        `profile`: Only this one.
         """
         return robot.strides(self.motion, profile)
 
@@ -122,14 +109,5 @@ class Captions:
         return self.inputs.config.fourier.method
 
     def title(self, medium: str) -> str:
-        """Name of a medium.
-
-        Parameters
-        ----------
-        medium : str
-
-        Returns
-        -------
-        str
-        """
+        """Name of a medium."""
         return rst(self.inputs.titles[medium])

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.report.page.words import value
+from rftfit.page.tables import value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
     import pandas as pd
 
-    from rftfit.report.page.inputs import PageInputs
+    from rftfit.page.page import PageInputs
 
     FloatArray = npt.NDArray[np.float64]
 
@@ -25,14 +25,7 @@ _SPECIAL = re.compile(r"([\\*_`|<>\[\]])")
 def rst(text: str) -> str:
     """Escape what a user wrote, or a table holds, so that reStructuredText prints it as it is.
 
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    str
-        On one line.
+    Returns on one line.
     """
     return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
 
@@ -40,14 +33,7 @@ def rst(text: str) -> str:
 def escaped(found: Any) -> Any:
     """Escape every text in a nest of lists and dictionaries, the values alone.
 
-    Parameters
-    ----------
-    found : object
-
-    Returns
-    -------
-    object
-        Of the same shape.
+    Returns of the same shape.
     """
     if isinstance(found, str):
         return rst(found)
@@ -59,19 +45,8 @@ def escaped(found: Any) -> Any:
 def chosen(table: pd.DataFrame, inputs: PageInputs, medium: str, role: str) -> pd.DataFrame:
     """Rows of one medium, or of the media of one role.
 
-    Parameters
-    ----------
-    table : pandas.DataFrame
-        With a column ``medium``.
-    inputs : PageInputs
-    medium : str
-        Empty for all.
-    role : str
-        ``laboratory`` or ``natural_sand``; empty for both.
-
-    Returns
-    -------
-    pandas.DataFrame
+    `table`: With a column ``medium``. `medium`: Empty for all. `role`: ``laboratory`` or
+    ``natural_sand``; empty for both.
     """
     media = inputs.config.media
     names = [name for name in media if medium in ("", name) and role in ("", media[name].role)]
@@ -81,15 +56,7 @@ def chosen(table: pd.DataFrame, inputs: PageInputs, medium: str, role: str) -> p
 def half_widths(table: pd.DataFrame) -> FloatArray:
     """Half widths of the intervals of alpha.
 
-    Parameters
-    ----------
-    table : pandas.DataFrame
-        Fit or alpha table.
-
-    Returns
-    -------
-    numpy.ndarray, shape (2, n)
-        z, x; N/cm^3.
+    `table`: Fit or alpha table. Returns shape (2, n): z, x; N/cm^3.
     """
     ends = [
         [table[f"alpha_{c}_{end}_N_per_cm3"].to_numpy(float) for c in "zx"] for end in ("lo", "hi")
@@ -102,17 +69,7 @@ def half_widths(table: pd.DataFrame) -> FloatArray:
 def quantile(values: FloatArray, q: float, digits: int) -> str:
     """Write a quantile of what is known, "no value" where nothing is.
 
-    Parameters
-    ----------
-    values : numpy.ndarray
-    q : float
-        From 0 to 1.
-    digits : int
-        After the point.
-
-    Returns
-    -------
-    str
+    `q`: From 0 to 1. `digits`: After the point.
     """
     known = values[np.isfinite(values)]
     return value(np.quantile(known, q) if known.size else np.nan, digits)

@@ -1,0 +1,1 @@
+"""Measured beside published and predicted: the reproduction table."""

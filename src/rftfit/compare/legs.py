@@ -1,0 +1,334 @@
+"""Predicted beside measured forces on legs: peaks, errors over theta, what the paper says of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.measure.alpha import column
+from rftfit.model.draws import alpha_draws, interval
+from rftfit.model.motion import THETA_DEG, sweep, sweep_draws
+from rftfit.model.outlines import leg_outline
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
+from rftfit.model.scaling import generic, scale_new_medium, with_interval
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+
+    from rftfit.campaign.config import Config, Leg
+    from rftfit.conventions import FloatArray
+    from rftfit.model.forces import Forces
+    from rftfit.model.profiles import Profile
+    from rftfit.model.scaling import MediumFit, Reference
+
+
+# --- Peak of a measured curve: the highest of many noisy readings is too high, a parabola is not.
+
+
+HALF_WIDTH_DEG = 5.0
+"""Of the parabola: the published curves are one within 0.5 % of their peaks."""
+
+_SMOOTH = 7
+_BLOCK = 3
+_LEAST = 6
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Peak of a curve of force against theta.
+
+    `se_N`: What the scatter of the readings leaves uncertain, N; NaN where the curve is too short
+        to show its scatter. An error of the zero is not in it.
+    """
+
+    force_N: float
+    se_N: float
+
+
+def extreme(force: FloatArray, component: str) -> int:
+    """Place of the largest lift, or of the largest horizontal force of either sign.
+
+    `force`: shape (n,). `component`: ``z`` or ``x``.
+    """
+    return int(np.argmax(force if component == "z" else np.abs(force)))
+
+
+def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> Peak:
+    """Fit a parabola around the highest reading and take its highest point.
+
+    `theta_deg`, `force_N`: shape (n,); One reading a degree, in order. `component`: ``z``, or
+    ``x``, whose peak is the largest force of either sign. Returns the highest reading itself where
+    fewer than 6 lie around it.
+    """
+    at = extreme(force_N, component)
+    if force_N.size >= 2 * _SMOOTH:
+        # where the curve is highest, not where the noise is
+        smooth = np.convolve(force_N, np.full(_SMOOTH, 1 / _SMOOTH), mode="valid")
+        at = extreme(smooth, component) + _SMOOTH // 2
+    fine = np.linspace(-HALF_WIDTH_DEG, HALF_WIDTH_DEG, 101)
+    for _ in range(2):
+        # once more around the peak of the first parabola where that lies near its end
+        centre = theta_deg[at]
+        near = np.abs(theta_deg - centre) <= HALF_WIDTH_DEG
+        if np.count_nonzero(near) < _LEAST:
+            return Peak(float(force_N[at]), math.nan)
+        offset = theta_deg[near] - centre
+        design = np.vander(offset, 3)
+        weights = np.linalg.pinv(design)
+        inside = fine[(fine >= offset.min()) & (fine <= offset.max())]
+        values = np.vander(inside, 3) @ weights @ force_N[near]
+        top = extreme(values, component)
+        if abs(inside[top]) <= HALF_WIDTH_DEG / 2:
+            break
+        at = int(np.argmin(np.abs(theta_deg - centre - inside[top])))
+    share = np.vander(inside[top : top + 1], 3)[0] @ weights
+    scatter = _long_run_variance(force_N)
+    return Peak(float(values[top]), math.sqrt(scatter * float(share @ share)))
+
+
+def _long_run_variance(force: FloatArray) -> float:
+    """Variance of readings, with that of their neighbours' correlation, from third differences.
+
+    Means of three readings hardly know of one another, a leg's curve is smooth over four of them,
+    and the median passes over the corners that it has.
+    """
+    count = force.size // _BLOCK
+    if count < 2 * _LEAST:
+        return math.nan
+    shifted = [
+        force[start : start + (force.size - start) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
+        for start in range(_BLOCK)
+    ]
+    third = np.concatenate([np.diff(part.mean(axis=1), 3) for part in shifted])
+    # 1.4826 makes a standard deviation of a median, 1 + 9 + 9 + 1 = 20
+    return _BLOCK * (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20
+
+
+# --- Predicted force on the legs of one medium by every profile, each with its interval.
+
+
+PROFILES = ("table", "fourier", "generic", "depth_only")
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A profile and its draws.
+
+    `name`: One of `PROFILES`.
+    `draws`: The same with a leading axis of draws.
+    """
+
+    name: str
+    profile: Profile
+    draws: Profile
+
+
+def laboratory_candidates(
+    table: pd.DataFrame, own: MediumFit, reference: list[MediumFit], config: Config
+) -> list[Candidate]:
+    """Make the profiles of a medium that was measured over the grid.
+
+    The draws carry the errors of alpha of this medium and, for the generic profile, of all.
+
+    `table`: Its alpha table. `own`: Its nine-term fit. `reference`: Fits that M0 is the mean of;
+    at least one. Returns in the order of `PROFILES`; those that need a fit only where there is
+    one.
+    """
+    settings = config.fourier
+    measured = TableProfile.from_table(table)
+    many = TableProfile(*alpha_draws(table, settings.draws, settings.seed, config.fit.confidence))
+    found = [
+        Candidate("table", measured, many),
+        Candidate("depth_only", DepthOnlyProfile.of(measured), DepthOnlyProfile.of(many)),
+    ]
+    if not own.reason:
+        m0 = generic(np.stack([fit.used for fit in reference]))
+        m0_draws = generic(np.stack([fit.draws for fit in reference], axis=1))
+        found += [
+            Candidate("fourier", FourierProfile(own.used), FourierProfile(own.draws)),
+            Candidate(
+                "generic", scaled_generic(own.zeta, m0), scaled_generic(own.zeta_draws, m0_draws)
+            ),
+        ]
+    return sorted(found, key=lambda candidate: PROFILES.index(candidate.name))
+
+
+def leg_prediction(candidate: Candidate, leg: Leg, config: Config) -> pd.DataFrame:
+    """Force on a turning leg against theta, with the interval that the errors of alpha give.
+
+    Returns one row per degree; columns as in docs/architecture.md without medium, leg and profile.
+    """
+    outline, rate = leg_outline(leg), config.arm.leg_speed_rad_per_s
+    best = sweep(candidate.profile, outline, None, leg.hip_height_cm, rate)
+    many = sweep_draws(candidate.draws, outline, None, leg.hip_height_cm, rate)
+    ends = [interval(draws, config.fit.confidence) for draws in (many.force_z_N, many.force_x_N)]
+    return _frame(best, ends[0], ends[1])
+
+
+def sand_prediction(
+    table: pd.DataFrame, reference: Reference, leg: Leg, config: Config
+) -> pd.DataFrame:
+    """Force on a turning leg in a medium known by one penetration test.
+
+    The interval is that for one further medium: the scatter of chi and of the profiles between the
+    reference media, and the error of the test.
+
+    `table`: Its alpha table, of which only (0, 90 deg) is used. `reference`: Of at least two
+    media. Returns as `leg_prediction`; `reason` says where the published media serve as reference.
+    """
+    cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
+    m0, level = reference.m0, config.fit.confidence
+    scaled = scale_new_medium(
+        float(cell[column("z")]), float(cell[column("z", "_se")]), reference.chi, m0, level
+    )
+    outline, rate = leg_outline(leg), config.arm.leg_speed_rad_per_s
+    best = sweep(FourierProfile(scaled.zeta * m0), outline, None, leg.hip_height_cm, rate)
+    unit = sweep(FourierProfile(m0), outline, None, leg.hip_height_cm, rate)
+    each = sweep_draws(FourierProfile(reference.scaled), outline, None, leg.hip_height_cm, rate)
+    z = with_interval(scaled, unit.force_z_N, each.force_z_N, level)
+    x = with_interval(scaled, unit.force_x_N, each.force_x_N, level)
+    frame = _frame(best, z[1:], x[1:])
+    return frame if best.reason else frame.assign(reason=reference.note)
+
+
+def _frame(
+    best: Forces, z: tuple[FloatArray, FloatArray], x: tuple[FloatArray, FloatArray]
+) -> pd.DataFrame:
+    import pandas as pd
+
+    return pd.DataFrame(
+        {
+            "theta_deg": THETA_DEG,
+            "force_z_N": best.force_z_N,
+            "force_z_lo_N": z[0],
+            "force_z_hi_N": z[1],
+            "force_x_N": best.force_x_N,
+            "force_x_lo_N": x[0],
+            "force_x_hi_N": x[1],
+            "moment_N_cm": best.moment_N_cm,
+            "reason": best.reason,
+        }
+    )
+
+
+# --- Measured against predicted force on the legs: peaks, errors over theta, explained variance.
+
+
+COMPONENTS = ("z", "x")
+NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
+           "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "rms_error_N",
+           "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
+COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "reason"]
+FULL_RANGE_DEG = 240.0
+"""The published curves span 250 to 260 degrees: a shorter one stopped early."""
+
+_ZERO_DOF = 24
+"""Of the zeros of a leg's run and of its tare, twelve each (`measure.autocorrelation`)."""
+
+
+def leg_errors(
+    measured: pd.DataFrame,
+    predicted: pd.DataFrame,
+    bed_spread: Mapping[str, float] | None = None,
+    confidence: float = 0.95,
+) -> pd.DataFrame:
+    """Compare every predicted curve with its measured one, over the theta that both have.
+
+    `measured`: Curves of the leg stage. `predicted`: Curves of the prediction stage. `bed_spread`:
+    By how much the force differs from one prepared bed of a medium to the next, as a relative
+    standard deviation: a leg is measured in one bed. Default: not known, taken as 0. `confidence`:
+    Level of the interval of the peak error; that of the predicted curves. Returns one row per
+    medium, leg, profile and component; a predicted curve without a measured one has a reason
+    instead of numbers, and one that stopped early near its highest point has no peak. The interval
+    of the peak error has the errors of alpha, of the leg's readings, of their zero and of the
+    parabola through its peak, and the spread of its bed.
+    """
+    import pandas as pd
+
+    keys = ["medium", "leg"]
+    curves = dict(iter(measured.groupby(keys)))
+    rows = []
+    for (medium, leg, profile), part in predicted.groupby([*keys, "profile"], sort=True):
+        own = curves.get((medium, leg))
+        name = {"medium": medium, "leg": leg, "profile": profile}
+        for component in COMPONENTS:
+            spread = (bed_spread or {}).get(str(medium), 0.0)
+            found = _compare(own, part, component, spread, confidence)
+            rows.append(name | {"component": component} | found)
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _compare(
+    measured: pd.DataFrame | None,
+    predicted: pd.DataFrame,
+    component: str,
+    spread: float,
+    confidence: float,
+) -> dict[str, float | str]:
+    row: dict[str, float | str] = dict.fromkeys(NUMBERS, math.nan) | {"reason": ""}
+    if measured is None:
+        return row | {"reason": "no measured curve"}
+    both = measured.merge(predicted, on="theta_deg", suffixes=("_measured", ""))
+    ours = both[f"force_{component}_N"].to_numpy(float)
+    truth = both[f"force_{component}_N_measured"].to_numpy(float)
+    theta = both["theta_deg"].to_numpy(float)
+    if theta.size == 0:
+        return row | {"reason": "measured and predicted curve share no theta"}
+    row |= {"theta_from_deg": float(theta.min()), "theta_to_deg": float(theta.max())}
+    if not np.isfinite(ours).all():
+        why = [str(reason) for reason in both["reason"].unique() if str(reason)]
+        return row | {"reason": "; ".join(why) or "the prediction has no number"}
+    off = ours - truth
+    rms = float(np.sqrt(np.mean(off**2)))
+    scatter = float(np.sum((truth - truth.mean()) ** 2))
+    row |= {"rms_error_N": rms, "r2": 1 - float(off @ off) / scatter if scatter else math.nan}
+    if np.ptp(theta) < FULL_RANGE_DEG:
+        row["reason"] = f"the measured curve has only theta {theta.min():g} to {theta.max():g} deg"
+        if _at_an_end(theta, ours, component) or _at_an_end(theta, truth, component):
+            return row | {"reason": f"{row['reason']}, which may leave out its peak"}
+    at, found = extreme(ours, component), measured_peak(theta, truth, component)
+    peak, best = found.force_N, float(ours[at])
+    ends = [float(both[f"force_{component}_{end}_N"].iloc[at]) for end in ("lo", "hi")]
+    zero = float(both[f"zero_se_{component}_N"].iloc[at]) if f"zero_se_{component}_N" in both else 0
+    # what a parabola does to the prediction, which has no noise, it does to the measured peak
+    shape = (measured_peak(theta, ours, component).force_N / best - 1) * peak if best else 0.0
+    error = math.hypot(found.se_N, zero, spread * peak, shape)
+    lo, hi = _error_interval(best, ends, peak, error, confidence)
+    return row | {
+        "peak_measured_N": peak,
+        "peak_predicted_N": best,
+        "peak_predicted_lo_N": ends[0],
+        "peak_predicted_hi_N": ends[1],
+        "peak_error_percent": 100 * (best / peak - 1) if peak else math.nan,
+        "peak_error_lo_percent": lo,
+        "peak_error_hi_percent": hi,
+        "rms_relative_to_peak": rms / abs(peak) if peak else math.nan,
+    }
+
+
+def _at_an_end(theta: FloatArray, force: FloatArray, component: str) -> bool:
+    """Tell whether a part of a curve is highest where it ends: the whole curve may be higher."""
+    top = theta[extreme(force, component)]
+    return bool(min(top - theta.min(), theta.max() - top) <= HALF_WIDTH_DEG)
+
+
+def _error_interval(
+    predicted: float, ends: list[float], peak: float, error: float, confidence: float
+) -> tuple[float, float]:
+    """Interval of 100 (predicted / peak - 1), from the errors of both as independent ones."""
+    from rftfit.measure.slopes import student_quantile
+
+    if not peak or not predicted:
+        return math.nan, math.nan
+    ratio = predicted / peak
+    # errors of the ratio, relative; the lower end of the ratio has the higher measured peak
+    below, above = sorted(end / predicted - 1 for end in ends)
+    own = float(student_quantile(confidence, _ZERO_DOF)) * abs(error / peak)
+    lo, hi = ratio * (1 - math.hypot(below, own)), ratio * (1 + math.hypot(above, own))
+    lo, hi = sorted((lo, hi))
+    return 100 * (lo - 1), 100 * (hi - 1)

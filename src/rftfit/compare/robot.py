@@ -1,0 +1,237 @@
+"""The robot beside the paper: claims, and the leg curvature that runs fastest."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rftfit.compare.published import DIFFERS, SAME, Item, compare
+from rftfit.robot.intervals import BEST
+from rftfit.robot.speeds import share_within
+from rftfit.robot.sweep import best_curvature
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    import pandas as pd
+
+    from rftfit.conventions import FloatArray
+
+
+# --- What the paper says of the robot, beside what this campaign gives.
+
+
+PAPER_SHARES = {20: 90.0, 35: 100.0}
+"""Share of the measured speeds, %, that the paper's simulation meets within so many per cent."""
+
+BEST_HZ, BEST_CURVATURE, BEST_SPEED_CM_PER_S = 5.0, 0.86, 72.0
+
+_WHERE = "text, Fig. 4C"
+_TITLES = {"table": "measured table", "generic": "scaled generic", "depth_only": "depth-only"}
+_CAUSES = {
+    "generic": "nine terms lift a belly that slides level, where the measured table has next to no lift",
+    "depth_only": "without the direction of stress they push like c-legs (as the model legs do)",
+}
+"""Of the generic profile by exchanging its ingredients (`rftfit.robot.ingredients`); of depth-only as on
+the model legs, whose reversed c-leg it lifts like a c-leg."""
+
+_SPEED_TOLERANCE, _CURVATURE_TOLERANCE = 0.1, 0.04
+
+
+def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame) -> list[Item]:
+    """Compare the paper's statements on the robot with this campaign.
+
+    `errors`: Of the robot's tables: a row a condition and profile. `optimum`: Best curvature by
+    profile and frequency. Returns none where nothing was measured and the sweep has no 5 Hz.
+    """
+    items: list[Item] = []
+    for profile, part in errors.groupby("profile", sort=False):
+        items += _shares(part, str(profile))
+    best = optimum[np.isclose(optimum["frequency_Hz"], BEST_HZ) & (optimum["profile"] == "table")]
+    for row in best.to_dict("records"):
+        items += _best(row)
+    return items
+
+
+def _shares(errors: pd.DataFrame, profile: str) -> list[Item]:
+    items = []
+    predicted = errors[errors["calibrated"] == "no"]
+    used = len(errors) - len(predicted)
+    for percent, paper in PAPER_SHARES.items():
+        within, total = share_within(errors, percent)
+        if not total:
+            continue
+        ours = 100 * within / total
+        others, of = share_within(predicted, percent)
+        why = f"{within} of {total} conditions"
+        if used:
+            why += f"; {others} of the {of} that the robot was not calibrated on"
+        if within < total:
+            why += f"; {_outside(errors, percent, profile)}"
+        name = f"robot, {_TITLES.get(profile, profile)}: speeds within {percent} %, % of conditions"
+        # the paper speaks of its own profile; it says of depth-only that it does not do
+        same = ours >= paper if profile != "depth_only" else ours < PAPER_SHARES[20]
+        where = _WHERE if profile == "table" else f"{_WHERE}, S13"
+        paper_says: float | str = paper if profile != "depth_only" else "not met"
+        items.append(
+            Item(name, where, paper_says, ours, math.nan, math.nan, SAME if same else DIFFERS, why)
+        )
+    return items
+
+
+def _outside(errors: pd.DataFrame, percent: float, profile: str) -> str:
+    """Name the worst conditions, and what most of them have in common."""
+    off = errors["error_percent"].to_numpy(float)
+    rows = errors[~(np.abs(off) <= percent) & np.isfinite(errors["measured_cm_per_s"])]
+    order = rows["error_percent"].abs().sort_values(ascending=False, na_position="first").index
+    told = []
+    for row in rows.loc[order[:3]].to_dict("records"):
+        value = float(row["error_percent"])
+        how = f"{value:+.0f} %" if math.isfinite(value) else str(row["reason"])
+        told.append(f"R'/r {row['curvature_times_R']:g} at {row['frequency_Hz']:.3g} Hz {how}")
+    more = f" and {len(rows) - 3} more" if len(rows) > 3 else ""
+    fast = rows[(rows["curvature_times_R"] < 0) & (rows["error_percent"] > 0)]
+    cause = ""
+    if profile in _CAUSES and 2 * len(fast) >= len(rows):
+        cause = f"; {len(fast)} are reversed legs that run too fast: {_CAUSES[profile]}"
+    return f"outside: {', '.join(told)}{more}{cause}"
+
+
+def _best(row: dict[Any, Any]) -> list[Item]:
+    where = "text, Fig. 4D"
+    told = "the robot was calibrated on this number" if row["calibrated"] == "yes" else ""
+    best, lo, hi = (float(row[f"best_curvature_{end}"]) for end in ("times_R", "lo", "hi"))
+    speed = float(row["speed_cm_per_s"])
+    curvature = compare(
+        "robot: best curvature R'/r at 5 Hz", where, BEST_CURVATURE, best, _CURVATURE_TOLERANCE,
+        (lo, hi), told,
+    )  # fmt: skip
+    fastest = compare(
+        "robot: speed at the best curvature, 5 Hz, cm/s", where, BEST_SPEED_CM_PER_S, speed,
+        _SPEED_TOLERANCE * BEST_SPEED_CM_PER_S, note=told,
+    )  # fmt: skip
+    return [curvature, fastest]
+
+
+# --- The leg curvature that runs fastest, with its interval, at every stride frequency of a sweep.
+
+
+COLUMNS = [
+    "medium", "profile", "frequency_Hz", "best_curvature_times_R", "best_curvature_lo",
+    "best_curvature_hi", "reading_lo", "reading_hi", "speed_cm_per_s", "fastest_curvature_times_R", "fastest_speed_cm_per_s",
+    "curvatures", "calibrated", "reason",
+]  # fmt: skip
+"""Columns of the table of optima: lo and hi are the interval that follows from the errors of alpha, the
+reading is the range within which the points of the sweep leave the top."""
+
+FEWEST_CURVATURES = 5
+DRAWS = 1000
+WINDOW = 0.2
+_SEED = 2013
+
+
+def optima(
+    speed: pd.DataFrame,
+    calibrated: Collection[float] = (),
+    confidence: float = 0.95,
+    widths: pd.DataFrame | None = None,
+) -> pd.DataFrame:
+    """Find the best curvature at every frequency that has enough curvatures.
+
+    The best curvature is the top of the parabola through the points within 0.2 of the fastest one
+    (`rftfit.robot.sweep.best_curvature`). Its interval is that of the errors of alpha
+    (`rftfit.robot.intervals`), known at 5 Hz. Apart from it stands the range of reading, a bootstrap:
+    starting phases are drawn anew at every curvature, and the points' distances from the parabola
+    are given random signs. The model is deterministic, so this is no error of measurement but how
+    well a top can be read off a curve that is known at some points and starting phases only; it is
+    never narrower than half a step of the curvatures to either side. Where the top is a grid point
+    itself, it reaches to the neighbouring points.
+
+    `speed`: A row a run: `medium, profile`, and the columns of `rftfit.robot.sweep.speed_table`.
+    `calibrated`: Frequencies (Hz) whose optimum, on the profile ``table``, the robot was
+    calibrated on. `confidence`: Of the bootstrap. `widths`: Half widths of the intervals, columns
+    `rftfit.robot.intervals.WIDTH_COLUMNS`; without them the intervals are empty. Returns columns
+    `COLUMNS`.
+    """
+    import pandas as pd
+
+    half = _half_widths(widths)
+    rows = []
+    for (medium, profile), whole in speed.groupby(["medium", "profile"], sort=False):
+        for frequency in sorted(set(whole["frequency_Hz"].tolist())):
+            part = whole[whole["frequency_Hz"] == frequency]
+            if part["curvature_times_R"].nunique() < FEWEST_CURVATURES or frequency == 0:
+                continue
+            near = any(abs(frequency - one) < 1e-6 for one in calibrated)
+            told = "yes" if near and profile == "table" else "no"
+            wide = half.get((profile, frequency), math.nan)
+            rows.append((medium, profile, frequency, *_optimum(part, confidence, told, wide)))
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _half_widths(widths: pd.DataFrame | None) -> dict[tuple[Any, float], float]:
+    if widths is None:
+        return {}
+    own = widths[widths["quantity"] == BEST]
+    keys = zip(own["profile"], own["frequency_Hz"], strict=True)
+    return dict(zip(keys, own["half_width"].astype(float), strict=True))
+
+
+def _optimum(
+    part: pd.DataFrame, confidence: float, calibrated: str, half: float
+) -> tuple[object, ...]:
+    steady = part[part["outcome"] == "steady"]
+    groups = [
+        (one, steady.loc[steady["curvature_times_R"] == one, "speed_cm_per_s"].to_numpy(float))
+        for one in sorted(set(steady["curvature_times_R"].tolist()))
+    ]
+    lost = part["curvature_times_R"].nunique() - len(groups)
+    reason = f"no steady run at {lost} curvatures" if lost else ""
+    if not groups:
+        return (*(math.nan,) * 8, 0, calibrated, reason)
+    curvature = np.array([one for one, _ in groups])
+    speeds = [values for _, values in groups]
+    mean = np.array([values.mean() for values in speeds])
+    best, top_speed = best_curvature(curvature, mean)
+    top = int(np.argmax(mean))
+    lo, hi = reading(curvature, speeds, best, confidence)
+    fastest = (float(curvature[top]), float(mean[top]))
+    measured = (best, best - half, best + half)
+    return (*measured, lo, hi, top_speed, *fastest, len(groups), calibrated, reason)
+
+
+def reading(
+    curvature: FloatArray, speeds: list[FloatArray], best: float, confidence: float = 0.95
+) -> tuple[float, float]:
+    """Range within which the best curvature is read, see `optima`.
+
+    `curvature`: shape (n,); In order. `speeds`: Of the starting phases, at each curvature. `best`:
+    From `rftfit.robot.sweep.best_curvature`.
+    """
+    mean = np.array([values.mean() for values in speeds])
+    top = int(np.argmax(mean))
+    near = np.flatnonzero(np.abs(curvature - curvature[top]) <= WINDOW + 1e-9)
+    beside = curvature[max(top - 1, 0)], curvature[min(top + 1, len(curvature) - 1)]
+    if near.size < 4 or best == curvature[top]:
+        return float(min(beside[0], best)), float(max(beside[1], best))
+    rng = np.random.default_rng(_SEED)
+    draws = np.stack(
+        [rng.choice(speeds[i], (DRAWS, speeds[i].size)).mean(axis=1) for i in near]
+    )  # (points, draws)
+    x = curvature[near] - curvature[top]
+    design = np.vander(x, 3)
+    solve = np.linalg.pinv(design)
+    off = mean[near] - design @ (solve @ mean[near])
+    # residuals of a fit with three parameters are smaller than what they stand for
+    off *= math.sqrt(near.size / (near.size - 3))
+    draws += off[:, None] * rng.choice([-1.0, 1.0], draws.shape)
+    square, slope, _ = solve @ draws
+    place = np.where(
+        square < 0, -slope / (2 * np.where(square < 0, square, 1.0)), x[mean[near].argmax()]
+    )
+    place = np.clip(place, x[0], x[-1]) + curvature[top]
+    lo, hi = np.quantile(place, [(1 - confidence) / 2, (1 + confidence) / 2])
+    half = float(np.median(np.diff(curvature[near]))) / 2
+    return float(min(lo, best - half)), float(max(hi, best + half))

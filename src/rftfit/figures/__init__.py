@@ -1,0 +1,1 @@
+"""Figures of a campaign, each drawn from the tables of the measurement chain."""

@@ -1,0 +1,140 @@
+"""The running robot as moving pictures, the force on every element an arrow (movies S5 and S6)."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import subprocess
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rftfit.figures import style
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import numpy.typing as npt
+
+    from rftfit.conventions import FloatArray
+    from rftfit.robot.body import ElementSeries
+
+    Picture = npt.NDArray[np.uint8]
+
+
+_WIDTH_CM, _HEIGHT_CM, _DPI = 15.0, 7.0, 100
+_AHEAD_CM, _BEHIND_CM, _ABOVE_CM, _BELOW_CM = 12.0, 12.0, 7.0, 4.0
+_LONGEST_CM = 4.0
+_SAND = "#E8D9B5"
+_BODY = "#444444"
+
+
+@style.styled
+def pictures(
+    elements: Mapping[str, ElementSeries], x_cm: FloatArray, time_s: FloatArray, title: str
+) -> list[Picture]:
+    """Draw every sample of a run; the picture moves along with the robot.
+
+    `elements`: From `rftfit.robot.body.element_series`: n samples. `x_cm`, `time_s`: shape (n,);
+    Place of the centre of mass, and time. Returns shape (height, width, 3): Red, green and blue, 0
+    to 255.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import Rectangle
+
+    figure = style.new_figure(_WIDTH_CM, _HEIGHT_CM, _DPI)
+    canvas: Any = FigureCanvasAgg(figure)
+    axes = style.axes_cm(figure, 1.1, 0.6, 13.7, 5.5)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x (cm)")
+    axes.set_ylabel("z (cm)")
+    axes.set_title(style.plain(title), fontsize=7, loc="left")
+    sand = Rectangle((0, -100), 1, 100, facecolor=_SAND, edgecolor="none")
+    axes.add_patch(sand)
+    clock = axes.text(0.99, 0.96, "", transform=axes.transAxes, ha="right", va="top", fontsize=7)
+    strongest = max(
+        float(np.hypot(one.force_x_N, one.force_z_N).max(initial=0.0)) for one in elements.values()
+    )
+    longest = _LONGEST_CM / strongest if strongest > 0 else 0.0
+    colours = _colours(list(elements))
+    lines, arrows = {}, {}
+    for name in elements:
+        lines[name] = LineCollection([], colors=colours[name], linewidths=2.2, capstyle="round")
+        arrows[name] = LineCollection([], colors=style.MARK, linewidths=0.7)
+        axes.add_collection(lines[name])
+        axes.add_collection(arrows[name])
+    axes.text(
+        0.01, 0.03, f"arrows: force on an element, the longest {1000 * strongest:.0f} mN",
+        transform=axes.transAxes, fontsize=6,
+    )  # fmt: skip
+    shots = []
+    for index, (x, time) in enumerate(zip(x_cm, time_s, strict=True)):
+        axes.set_xlim(x - _BEHIND_CM, x + _AHEAD_CM)
+        axes.set_ylim(-_BELOW_CM, _ABOVE_CM)
+        sand.set_x(x - 2 * _BEHIND_CM)
+        sand.set_width(2 * (_BEHIND_CM + _AHEAD_CM))
+        clock.set_text(f"{time:.2f} s")
+        for name, one in elements.items():
+            ends = np.stack([one.ends_x_cm[index], one.ends_z_cm[index]], axis=-1)
+            lines[name].set_segments(list(ends.reshape(-1, 2, 2)))
+            foot = np.stack([one.at_x_cm[index], one.at_z_cm[index]], axis=-1).reshape(-1, 2)
+            push = np.stack([one.force_x_N[index], one.force_z_N[index]], axis=-1).reshape(-1, 2)
+            felt = np.hypot(*push.T) > 0
+            tips = foot[felt] + longest * push[felt]
+            arrows[name].set_segments(list(np.stack([foot[felt], tips], axis=1)))
+        canvas.draw()
+        shots.append(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+    return shots
+
+
+def _colours(names: Sequence[str]) -> dict[str, str]:
+    tripods = [name for name in names if name.startswith("tripod")]
+    shades = (style.OKABE_ITO["blue"], style.OKABE_ITO["sky blue"],
+              style.OKABE_ITO["bluish green"], style.OKABE_ITO["reddish purple"])  # fmt: skip
+    legs = {name: shades[i % len(shades)] for i, name in enumerate(tripods)}
+    return {name: legs.get(name, _BODY) for name in names}
+
+
+def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
+    """Join pictures to a gif that runs for ever.
+
+    `shots`: From `pictures`. `frame_s`: Time that each is shown; gif knows hundredths of a second.
+    Returns the same for the same pictures.
+    """
+    from PIL import Image
+
+    # one palette for all, so that colours do not flicker
+    first = Image.fromarray(np.concatenate(shots[:: max(1, len(shots) // 4)])).quantize(64)
+    frames = [
+        Image.fromarray(shot).quantize(palette=first, dither=Image.Dither.NONE) for shot in shots
+    ]
+    target = io.BytesIO()
+    frames[0].save(
+        target, "GIF", save_all=True, append_images=frames[1:], loop=0,
+        duration=max(20, 10 * round(100 * frame_s)),
+    )  # fmt: skip
+    return target.getvalue()
+
+
+def mp4_bytes(shots: Sequence[Picture], frame_s: float) -> bytes | None:
+    """Join pictures to an mp4 with the program ffmpeg.
+
+    Returns none where there is no ffmpeg, or it fails.
+    """
+    import tempfile
+    from pathlib import Path
+
+    program = shutil.which("ffmpeg")
+    if program is None:
+        return None
+    # the encoder wants even sizes
+    height, width = (size // 2 * 2 for size in shots[0].shape[:2])
+    raw = b"".join(np.ascontiguousarray(shot[:height, :width]).tobytes() for shot in shots)
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "animation.mp4"
+        words = [program, "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
+                 "-s", f"{width}x{height}", "-r", f"{1 / frame_s:.4f}", "-i", "-",
+                 "-pix_fmt", "yuv420p", str(target)]  # fmt: skip
+        done = subprocess.run(words, input=raw, check=False, capture_output=True)
+        return target.read_bytes() if done.returncode == 0 and target.is_file() else None

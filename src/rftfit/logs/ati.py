@@ -1,0 +1,186 @@
+"""ATI transducers: through an NI DAQ card, and Net F/T."""
+
+from __future__ import annotations
+
+import csv
+from copy import copy
+from typing import TYPE_CHECKING
+
+from rftfit.logs.base import LogError, PacketCount
+from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, rate_option, readable
+from rftfit.logs.units import unique, unit_word
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+
+
+# --- ATI transducers through an NI DAQ card: text without a time column.
+
+
+_NUMBER: Kind = "number"
+_LABEL = "first line indicates sampling freq"
+
+
+class AtiDaqReader(TextReader):
+    """A label, the names, one line of settings of which the first is the rate, then numbers."""
+
+    name = "ati-daq"
+    evidence = "its first line, which says what the line of settings holds"
+
+    def __init__(self) -> None:
+        self._rate: float | None = None
+
+    def describe(self) -> str:
+        """Return one line on which program writes such files."""
+        return "ATI transducer through NI DAQ, text; time is the row over the sampling frequency"
+
+    def detect(self, head: bytes) -> bool:
+        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        lines = lines_of(readable(head), 1)
+        return bool(lines) and lines[0].text.strip(' "').casefold().startswith(_LABEL)
+
+    def with_options(self, options: Mapping[str, object]) -> AtiDaqReader:
+        """Return the reader with ``rate_Hz`` in place of the file's own."""
+        reader = copy(self)
+        reader._rate = rate_option(options, self.name)
+        return reader
+
+    def plan(self, head: bytes) -> Plan:
+        """Read names and settings."""
+        lines = lines_of(head, 3)
+        if len(lines) < 3 or not lines[2].whole:
+            raise ValueError("the file ends within its three lines of header: cut short?")
+        given = [cell.strip() for cell in lines[1].text.split(",")]
+        while given and not given[-1]:
+            given.pop()
+        names = unique(given)
+        settings = lines[2].text.split(",")
+        try:
+            rate = self._rate or float(settings[0])
+        except ValueError:
+            rate = 0.0
+        if not 0 < rate < 1e9:
+            raise ValueError(
+                f"found the sampling frequency {settings[0]!r} in line 3; allowed: a number above "
+                "0, in Hz, there or as options: {rate_Hz: ...} in the config"
+            )
+
+        def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+            return {"time": index / rate, **columns}
+
+        source = "the config" if self._rate else "line 3"
+        notes = [f"time is the row number / {rate:g} Hz ({source})"]
+        twice = sorted({name for name in given if given.count(name) > 1})
+        notes += [f"the name {name} stands more than once in line 2" for name in twice]
+        return Plan(
+            Layout(names, tuple(_NUMBER for _ in names)),
+            {},
+            lines[2].stop,
+            derive,
+            notes=tuple(notes),
+        )
+
+
+# --- ATI Net F/T: what its Java demo program records, one line a packet.
+
+
+SEQUENCE = "RDT Sequence"
+STATUS = "the transducer reports an error or saturation (status is not 0x0)"
+LOST = "lost packets (gap in the RDT sequence)"
+_HEADER = "Status (hex), RDT Sequence"
+
+
+class AtiNetftReader(TextReader):
+    """A preamble of settings, a row of names, quoted cells; values are in the unit it names."""
+
+    name = "ati-netft"
+    evidence = "its preamble (RDT Sample Rate) and the row of names that begins with Status (hex)"
+
+    def __init__(self) -> None:
+        self._rate: float | None = None
+
+    def describe(self) -> str:
+        """Return one line on which program writes such files."""
+        return "ATI Net F/T Java demo; time is the RDT sequence over the sample rate"
+
+    def detect(self, head: bytes) -> bool:
+        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        return any(line.text.startswith(_HEADER) for line in lines_of(readable(head), 40))
+
+    def with_options(self, options: Mapping[str, object]) -> AtiNetftReader:
+        """Return the reader with ``rate_Hz``, for files whose program did not know it."""
+        reader = copy(self)
+        reader._rate = rate_option(options, self.name)
+        return reader
+
+    def plan(self, head: bytes) -> Plan:
+        """Read preamble and row of names."""
+        settings: dict[str, str] = {}
+        for line in lines_of(head, 40):
+            if line.text.startswith(_HEADER):
+                break
+            key, _, value = line.text.partition(":")
+            settings[key.strip().casefold()] = value.strip()
+        else:
+            raise ValueError(f"no row of names that begins with {_HEADER!r}: cut in its header?")
+        names = unique(next(csv.reader([line.text], skipinitialspace=True)))
+        if SEQUENCE not in names:
+            raise ValueError(f"no column {SEQUENCE!r}, found {', '.join(names)}: it gives the time")
+        units = {
+            "F": unit_word(settings.get("force units", "")),
+            "T": unit_word(settings.get("torque units", "")),
+        }
+        start = line.stop
+        rate = self._rate or _number(settings.get("rdt sample rate", ""))
+        if rate <= 0:
+            code = "rate" if head[start:].strip() else "header_only"
+            end = " There is no data below the header either." if code == "header_only" else ""
+            raise LogError(code, _no_rate(settings) + end)
+        packets = PacketCount()
+
+        def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+            return {"time": packets.follow(columns[SEQUENCE], index) / rate, **columns}
+
+        source = "the config" if self._rate else "the preamble"
+        note = f"time is {SEQUENCE} / {rate:g} Hz ({source})"
+        return Plan(
+            Layout(names, tuple(map(_kind, names)), quote=True, same="0x0"),
+            {
+                name: units.get(name[:1], "")
+                for name in names
+                if name[:1] in "FT" and "/" not in name
+            },
+            start,
+            derive,
+            packets,
+            LOST,
+            keep=frozenset({names[0], SEQUENCE}),
+            drop=frozenset({names[0]}),
+            same=(names[0], STATUS),
+            notes=(note, f"recording started: {settings.get('start time') or 'not stated'}"),
+        )
+
+
+def _kind(name: str) -> Kind:
+    if name.startswith("Status"):
+        return "same"
+    return "skip" if name.startswith("Time") else "number"
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return 0.0
+
+
+def _no_rate(settings: Mapping[str, str]) -> str:
+    rate = settings.get("rdt sample rate") or "nothing"
+    unit = settings.get("force units") or "nothing"
+    return (
+        f"found RDT Sample Rate: {rate} and Force Units: {unit}; the program had not reached the "
+        "transducer when it was started, so neither time nor force can be had. Record it again, or, "
+        "if you know both, set options: {rate_Hz: ...} and the unit of each column in the config."
+    )

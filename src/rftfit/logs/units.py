@@ -1,0 +1,204 @@
+"""Units and quantities as log files spell them."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.config import QUANTITIES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rftfit.conventions import FloatArray
+    from rftfit.logs.base import Log
+
+
+# --- Units as log files spell them, in the program's own spelling.
+
+
+_SPELLINGS = {
+    "N": "n newton newtons",
+    "mN": "mn millinewton millinewtons",
+    "kN": "kn kilonewton kilonewtons",
+    "lbf": "lbf lb lbs pound pounds",
+    "N m": "nm n*m n.m n-m newtonmeter newtonmeters newton-meter newton-meters",
+    "N mm": "nmm n*mm n.mm n-mm",
+    "mm": "mm millimeter millimeters millimetre millimetres",
+    "cm": "cm centimeter centimeters centimetre centimetres",
+    "m": "m meter meters metre metres",
+    "um": "um micron microns micrometer micrometers",
+    "in": "in inch inches",
+    "deg": "deg degs degree degrees °",
+    "rad": "rad rads radian radians",
+    "s": "s sec secs second seconds",
+    "ms": "ms msec msecs millisecond milliseconds",
+    "us": "us usec usecs microsecond microseconds",
+    "ns": "ns nsec nsecs nanosecond nanoseconds",
+    "min": "min mins minute minutes",
+    "h": "h hr hrs hour hours",
+}
+_KNOWN = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}
+_EXACT = {"Nm": "N m", "nm": "nm", "MN": "MN", "Mm": "Mm", "S": "S", "M": "M"}
+# M is not m and nm is not N m where the case says so
+
+_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
+_BEHIND = re.compile(r"^(?P<name>.+?)\s*(?:[_/,]|\s)\s*(?P<unit>[A-Za-z°µμ*.\- ]{1,12})$")
+
+
+def unit_word(text: str) -> str:
+    """Return a unit in the program's own spelling.
+
+    `text`: As in a file, with or without brackets around it. Returns as it is, without brackets
+    and blanks, where the unit is not known; empty for ``?`` and ``-``.
+    """
+    text = text.strip()
+    if text[:1] in "([" and text[-1:] in ")]":
+        text = text[1:-1].strip()
+    if text in {"?", "-", "--", "1", "n/a", "none", "None"}:
+        return ""
+    if text in _EXACT:
+        return _EXACT[text]
+    plain = re.sub(r"[\s·⋅\u00d7]+", "*", text.replace("µ", "u").replace("μ", "u")).casefold()
+    return _KNOWN.get(plain, text)
+
+
+def known_unit(text: str) -> bool:
+    """Tell whether a text is the spelling of a unit that this module knows."""
+    return unit_word(text) in _SPELLINGS
+
+
+def split_unit(cell: str) -> tuple[str, str]:
+    """Split the cell of a header row into name and unit.
+
+    `cell`: ``Force [kN]``, ``Force (kN)``, ``force_kN``, ``Force / kN``, or a bare name. Returns
+    `unit`: Empty where there is none.
+    """
+    cell = cell.strip().strip('"').strip()
+    match = _BRACKETS.match(cell)
+    if match and match["name"]:
+        return match["name"].strip(), unit_word(match["unit"])
+    match = _BEHIND.match(cell)
+    if match and known_unit(match["unit"]):
+        return match["name"].strip(" _/,"), unit_word(match["unit"])
+    return cell, ""
+
+
+def unique(names: list[str]) -> tuple[str, ...]:
+    """Give each column its own name: the second ``Mz`` becomes ``Mz_2``, a blank one ``column 3``."""
+    used: set[str] = set()
+    result = []
+    for place, name in enumerate(names, start=1):
+        base = " ".join(name.split()) or f"column {place}"
+        own, number = base, 2
+        while own in used:
+            own, number = f"{base}_{number}", number + 1
+        used.add(own)
+        result.append(own)
+    return tuple(result)
+
+
+# --- The quantities that the chain wants of a log, and which column is probably which.
+
+
+MEANING = {
+    "time": "time",
+    "arm_moving": "whether the arm moves (1) or rests (0)",
+    "F1": "force, sensor channel F1",
+    "F2": "force, sensor channel F2",
+    "F3": "force, sensor channel F3",
+    "T1": "torque, sensor channel T1",
+    "T2": "torque, sensor channel T2",
+    "T3": "torque, sensor channel T3",
+    "x": "horizontal position of the intruder, arm coordinates",
+    "z": "vertical position of the intruder, arm coordinates",
+    "angle": "angle of the plate (beta) or of the leg (theta)",
+}
+"""What each quantity is, in words."""
+
+_FORCE_UNITS = frozenset({"N", "mN", "kN", "lbf"})
+_LENGTH_UNITS = frozenset({"um", "mm", "cm", "m", "in"})
+_TORQUE_UNITS = frozenset({"N m", "N mm"})
+_ANGLE_UNITS = frozenset({"deg", "rad"})
+_TIME_UNITS = frozenset({"s", "ms", "us", "ns", "min", "h"})
+_AXES = {"x": "1", "y": "2", "z": "3"}
+
+_AXIS = re.compile(r"(?:^|[^a-z])(?P<kind>f|t|m|force|torque|moment)[\s._-]?(?P<axis>[xyz123])$")
+_WORDS = (
+    ("time", re.compile(r"^(time|t|x_value|timestamp|stamp|elapsed.*|zeit|temps|tiempo|tempo)$")),
+    ("arm_moving", re.compile(r"^(arm_?moving|moving|sync|sync_?line|trigger)$")),
+    ("angle", re.compile(r"^(angle|theta|beta|pitch|winkel|.*[\s._]angle)$")),
+    ("F3", re.compile(r"^(force|load|kraft|last|fuerza|charge|.*\b(force|load))$")),
+    ("z", re.compile(r"^(z|pos(ition)?[\s._]?z|.*position\.z|z[\s._]?pos(ition)?|height|depth)$")),
+    ("z", re.compile(r"^(displacement|extension|weg|crosshead|stroke|position|travel)$")),
+    ("x", re.compile(r"^(x|pos(ition)?[\s._]?x|.*position\.x|x[\s._]?pos(ition)?)$")),
+)
+_FITS = {
+    "time": _TIME_UNITS,
+    "F": _FORCE_UNITS,
+    "T": _TORQUE_UNITS,
+    "x": _LENGTH_UNITS,
+    "z": _LENGTH_UNITS,
+    "angle": _ANGLE_UNITS,
+}
+
+
+def guess(name: str, unit: str) -> str:
+    """Guess which quantity a column holds.
+
+    `name`: Of the column, without its unit. `unit`: As `unitwords.unit_word` spells it; empty
+    where the file does not say. Returns one of `QUANTITIES`, or empty.
+    """
+    if name in QUANTITIES:
+        return name if _fits(name, unit) else ""
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).casefold().strip()
+    match = _AXIS.search(plain)
+    if match:
+        kind = "F" if match["kind"][0] == "f" else "T"
+        quantity = kind + _AXES.get(match["axis"], match["axis"])
+        return quantity if _fits(quantity, unit) else ""
+    for quantity, pattern in _WORDS:
+        if pattern.match(plain) and _fits(quantity, unit):
+            return quantity
+    return ""
+
+
+def _fits(quantity: str, unit: str) -> bool:
+    """Whether a unit can be one of the quantity."""
+    wanted = _FITS.get(quantity, _FITS.get(quantity[0]))
+    return not unit or wanted is None or unit in wanted
+
+
+def guesses(log: Log) -> dict[str, str]:
+    """Guess the quantities of all columns of a log.
+
+    Returns quantity to column, each quantity once: the first column that it fits. Without a name
+    that says time, a column of seconds since 1970 is the time.
+    """
+    found: dict[str, str] = {}
+    for name in log.columns:
+        quantity = guess(name, log.units.get(name, ""))
+        if quantity:
+            found.setdefault(quantity, name)
+    if "time" not in found:
+        stamps = [name for name, values in log.columns.items() if _is_epoch(values)]
+        if stamps:
+            found["time"] = stamps[0]
+    return {quantity: found[quantity] for quantity in _in_order(found)}
+
+
+def _is_epoch(values: FloatArray) -> bool:
+    """Whether values look like seconds since 1970, between 2001 and 2065."""
+    return bool(
+        values.size > 1
+        and values[0] > 1e9
+        and values[-1] < 3e9
+        and (np.diff(values) >= 0).all()
+        and values[-1] > values[0]
+    )
+
+
+def _in_order(quantities: Iterable[str]) -> list[str]:
+    return [quantity for quantity in QUANTITIES if quantity in set(quantities)]

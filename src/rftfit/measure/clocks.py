@@ -1,0 +1,165 @@
+"""Two clocks brought together by what both logs saw: the arm starting and stopping."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from rftfit.conventions import FloatArray
+
+
+HOUR_S = 3600.0
+LONGEST_RAMP_S = 0.1
+
+
+class ClockError(ValueError):
+    """The data cannot decide how the clocks lie; the message says why."""
+
+
+@dataclass(frozen=True)
+class ClockFit:
+    """Motion time = force time + offset + drift x (force time - reference).
+
+    `offset_s`: At the reference time.
+    `drift`: Relative difference of the clocks' rates.
+    `reference_s`: Force time.
+    `residual_s`: Root mean square of the edges about the fit.
+    `edges`: Edges used.
+    `se_s`: Standard error of the offset where it was estimated by itself.
+    `hours`: Whole hours in it, where that was found by itself.
+    """
+
+    offset_s: float
+    drift: float
+    reference_s: float
+    residual_s: float
+    edges: int
+    se_s: float | None = None
+    hours: int | None = None
+
+    def offset_se(self, step_s: float) -> float:
+        """Return the standard error of the offset.
+
+        `step_s`: Sampling step of the sync line: an edge is known to within one. Returns s; 0 for
+        logs on one clock.
+        """
+        if self.se_s is not None:
+            return self.se_s
+        if self.edges == 0:
+            return 0.0
+        # an arm that moves for whole samples has all its edges at one place between two samples:
+        # what the residual does not show of a step's spread, the edges have in common
+        apart = self.residual_s**2 * self.edges / max(self.edges - 2, 1)
+        common = max(step_s**2 / 12 - apart, 0.0)
+        return math.sqrt(common + apart / self.edges)
+
+    @property
+    def whole_hours(self) -> int:
+        """Whole hours in the offset: a time zone or daylight saving, when not zero."""
+        return round(self.offset_s / HOUR_S) if self.hours is None else self.hours
+
+    def motion_time(self, force_time: FloatArray) -> FloatArray:
+        """Turn times of the force log into times of the motion log.
+
+        `force_time`: s. Returns s, same shape.
+        """
+        return force_time + self.offset_s + self.drift * (force_time - self.reference_s)
+
+
+def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> FloatArray:
+    """Start and end of every stretch in which the arm moves.
+
+    `time`: shape (n,); s, increasing. `speed`: shape (n,); Not negative, any unit. `threshold`:
+    Same unit; the edge is where the speed crosses it, interpolated between samples. Returns shape
+    (k, 2): s; stretches of less than 0.1 s are jitter and left out.
+    """
+    moving = np.concatenate([[False], speed > threshold, [False]])
+    change = np.flatnonzero(moving[1:] != moving[:-1])
+    first, last = change[::2], change[1::2] - 1
+    spans = np.stack(
+        [
+            _crossing(time, speed, threshold, first - 1, first),
+            _crossing(time, speed, threshold, last, last + 1),
+        ],
+        axis=1,
+    )
+    return spans[spans[:, 1] - spans[:, 0] > 0.1]
+
+
+def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
+    """Leave out stretches that a log shows no start or no end of: it was cut while the arm moved.
+
+    `spans`: shape (k, 2); s. `first`, `last`: First and last sample that a stretch was looked for
+    in, s. Returns shape (j, 2): s.
+    """
+    return spans[(spans[:, 0] > first) & (spans[:, 1] < last)]
+
+
+def _crossing(
+    time: FloatArray, speed: FloatArray, threshold: float, before: np.ndarray, after: np.ndarray
+) -> FloatArray:
+    """Time between two neighbouring samples at which the speed passes the threshold."""
+    low, high = np.maximum(before, 0), np.minimum(after, time.size - 1)
+    rise = speed[high] - speed[low]
+    # at either end of the log there is no neighbour: the log's first or last sample is the edge
+    rise[rise == 0] = np.inf
+    share = np.minimum(np.maximum((threshold - speed[low]) / rise, 0), 1)
+    result: FloatArray = time[low] + share * (time[high] - time[low])
+    return result
+
+
+def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: float) -> ClockFit:
+    """Find offset and drift between two clocks from the spans in which the arm moved.
+
+    The two ends of a ramp are seen at slightly different speeds by the two logs; because each
+    stretch has a start and an end, that cancels in the offset.
+
+    `force_spans`, `motion_spans`: shape (k, 2); s, on the clock of the force log and on that of
+    the motion log. One may lack stretches at either end (a log cut short): the shift at which they
+    agree is found.
+    """
+    short, long = sorted((force_spans, motion_spans), key=len)
+    if len(short) == 0:
+        raise ClockError(
+            f"the arm moves in {len(force_spans)} whole stretches by the force log's sync line and "
+            f"in {len(motion_spans)} by the motion log: nothing to match. Is a log cut short?"
+        )
+    fits = []
+    for shift in range(len(long) - len(short) + 1):
+        part = long[shift : shift + len(short)]
+        pair = (short, part) if short is force_spans else (part, short)
+        fits.append(_fit(pair[0].ravel(), pair[1].ravel()))
+    fits.sort(key=lambda fit: fit.residual_s)
+    if fits[0].residual_s > max_residual_s:
+        raise ClockError(
+            f"force and motion log disagree by {fits[0].residual_s:.3f} s on when the arm moved; "
+            f"allowed: {max_residual_s:g} s. Do the two files belong to one run?"
+        )
+    if len(fits) > 1 and fits[1].residual_s <= max_residual_s:
+        raise ClockError(
+            "two ways of matching force and motion log fit equally well: no motion differs in length"
+        )
+    return fits[0]
+
+
+def _fit(force_edges: FloatArray, motion_edges: FloatArray) -> ClockFit:
+    difference = motion_edges - force_edges
+    offset = float(difference.mean())
+    reference = float(force_edges.mean())
+    # the rate differs by parts in 1e5: over a run of seconds that is far below an edge's own
+    # error, so a drift is fitted only where the lever arm is long
+    lever = force_edges - reference
+    drift = 0.0
+    if np.ptp(force_edges) > 600:
+        drift = float(lever @ difference / (lever @ lever))
+    residual = difference - offset - drift * lever
+    # both ends of a ramp are seen half a ramp apart, one early and one late: that is no disagreement
+    pairs = residual.reshape(-1, 2)
+    ramp = float((pairs[:, 0] - pairs[:, 1]).mean()) / 2
+    residual = (pairs - [ramp, -ramp]).ravel() if abs(ramp) < LONGEST_RAMP_S else residual
+    spread = float(np.sqrt(np.mean(residual**2)))
+    return ClockFit(offset, drift, reference, spread, force_edges.size)

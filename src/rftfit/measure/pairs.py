@@ -1,0 +1,305 @@
+"""The two logs of a run, read, in the units of the program, with a usable time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.problems import did_you_mean, listed
+from rftfit.logs.base import Log, LogError
+from rftfit.logs.registry import source_reader
+from rftfit.logs.text import TextReader
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from rftfit.campaign.config import AnyLog, Column, Config
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
+    from rftfit.conventions import FloatArray
+    from rftfit.logs.base import Reader
+
+
+# --- Units of logs to the program's own: N, cm, rad. Converted once, when a log comes in.
+
+
+TORQUE_TO_N_M = {"N m": 1.0, "N mm": 1e-3}
+FORCE_TO_N = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605}
+LENGTH_TO_CM = {"um": 1e-4, "mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
+ANGLE_TO_RAD = {"deg": math.pi / 180, "rad": 1.0}
+TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+
+
+def factor(table: dict[str, float], found: str, declared: str, what: str) -> float:
+    """Return the factor to the program's own unit, if log and config agree on the unit.
+
+    `table`: Unit to factor. `found`, `declared`: Unit in the log's header, and in the config.
+    `what`: The quantity, for the message.
+    """
+    if found != declared:
+        raise ValueError(f"{what} in {found or 'no unit'}, but the config says {declared}")
+    if found not in table:
+        raise ValueError(f"{what} in {found}; allowed: {', '.join(table)}")
+    return table[found]
+
+
+# --- From the columns of a file to the quantities of the chain, in the units that the config declares.
+
+
+_TABLES = {
+    "time": TIME_TO_S,
+    "F": FORCE_TO_N,
+    "T": TORQUE_TO_N_M,
+    "x": LENGTH_TO_CM,
+    "z": LENGTH_TO_CM,
+    "angle": ANGLE_TO_RAD,
+}
+
+
+def chain_units(config: Config) -> dict[str, str]:
+    """Return the unit of each quantity in which the chain takes a log."""
+    force = dict.fromkeys(("F1", "F2", "F3"), config.transducer.force_unit)
+    torque = dict.fromkeys(("T1", "T2", "T3"), "N m")
+    position = dict.fromkeys(("x", "z"), config.arm.position_unit)
+    return {**force, **torque, **position, "time": "s", "angle": "deg", "arm_moving": ""}
+
+
+def columns_asked(source: AnyLog) -> set[str]:
+    """Names of the columns of a file that the config asks for.
+
+    Returns numbers as names: 3 as ``column 3``. The quantities themselves are among them.
+    """
+    chosen = {_name(c) for c in source.columns.values() if c.column is not None}
+    return chosen | {"time", "arm_moving", "F1", "F2", "F3", "x", "z", "angle"}
+
+
+def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
+    """Turn the columns of a log into quantities.
+
+    Columns that the config does not name are taken as they are where their name is a quantity.
+
+    `source`: The section of the config. `units`: As `chain_units` gives them. `key`: Of the
+    section, for messages. Returns with the columns that are quantities.
+    """
+    if not source.columns:
+        return log
+    columns = {name: values for name, values in log.columns.items() if name in units}
+    found = {name: log.units.get(name, "") for name in columns}
+    notes = list(log.notes)
+    problems = []
+    for quantity, chosen in source.columns.items():
+        try:
+            columns[quantity], found[quantity] = _column(log, quantity, chosen, units[quantity])
+        except ValueError as error:
+            problems.append(f"{key}.columns.{quantity}: {error}")
+        if chosen.constant is not None:
+            notes.append(f"{quantity} is {chosen.constant:g} {chosen.unit or ''} by the config")
+    if problems:
+        raise LogError("columns", f"{log.path}: {'; '.join(problems)}", log.rows)
+    return replace(log, columns=columns, units=found, notes=tuple(map(str.strip, notes)))
+
+
+def _name(column: Column) -> str:
+    return f"column {column.column}" if isinstance(column.column, int) else str(column.column)
+
+
+def _column(log: Log, quantity: str, chosen: Column, wanted: str) -> tuple[FloatArray, str]:
+    """Values of a quantity, and their unit."""
+    if chosen.constant is not None:
+        values, stated = np.full(log.size, chosen.constant), ""
+    else:
+        name = _name(chosen)
+        if name not in log.columns:
+            near = did_you_mean(name, log.columns)
+            hint = f"; did you mean {near!r}?" if near else ""
+            raise ValueError(f"found no column {name!r}; allowed: {listed(log.columns)}{hint}")
+        values, stated = log.columns[name], log.units.get(name, "")
+    if chosen.factor != 1:
+        values = values * chosen.factor
+    if quantity == "arm_moving":
+        return values, ""
+    if chosen.unit and stated and chosen.unit != stated:
+        raise ValueError(f"the file says {stated}, the config {chosen.unit}: which is right?")
+    unit = chosen.unit or stated
+    table = _TABLES.get(quantity, _TABLES.get(quantity[0], {}))
+    if not unit:
+        raise ValueError(f"the file states no unit: add `unit:`, one of {', '.join(table)}")
+    if unit not in table:
+        raise ValueError(f"{unit} is no unit of {quantity}; allowed: {', '.join(table)}")
+    if chosen.unit and unit != wanted:
+        # a conversion that somebody declared; any other difference is told where units are checked
+        return values * (table[unit] / table[wanted]), wanted
+    if quantity == "time" and unit != wanted:
+        return values * table[unit], wanted
+    return values, unit
+
+
+def completed(log: Log, run: Run, units: Mapping[str, str]) -> Log:
+    """Give a motion log what the run sheet knows and the file does not: beta, or x of a vertical path.
+
+    `log`: With columns named by quantities. Returns the same object where nothing is lacking.
+    """
+    lacking = [name for name in ("time", "x", "z", "angle") if name not in log.columns]
+    if not lacking:
+        return log
+    columns, found, notes = dict(log.columns), dict(log.units), list(log.notes)
+    if "angle" in lacking and run.beta_deg is not None:
+        columns["angle"], found["angle"] = np.full(log.size, run.beta_deg), "deg"
+        notes.append("beta is that of the run sheet: the motion log has no angle")
+        lacking.remove("angle")
+    if "x" in lacking and run.gamma_deg == 90:
+        columns["x"], found["x"] = np.zeros(log.size), units["x"]
+        notes.append("x is 0: the motion log has none, and the path is vertical")
+        lacking.remove("x")
+    if lacking:
+        text = f"{log.path}: no column for {', '.join(lacking)}; name it under motion_log.columns"
+        raise LogError("columns", f"{text} (`rftfit inspect` shows the columns)", log.rows)
+    order = {name: columns[name] for name in ("time", "x", "z", "angle")}
+    return replace(log, columns=order, units=found, notes=tuple(notes))
+
+
+# --- Rows whose time cannot be right, and gaps.
+
+
+DUPLICATE = "duplicated row"
+BACKWARDS = "time runs backwards"
+
+
+def clean(log: Log) -> Log:
+    """Drop duplicated rows and rows whose time does not increase.
+
+    `log`: Must have a column ``time``. Returns time strictly increasing; what was dropped is
+    counted.
+    """
+    time = log.columns["time"]
+    if time.size == 0:
+        raise LogError("no_good_row", f"{log.path}: no usable row among {log.rows}", log.rows)
+    if (time[1:] > time[:-1]).all():
+        return log
+    values = np.stack(list(log.columns.values()))
+    repeated = np.zeros(time.size, dtype=bool)
+    repeated[1:] = (values[:, 1:] == values[:, :-1]).all(axis=0)
+    log = log.take(~repeated, DUPLICATE)
+    time = log.columns["time"]
+    latest = np.concatenate([[-np.inf], np.maximum.accumulate(time)[:-1]])
+    forward = time > latest
+    if np.count_nonzero(forward) * 2 <= forward.size:
+        raise LogError(
+            "time",
+            f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows; "
+            "are several recordings in one file?",
+            log.rows,
+        )
+    return log.take(forward, BACKWARDS)
+
+
+def gaps(time: FloatArray, longest_s: float) -> FloatArray:
+    """Start and end of every step longer than `longest_s`.
+
+    `time`: shape (n,); s, increasing. Returns shape (k, 2): s.
+    """
+    late = np.flatnonzero(np.diff(time) > longest_s)
+    return np.stack([time[late], time[late + 1]], axis=1)
+
+
+# --- The two logs of a run, read and with a usable time.
+
+
+_AT_A_TIME = 32
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Force and motion log of one run; an unusable one is its error."""
+
+    force: Log | LogError
+    motion: Log | LogError
+
+    @property
+    def problems(self) -> list[str]:
+        """What is wrong with unusable logs."""
+        return [str(log) for log in (self.force, self.motion) if isinstance(log, LogError)]
+
+
+def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Pair]]:
+    """Read the logs of many runs; whatever is wrong with them is told, not raised.
+
+    Some runs are read at a time, which is faster than one by one and keeps memory flat however many
+    there are.
+
+    Yields `run`, `pair`: In the order of `runs`.
+    """
+    config, units = campaign.config, chain_units(campaign.config)
+    force_reader, motion_reader = readers(config)
+    for first in range(0, len(runs), _AT_A_TIME):
+        part = runs[first : first + _AT_A_TIME]
+        force = force_reader.load_many([campaign.raw / run.force_log for run in part])
+        motion = motion_reader.load_many([campaign.raw / run.motion_log for run in part])
+        for run, one, other in zip(part, force, motion, strict=True):
+            yield (
+                run,
+                Pair(
+                    _usable(campaign, run.force_log, one, partial(_force, config, units)),
+                    _usable(campaign, run.motion_log, other, partial(_motion, config, units, run)),
+                ),
+            )
+
+
+def readers(config: Config) -> tuple[Reader, Reader]:
+    """Return the readers of force logs and of motion logs.
+
+    Returns `force`, `motion`: Of the columns only that the config names, where it names any.
+    """
+    found = []
+    sources: dict[str, AnyLog] = {"force_log": config.force_log, "motion_log": config.motion_log}
+    for key, source in sources.items():
+        reader = source_reader(source, config.dialect, key)
+        if source.columns and isinstance(reader, TextReader):
+            reader = reader.only(columns_asked(source))
+        found.append(reader)
+    return found[0], found[1]
+
+
+def _force(config: Config, units: Mapping[str, str], log: Log) -> Log:
+    log = mapped(log, config.force_log, units, "force_log")
+    return _complete(log, ("time", "F1", "F2", "F3"), "force")
+
+
+def _motion(config: Config, units: Mapping[str, str], run: Run, log: Log) -> Log:
+    log = mapped(log, config.motion_log, units, "motion_log")
+    if "z" in log.columns:
+        log = completed(log, run, units)
+    return _complete(log, ("time", "x", "z", "angle"), "motion")
+
+
+def _complete(log: Log, wanted: tuple[str, ...], kind: str) -> Log:
+    lacking = [name for name in wanted if name not in log.columns]
+    if not lacking:
+        return log
+    if wanted[1] in lacking:
+        raise LogError(
+            "wrong_kind",
+            f"{log.path}: this is not a {kind} log (no column for {wanted[1]}); are the two logs of "
+            "the run swapped?",
+            log.rows,
+        )
+    text = f"{log.path}: no column for {', '.join(lacking)}; name it under {kind}_log.columns"
+    raise LogError("columns", f"{text} (`rftfit inspect` shows the columns)", log.rows)
+
+
+def _usable(
+    campaign: Campaign, file: str, log: Log | LogError, quantities: Callable[[Log], Log]
+) -> Log | LogError:
+    """Clean a log, or say why it cannot be used, by the name the run sheet gives it."""
+    try:
+        if isinstance(log, LogError):
+            raise log
+        return clean(quantities(log))
+    except LogError as error:
+        # the folder of the raw data is the reader's business, not the ledger's
+        text = str(error).replace(str(campaign.raw / file), file)
+        return LogError(error.code, text, error.rows)

@@ -1,0 +1,430 @@
+"""Zero-intercept slope of stress against depth (Eq. 1), with an interval that can be believed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy.typing as npt
+
+    from rftfit.conventions import FloatArray
+
+
+# --- Variance of a weighted sum of autocorrelated residuals, without believing they are independent.
+
+
+COSINES = 12
+ORDER = 5
+_MAX_SUM = 0.98
+
+
+@lru_cache(maxsize=512)
+def _cosines(n: int, count: int) -> FloatArray:
+    """First `count` cosine modes over `n` samples, orthonormal, shape (count, n)."""
+    order = np.arange(1, count + 1)
+    modes: FloatArray = np.sqrt(2 / n) * np.cos(np.pi * np.outer(order, np.arange(n) + 0.5) / n)
+    return modes
+
+
+def weighted_sum_variance(
+    residual: FloatArray, weight: FloatArray, fitted: FloatArray | None = None
+) -> tuple[FloatArray, float]:
+    """Variance of sum(weight x error) from the residuals of a linear fit.
+
+    `residual`: shape (k, n); k series of n residuals each, equally spaced. `weight`: shape (n,).
+    `fitted`: shape (p, n); What was fitted, linearly independent; by default the weight alone.
+    Returns `variance` of shape (k,): Square of the unit of ``weight * residual``. Returns `dof`:
+    Degrees of freedom of the estimate, for a Student t.
+    """
+    n = weight.size
+    if n < 8:
+        raise ValueError(f"{n} samples are too few to tell their autocorrelation; at least 8")
+    memory = _autoregression(residual, min(ORDER, n // 8))
+    order = memory.shape[1]
+    white = residual[:, order:].copy()
+    for lag in range(1, order + 1):
+        white -= memory[:, lag - 1, None] * residual[:, order - lag : n - lag]
+    inner = weight[order:]
+    count = min(COSINES, inner.size // 4)
+    level = _level(white, inner, weight[None, :] if fitted is None else fitted, count)
+    growth, gain = _growth(weight, memory)
+    effective = n / growth
+    # one parameter was fitted, at the cost of one of the effectively independent samples
+    loss = effective / np.maximum(effective - 1, 0.5)
+    return level * gain * growth * (weight @ weight) * loss, float(count)
+
+
+def _level(white: FloatArray, weight: FloatArray, fitted: FloatArray, count: int) -> FloatArray:
+    """Variance of white residuals as their slow, weighted modes show it, shape (k,)."""
+    modes = weight * _cosines(weight.size, count)
+    basis = _orthonormal(fitted[:, -weight.size :])
+    shadow = modes @ basis
+    overlap = modes @ modes.T - shadow @ shadow.T
+    sums = white @ modes.T - (white @ basis) @ shadow.T
+    level: FloatArray = np.einsum("ij,ji->i", sums, np.linalg.solve(overlap, sums.T)) / count
+    return level
+
+
+def _orthonormal(rows: FloatArray) -> FloatArray:
+    """Orthonormal columns that span the same as some rows."""
+    if len(rows) == 1:
+        # by hand: the general way costs more than all the rest of `_level`
+        single: FloatArray = rows.T / np.sqrt(rows[0] @ rows[0])
+        return single
+    return np.linalg.qr(rows.T)[0]
+
+
+def _autoregression(residual: FloatArray, order: int) -> FloatArray:
+    """Coefficients of an autoregression of each series by Yule and Walker, shape (k, order)."""
+    n = residual.shape[1]
+    lags = [
+        np.einsum("ij,ij->i", residual[:, lag:], residual[:, : n - lag]) for lag in range(order + 1)
+    ]
+    power: FloatArray = np.where(lags[0] > 0, lags[0], 1.0)
+    rho = np.stack(lags, axis=1) / power[:, None]
+    # a little more than 1, so that a series of zeros has a solution too
+    rho[:, 0] = 1 + 1e-9
+    apart = np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
+    memory = np.asarray(np.linalg.solve(rho[:, apart], rho[:, 1:, None])[..., 0], dtype=float)
+    total = memory.sum(axis=1)
+    # biased low by (1 + 3 rho) / n, as is the sample autocorrelation (Kendall 1954)
+    raised = np.minimum(total + (1 + 3 * np.clip(total, 0, 1)) / n, _MAX_SUM)
+    memory[:, 0] += raised - total
+    return memory
+
+
+def _growth(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Variance of the weighted sum over that for independent errors; that of errors over white."""
+    # twice as long as the weights, so that the ends do not meet
+    size = 1 << (2 * weight.size - 1).bit_length()
+    filters = np.concatenate([np.ones((len(memory), 1)), -memory], axis=1)
+    power = 1 / np.abs(np.fft.rfft(filters, size)) ** 2
+    twice = np.full(size // 2 + 1, 2 / size)
+    twice[[0, -1]] = 1 / size
+    gain: FloatArray = power @ twice
+    spread: FloatArray = (power * np.abs(np.fft.rfft(weight, size)) ** 2) @ twice
+    return spread / (gain * (weight @ weight)), gain
+
+
+def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
+    """Degrees of freedom of a sum of independent variance estimates (Welch and Satterthwaite).
+
+    `variances`, `dofs`: shape (m, ...); The parts lie along the first axis. Returns shape (...).
+    """
+    total = variances.sum(axis=0)
+    parts = (variances**2 / dofs).sum(axis=0)
+    safe = np.where(parts > 0, parts, 1.0)
+    result: FloatArray = np.where(parts > 0, total**2 / safe, np.max(dofs, axis=0))
+    return result
+
+
+# --- How much alpha differs from run to run: the bed is never prepared twice alike.
+
+
+LEAST_DOF = 5
+"""Fewer repeats than this say too little to speak for the runs of other cells."""
+
+GIVEN_DOF = 1e6
+"""Degrees of freedom of a variance that is given, not estimated."""
+
+AS_PREPARED, REPEATS, STATED = "one bed as prepared", "repeats", "stated"
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Run-to-run variance of one component of alpha in one medium.
+
+    `variance`: (N/cm^3)^2, beyond what the errors of the single runs explain; 0 if not known.
+    `dof`: Its degrees of freedom.
+    `source`: `REPEATS` of the run sheet, `STATED` in the config, or `AS_PREPARED`: not known,
+        intervals are those of one bed as prepared.
+    """
+
+    variance: float = 0.0
+    dof: float = GIVEN_DOF
+    source: str = AS_PREPARED
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation, N/cm^3; NaN where it is not known."""
+        return math.nan if self.source == AS_PREPARED else math.sqrt(self.variance)
+
+
+def spread_of_runs(groups: Sequence[tuple[FloatArray, FloatArray]], stated: float | None) -> Spread:
+    """Find the run-to-run variance from repeats, else from what is stated.
+
+    `groups`: Runs of one cell (and depth) each, arrays of shape (n,), N/cm^3; single runs are
+    passed over. `stated`: Standard deviation from the config, N/cm^3. Returns from repeats if they
+    have `LEAST_DOF` degrees of freedom together: mean square between runs less the mean square of
+    their own errors, not below 0, with the degrees of freedom of the difference (Satterthwaite).
+    """
+    repeated = [(alpha, se) for alpha, se in groups if alpha.size > 1]
+    dof = sum(alpha.size - 1 for alpha, _ in repeated)
+    if dof < LEAST_DOF:
+        return Spread() if stated is None else Spread(stated**2, GIVEN_DOF, STATED)
+    between = sum(float(np.sum((alpha - alpha.mean()) ** 2)) for alpha, _ in repeated) / dof
+    own = sum((se.size - 1) * float(np.mean(se**2)) for _, se in repeated) / dof
+    variance = max(between - own, 0.0)
+    known = dof * (variance / between) ** 2 if variance > 0 else float(dof)
+    return Spread(variance, known, REPEATS)
+
+
+def mean_of_repeats(
+    alpha: FloatArray, se: FloatArray, dof: FloatArray, spread: Spread
+) -> tuple[float, float, float]:
+    """Mean of the runs of one cell, its standard error and degrees of freedom.
+
+    `alpha`, `se`, `dof`: shape (n,); Of the runs, N/cm^3. Returns `mean`, `se`, `dof`: Where the
+    spread is not known, the scatter of the cell's own runs counts if it is larger than their
+    errors.
+    """
+    n = alpha.size
+    mean = float(alpha.mean())
+    within = (se / n) ** 2
+    if spread.source == AS_PREPARED and n > 1:
+        between = float(alpha.var(ddof=1)) / n
+        if between > within.sum():
+            return mean, math.sqrt(between), n - 1.0
+    parts = np.append(within, spread.variance / n)
+    dofs = np.append(dof, spread.dof)
+    return mean, math.sqrt(float(parts.sum())), float(combine_dof(parts, dofs))
+
+
+# --- What the start-up of a horizontal run has left inside the window that is averaged.
+
+
+_LEAST = 8
+_SLOWEST = 0.5
+
+
+def unfinished_start(
+    path: FloatArray, stress: FloatArray, steady: npt.NDArray[np.bool_], skip_cm: float
+) -> FloatArray:
+    """Estimate by how much the start-up still moves the mean over the steady part.
+
+    The force of a horizontal run approaches its steady value gradually, so that leaving out a fixed
+    length never leaves out all of it. How far the second and the last third of that length lie from
+    the steady mean shows how fast it dies away, and so what remains: with d2 and d3 and q = d3 / d2,
+    an exponential leaves d3 q / (1 - q) times a third of the skipped length. The first third also
+    knows what the pause before has left, and is not used. The mean is not corrected (the published
+    values are plain means); the interval is widened by what is left.
+
+    `path`: shape (n,); Length travelled, cm. `stress`: shape (k, n); N/cm^2; NaN where not known.
+    `steady`: shape (n,); Samples that are averaged. `skip_cm`: Length left out at the start of the
+    stroke. Returns shape (k,): Mean over the steady part less the steady value, N/cm^2; 0 where
+    fewer than 8 samples in either third tell nothing.
+    """
+    third = skip_cm / 3
+    known = np.isfinite(stress).all(axis=0)
+    second = known & (path >= third) & (path < 2 * third)
+    last = known & (path >= 2 * third) & (path < skip_cm)
+    nothing = np.zeros(stress.shape[0])
+    if min(np.count_nonzero(part) for part in (second, last, steady)) < _LEAST:
+        return nothing
+    length = float(np.ptp(path[steady]))
+    mean = stress[:, steady].mean(axis=1)
+    early, late = (stress[:, part].mean(axis=1) - mean for part in (second, last))
+    # noise must not pass for a start-up that never ends
+    share = np.clip(np.divide(late, early, out=nothing, where=early != 0), 0, _SLOWEST)
+    left: FloatArray = late * share / (1 - share) * third / length
+    return left
+
+
+# --- Zero-intercept slope of stress against depth (Eq. 1), with an interval that can be believed.
+
+
+_LEVEL = 0.005
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Slopes of k stress components against one depth; all arrays of shape (k,).
+
+    Parameters
+    ----------
+    alpha : numpy.ndarray
+        sum(sigma z) / sum(z^2), N/cm^3.
+    se : numpy.ndarray
+        Standard error that allows for autocorrelation and for the error of the zero, N/cm^3.
+    dof : numpy.ndarray
+        Degrees of freedom of `se`.
+    ols_se : numpy.ndarray
+        Textbook standard error, which takes samples for independent, N/cm^3.
+    intercept, free_slope : numpy.ndarray
+        Of the fit with a free intercept, N/cm^2 and N/cm^3; these and what follows are NaN where
+        the depth does not change, as in a horizontal run.
+    nonlinear_p : numpy.ndarray
+        Probability that a straight line through zero shows this much curvature by noise.
+    nonlinear_ratio : numpy.ndarray
+        Deviation of a parabola through zero from the line at the end of the window, relative to
+        the stress there.
+    points : int
+        Samples used.
+    startup : numpy.ndarray
+        What a start-up left in the window moves alpha by, N/cm^3; contained in `se`.
+    """
+
+    alpha: FloatArray
+    se: FloatArray
+    dof: FloatArray
+    ols_se: FloatArray
+    intercept: FloatArray
+    free_slope: FloatArray
+    nonlinear_p: FloatArray
+    nonlinear_ratio: FloatArray
+    points: int
+    startup: FloatArray
+
+    def interval(self, confidence: float) -> tuple[FloatArray, FloatArray]:
+        """Return the confidence interval of alpha.
+
+        Parameters
+        ----------
+        confidence : float
+            Between 0 and 1.
+
+        Returns
+        -------
+        lo, hi : numpy.ndarray, shape (k,)
+            N/cm^3.
+        """
+        half = student_quantile(confidence, self.dof) * self.se
+        return self.alpha - half, self.alpha + half
+
+
+def student_quantile(confidence: float, dof: FloatArray | float) -> FloatArray:
+    """Half width of a two-sided Student interval in standard errors.
+
+    `confidence`: Between 0 and 1. `dof`: Degrees of freedom.
+    """
+    from scipy.special import stdtrit  # scipy.stats takes ten times as long to import
+
+    return np.asarray(stdtrit(np.asarray(dof, dtype=float), 0.5 + confidence / 2))
+
+
+def zero_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Zero-intercept least squares and its textbook standard error (Eq. 1).
+
+    `depth`: shape (n,); |z|, cm. `stress`: shape (k, n); N/cm^2. Returns `alpha`, `ols_se` of
+    shape (k,): N/cm^3.
+    """
+    power = float(depth @ depth)
+    if depth.size < 2 or power == 0:
+        raise ValueError(f"{depth.size} samples, sum of squared depths {power:g}: no slope")
+    alpha = stress @ depth / power
+    residual = stress - alpha[:, None] * depth
+    variance = np.einsum("ij,ij->i", residual, residual) / (depth.size - 1)
+    return alpha, np.sqrt(variance / power)
+
+
+def fit_slope(
+    depth: FloatArray,
+    stress: FloatArray,
+    zero_variance: FloatArray,
+    zero_dof: FloatArray,
+    depth_sd: float = 0.0,
+    startup: FloatArray | None = None,
+) -> Slope:
+    """Fit the zero-intercept slope with its honest standard error and quality figures.
+
+    Parameters
+    ----------
+    depth : numpy.ndarray, shape (n,)
+        |z| in the order of recording, cm.
+    stress : numpy.ndarray, shape (k, n)
+        Tared stress, N/cm^2.
+    zero_variance : numpy.ndarray, shape (m, k)
+        Variance of the stress zero of the run and of its tare, (N/cm^2)^2: an error of the zero is
+        the same in all samples, so their scatter does not show it.
+    zero_dof : numpy.ndarray, shape (m, k)
+        Degrees of freedom of these.
+    depth_sd : float, optional
+        Standard error of the depth common to all samples (of the clocks), cm.
+    startup : numpy.ndarray, shape (k,), optional
+        What a start-up moves the mean stress by (`measure.startup`), N/cm^2; default none.
+
+    Returns
+    -------
+    Slope
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 8 samples or all lie at depth zero.
+    """
+    alpha, ols_se = zero_intercept(depth, stress)
+    power = float(depth @ depth)
+    residual = stress - alpha[:, None] * depth
+    scatter, count = weighted_sum_variance(residual, depth)
+    lever = float(depth.sum()) / power
+    # what shifts the stress of all samples alike: errors of the clocks, and of the zeros
+    shift = np.vstack([(alpha * depth_sd) ** 2, zero_variance])
+    given = np.full(alpha.size, GIVEN_DOF)
+    shift_dof = np.vstack([given, zero_dof])
+    moved = np.zeros(alpha.size) if startup is None else startup * lever
+    parts = np.vstack([scatter / power**2, shift * lever**2, moved**2])
+    dofs = np.vstack([np.full(alpha.size, count), shift_dof, given])
+    se = np.sqrt(parts.sum(axis=0))
+    intercept, free_slope = _free_intercept(depth, stress)
+    p_value, ratio = _curvature(depth, alpha, residual, shift, shift_dof)
+    return Slope(
+        alpha, se, combine_dof(parts, dofs), ols_se, intercept, free_slope, p_value, ratio,
+        depth.size, moved,
+    )  # fmt: skip
+
+
+def _free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
+    centred = depth - depth.mean()
+    spread = float(centred @ centred)
+    if _slope_level(depth):
+        nothing = np.full(len(stress), np.nan)
+        return nothing, nothing
+    slope = stress @ centred / spread
+    return stress.mean(axis=1) - slope * depth.mean(), slope
+
+
+def _slope_level(depth: FloatArray) -> bool:
+    """Tell a horizontal run: what its depth varies by is the noise of the arm's log."""
+    return float(depth.std()) < _LEVEL * float(np.abs(depth).max())
+
+
+def _curvature(
+    depth: FloatArray,
+    alpha: FloatArray,
+    residual: FloatArray,
+    shift: FloatArray,
+    shift_dof: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Test a term in depth squared, made orthogonal to the line through zero.
+
+    A stress that is off by the same everywhere bends the line through zero too, so the variances of
+    such shifts belong into the test.
+    """
+    from scipy.special import stdtr
+
+    bend = depth**2 - depth * float(depth**2 @ depth) / float(depth @ depth)
+    power = float(bend @ bend)
+    if _slope_level(depth):
+        nothing = np.full(alpha.size, np.nan)
+        return nothing, nothing
+    size = residual @ bend / power
+    scatter, count = weighted_sum_variance(
+        residual - size[:, None] * bend, bend, np.stack([depth, bend])
+    )
+    lever = float(bend.sum()) / power
+    parts = np.vstack([scatter / power**2, shift * lever**2])
+    dof = combine_dof(parts, np.vstack([np.full(alpha.size, count), shift_dof]))
+    error = np.sqrt(parts.sum(axis=0))
+    safe = np.where(error > 0, error, 1.0)
+    p_value = np.where(error > 0, 2 * stdtr(dof, -np.abs(size) / safe), 1.0)
+    deepest = int(np.argmax(depth))
+    end_stress = alpha * depth[deepest]
+    reference = np.where(end_stress == 0, 1.0, np.abs(end_stress))
+    return p_value, size * bend[deepest] / reference

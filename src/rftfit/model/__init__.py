@@ -1,0 +1,1 @@
+"""The force model: what answers alpha(beta, gamma), and what integrates it."""

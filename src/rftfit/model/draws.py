@@ -1,0 +1,124 @@
+"""Draws of the alpha table within its own errors, for the intervals of everything that follows."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.measure.alpha import column, grid
+from rftfit.measure.fits import COMPONENTS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pandas as pd
+
+    from rftfit.conventions import FloatArray
+
+
+_MANY = 1e6
+
+
+def alpha_draws(
+    table: pd.DataFrame, draws: int, seed: int, confidence: float
+) -> tuple[FloatArray, FloatArray]:
+    """Draw alpha tables of one medium from their errors (parametric bootstrap).
+
+    Every run is its own experiment, so cells are independent; the rows beta = -90 and +90 degrees
+    are one plate and move together. The same medium and seed give the same draws, so that stages
+    which draw apart still agree.
+
+    `table`: Alpha table of one medium. `confidence`: Level of the table's intervals. Returns
+    `alpha_z`, `alpha_x` of shape (draws, 7, 13): N/cm^3; NaN in cells without a run.
+    """
+    from scipy.special import ndtri
+
+    medium = str(table["medium"].iloc[0])
+    random = np.random.default_rng([seed, zlib.crc32(medium.encode())])
+    result = []
+    for component in COMPONENTS:
+        centre = grid(table, column(component))
+        half = (grid(table, column(component, "_hi")) - grid(table, column(component, "_lo"))) / 2
+        # from the interval, not from the standard error: it knows the degrees of freedom
+        spread = half / float(ndtri(0.5 + confidence / 2))
+        noise = random.standard_normal((draws, *centre.shape))
+        noise[:, 0] = noise[:, -1]
+        result.append(centre + spread * noise)
+    return result[0], result[1]
+
+
+def typical_dof(table: pd.DataFrame, confidence: float) -> float:
+    """Degrees of freedom behind the intervals of an alpha table, their median over the cells.
+
+    `table`: Alpha table of one medium. `confidence`: Level of the table's intervals. Returns at
+    most 1e6; NaN in a table without numbers.
+    """
+    from scipy.special import ndtri, stdtridf
+
+    upper = 0.5 + confidence / 2
+    ratios = []
+    for component in COMPONENTS:
+        half = table[column(component, "_hi")] - table[column(component, "_lo")]
+        ratios.append((half / 2 / table[column(component, "_se")]).to_numpy(float))
+    ratio = np.concatenate(ratios)
+    ratio = ratio[np.isfinite(ratio)]
+    if ratio.size == 0:
+        return float("nan")
+    middle = float(np.median(ratio))
+    # a normal quantile has infinitely many, where the inverse of Student's t ends
+    if middle <= 1.00001 * float(ndtri(upper)):
+        return _MANY
+    return float(min(stdtridf(upper, middle), _MANY))
+
+
+@dataclass(frozen=True)
+class Term:
+    """One of several independent draws that are added up, here a medium's share of a mean.
+
+    `draws`: shape (draws, ...).
+    `dof`: Of the errors behind them (`typical_dof`).
+    """
+
+    draws: FloatArray
+    dof: float
+
+
+def interval_of_sum(terms: Sequence[Term], confidence: float) -> tuple[FloatArray, FloatArray]:
+    """Percentile interval of a sum of terms that were measured apart.
+
+    The draws of each term are as wide as the Student interval of its own few degrees of freedom. A
+    sum has more of them (Welch and Satterthwaite), so its interval is narrowed accordingly.
+
+    Returns `lo`, `hi` of shape (...).
+    """
+    from scipy.special import ndtri, stdtrit
+
+    upper = 0.5 + confidence / 2
+    normal = float(ndtri(upper))
+    lo, hi = interval(sum(term.draws for term in terms[1:]) + terms[0].draws, confidence)
+    widened = np.array([float(stdtrit(term.dof, upper)) / normal for term in terms])
+    dof = np.array([term.dof for term in terms])
+    drawn = np.stack([term.draws.var(axis=0) for term in terms])
+    shape = (-1, *[1] * (drawn.ndim - 1))
+    variance = drawn / widened.reshape(shape) ** 2
+    total = variance.sum(axis=0)
+    safe = np.where(total > 0, total, 1.0)
+    together = 1 / np.maximum(((variance / safe) ** 2 / dof.reshape(shape)).sum(axis=0), 1 / _MANY)
+    wanted = stdtrit(together, upper) / normal
+    given = np.sqrt(np.where(total > 0, drawn.sum(axis=0) / safe, 1.0))
+    middle = (lo + hi) / 2
+    half = (hi - lo) / 2 * wanted / given
+    return middle - half, middle + half
+
+
+def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray]:
+    """Percentile interval along the first axis.
+
+    `draws`: shape (draws, ...). Returns `lo`, `hi` of shape (...).
+    """
+    tail = (1 - confidence) / 2
+    lo, hi = np.quantile(draws, [tail, 1 - tail], axis=0)
+    return lo, hi

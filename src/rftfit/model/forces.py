@@ -1,0 +1,133 @@
+"""Forces of a profile on an outline in given poses; one profile, or a stack of draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.model import reference_kernel
+from rftfit.model.profiles import combine
+
+if TYPE_CHECKING:
+    from rftfit.conventions import FloatArray
+    from rftfit.model.outlines import Outline
+    from rftfit.model.profiles import Profile
+
+
+_MOST_AT_ONCE = 2_000_000
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Net force and moment on an outline.
+
+    `force_z_N`, `force_x_N`: shape (..., p); By pose, up and toward +x positive; leading axes are
+        draws.
+    `moment_N_cm`: shape (..., p); About the reference point (a leg's axle), positive from z toward
+        x: in the sense of the angle, so that moment times its rate is power.
+    `reason`: Why there is NaN; empty if there is none.
+    """
+
+    force_z_N: FloatArray
+    force_x_N: FloatArray
+    moment_N_cm: FloatArray
+    reason: str = ""
+
+
+def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
+    """Integrate the forces over an outline in each pose (Eq. 2).
+
+    `poses`: shape (p, 6); Reference point x, z (cm), angle (rad, from z toward x), and their rates
+    (per s). Returns arrays of shape (p,).
+    """
+    return _result(profile, _compiled(profile, outline, poses, np.empty((0, 0, 4))))
+
+
+def forces_on_elements(
+    profile: Profile, outline: Outline, poses: FloatArray
+) -> tuple[Forces, FloatArray]:
+    """`forces_on`, and the force on each element.
+
+    `poses`: shape (p, 6). Returns `elements` of shape (p, n, 4): Force z, force x (N), and x, z
+    (cm) where it acts.
+    """
+    each = np.empty((len(poses), len(outline.body), 4))
+    return _result(profile, _compiled(profile, outline, poses, each)), each
+
+
+def force_draws(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
+    """Carry a stack of draws through the integral.
+
+    Every profile is linear in its parameters: the geometry gives the weight of each parameter in
+    each pose once, all draws are then one matrix product.
+
+    `profile`: Parameters with leading axes (draws, ...); one without gives what `forces_on` gives.
+    `poses`: shape (p, 6). Returns arrays of shape (draws, ..., p).
+    """
+    poses = _checked(poses)
+    values_z, values_x = profile.parameters
+    per_pose = max(1, len(outline.body) * max(values_z.shape[-1], values_x.shape[-1]))
+    step = max(1, _MOST_AT_ONCE // per_pose)
+    # of force, of force times its arm in x, in z: shape (3, p, parameters)
+    parts = [_weights(profile, outline, poses[start : start + step])
+             for start in range(0, len(poses), step)]  # fmt: skip
+    if not parts:
+        nothing = np.zeros((*values_z.shape[:-1], 0))
+        return Forces(nothing, nothing, nothing)
+    weights_z, weights_x = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
+    forces = Forces(
+        combine(values_z, weights_z[0]),
+        combine(values_x, weights_x[0]),
+        combine(values_x, weights_x[2]) - combine(values_z, weights_z[1]),
+    )
+    bad = not np.isfinite(forces.moment_N_cm).all()
+    return Forces(
+        forces.force_z_N, forces.force_x_N, forces.moment_N_cm, _why(profile) if bad else ""
+    )
+
+
+def _weights(
+    profile: Profile, outline: Outline, poses: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    elements = reference_kernel.place(outline.body, outline.width_cm, poses)
+    load, centre = reference_kernel.submerged(elements, outline.solid)
+    arm = centre - poses[:, None, :2]
+    scaled = load * np.stack([np.ones_like(load), arm[..., 0], arm[..., 1]])
+    beta, gamma = (np.where(load == 0, 0.0, angle) for angle in reference_kernel.angles(elements))
+    basis_z, basis_x = profile.basis(beta, gamma)
+    by_pose = scaled.transpose(1, 0, 2)
+    weights_z = (by_pose @ basis_z).transpose(1, 0, 2)
+    if basis_x is basis_z:
+        return weights_z, weights_z
+    return weights_z, (by_pose @ basis_x).transpose(1, 0, 2)
+
+
+def _compiled(
+    profile: Profile, outline: Outline, poses: FloatArray, each: FloatArray
+) -> FloatArray:
+    # the compiler is slow to import, and not everyone who makes poses needs it
+    from rftfit.model.kernel import pose_forces
+
+    body, width_cm, solid = outline.body, outline.width_cm, outline.solid
+    result: FloatArray = pose_forces(profile.pack, body, width_cm, solid, _checked(poses), each)
+    return result
+
+
+def _checked(poses: FloatArray) -> FloatArray:
+    poses = np.ascontiguousarray(poses, dtype=float)
+    if poses.ndim != 2 or poses.shape[1] != 6:
+        raise ValueError(f"poses of shape (p, 6) wanted, found {poses.shape}")
+    return poses
+
+
+def _result(profile: Profile, net: FloatArray) -> Forces:
+    bad = not np.isfinite(net).all()
+    return Forces(
+        net[:, 0].copy(), net[:, 1].copy(), net[:, 2].copy(), _why(profile) if bad else ""
+    )
+
+
+def _why(profile: Profile) -> str:
+    return profile.reason or "a position, angle or velocity is missing"

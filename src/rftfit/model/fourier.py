@@ -1,0 +1,297 @@
+"""The nine-term Fourier model of alpha(beta, gamma), the two ways of fitting it, and which harmonics matter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.model.symmetry import check_grid, extend, symmetrise
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy.typing as npt
+
+    from rftfit.conventions import FloatArray
+
+
+# --- The nine-term Fourier model of alpha(beta, gamma) and the two ways of fitting it.
+
+
+TERMS_Z = ("A00", "A10", "B11", "B01", "Bm1")
+TERMS_X = ("C11", "C01", "Cm1", "D10")
+TERMS = TERMS_Z + TERMS_X
+"""Order of the coefficients in every array and table (Table S2)."""
+
+METHODS = ("lsq", "dft-index")
+
+
+def basis(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Values of the nine terms.
+
+    `beta`, `gamma`: rad; shapes broadcast to (...). Returns `terms_z` of shape (5, ...): In the
+    order of `TERMS_Z`. Returns `terms_x` of shape (4, ...): In the order of `TERMS_X`.
+    """
+    b, g = np.broadcast_arrays(2 * np.asarray(beta, dtype=float), np.asarray(gamma, dtype=float))
+    terms_z = np.stack([np.ones_like(b), np.cos(b), np.sin(b + g), np.sin(g), np.sin(g - b)])
+    terms_x = np.stack([np.cos(b + g), np.cos(g), np.cos(g - b), np.sin(b)])
+    return terms_z, terms_x
+
+
+def as_array(coefficients: Mapping[str, float] | npt.ArrayLike) -> FloatArray:
+    """Coefficients as an array in the order of `TERMS`.
+
+    `coefficients`: shape (9,). Returns shape (9,).
+    """
+    if isinstance(coefficients, Mapping):
+        missing = [term for term in TERMS if term not in coefficients]
+        if missing:
+            raise ValueError(f"no coefficient {', '.join(missing)}; wanted: {', '.join(TERMS)}")
+        return np.array([coefficients[term] for term in TERMS], dtype=float)
+    values = np.asarray(coefficients, dtype=float)
+    if values.shape != (len(TERMS),):
+        raise ValueError(f"nine coefficients wanted, found an array of shape {values.shape}")
+    return values
+
+
+def evaluate(
+    coefficients: Mapping[str, float] | npt.ArrayLike, beta: npt.ArrayLike, gamma: npt.ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Alpha of the nine-term model.
+
+    `coefficients`: shape (9,); N/cm^3 (dimensionless for the generic M0). `beta`, `gamma`: rad;
+    shapes broadcast to (...). Returns `alpha_z`, `alpha_x` of shape (...): Unit of the
+    coefficients.
+    """
+    values = as_array(coefficients)
+    terms_z, terms_x = basis(beta, gamma)
+    return np.tensordot(values[:5], terms_z, 1), np.tensordot(values[5:], terms_x, 1)
+
+
+def fit_lsq(
+    beta: FloatArray,
+    gamma: FloatArray,
+    alpha_z: FloatArray,
+    alpha_x: FloatArray,
+    keep: npt.NDArray[np.bool_] | None = None,
+) -> FloatArray:
+    """Least squares at the true angles.
+
+    The fit is over the whole torus of (beta, gamma) that the symmetry completes, every point of it
+    counted once: a cell at gamma = +-90 degrees is its own mirror image, one at beta = +-90 stands
+    twice in the table, so these carry half weight.
+
+    Parameters
+    ----------
+    beta, gamma : numpy.ndarray, shape (nb,), (ng,)
+        rad, the measured grid from -90 to 90 degrees.
+    alpha_z, alpha_x : numpy.ndarray, shape (..., nb, ng)
+        N/cm^3; NaN where not measured, the same cells in every leading index.
+    keep : numpy.ndarray of bool, shape (9,), optional
+        Terms to fit; the others come back as 0.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 9)
+        N/cm^3, in the order of `TERMS`.
+
+    Raises
+    ------
+    ValueError
+        If the grid is not symmetric, fewer cells are measured than terms fitted, or those that are
+        cannot tell the terms apart (one attack angle alone, for example).
+    """
+    check_grid(beta, gamma)
+    keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
+    alpha_z, alpha_x = symmetrise(alpha_z, alpha_x)
+    weight = np.where(np.isclose(np.abs(gamma), np.pi / 2), 1.0, 2.0)[None, :]
+    weight = weight * np.where(np.isclose(np.abs(beta), np.pi / 2), 0.5, 1.0)[:, None]
+    grids = basis(beta[:, None], gamma[None, :])
+    result = np.zeros((*alpha_z.shape[:-2], len(TERMS)))
+    for alpha, terms, used in (
+        (alpha_z, grids[0], np.flatnonzero(keep[:5])),
+        (alpha_x, grids[1], np.flatnonzero(keep[5:])),
+    ):
+        flat = alpha.reshape(*alpha.shape[:-2], -1)
+        there = np.isfinite(flat).reshape(-1, flat.shape[-1]).all(axis=0)
+        if np.count_nonzero(there) < used.size:
+            raise ValueError(
+                f"{np.count_nonzero(there)} measured cells are too few for {used.size} terms"
+            )
+        root = np.sqrt(weight.ravel()[there])
+        design = terms.reshape(len(terms), -1)[used][:, there] * root
+        if np.linalg.matrix_rank(design) < used.size:
+            # the smallest of many solutions would pass for a measurement
+            raise ValueError(
+                f"the {np.count_nonzero(there)} measured cells do not tell {used.size} terms apart: "
+                "more directions of plate and motion are needed"
+            )
+        solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), flat[..., there] * root)
+        first = 0 if terms is grids[0] else 5
+        result[..., first + used] = solution
+    return result
+
+
+def fit_dft_index(gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray) -> FloatArray:
+    """Discrete Fourier transform on the index grid: how Table S2 was made.
+
+    The symmetry-extended table is read as a regular grid: beta index i stands for (i - 3) pi/7 and
+    gamma index k for (k - 12) 2 pi/25, both end rows and columns kept and the true, uneven steps of
+    gamma ignored. The recipe is inferred: it gives all non-zero entries of Table S2 within
+    0.0013 N/cm^3, and Table S3, which least squares does not.
+
+    Parameters
+    ----------
+    gamma : numpy.ndarray, shape (ng,)
+        rad, the measured grid from -90 to 90 degrees.
+    alpha_z, alpha_x : numpy.ndarray, shape (..., nb, ng)
+        N/cm^3; a transform needs every cell, so NaN anywhere gives NaN.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 9)
+        N/cm^3, in the order of `TERMS`.
+
+    Raises
+    ------
+    ValueError
+        If gamma does not run from -90 to 90 degrees with 0 in its middle.
+    """
+    alpha_z, alpha_x = symmetrise(alpha_z, alpha_x)
+    gamma_all, alpha_z, alpha_x = extend(gamma, alpha_z, alpha_x)
+    rows, columns = alpha_z.shape[-2], gamma_all.size
+    beta_index = (np.arange(rows) - rows // 2) * np.pi / rows
+    gamma_index = (np.arange(columns) - columns // 2) * 2 * np.pi / columns
+    terms_z, terms_x = basis(beta_index[:, None], gamma_index[None, :])
+    mean_z = np.einsum("tij,...ij->...t", terms_z, alpha_z) / (rows * columns)
+    mean_x = np.einsum("tij,...ij->...t", terms_x, alpha_x) / (rows * columns)
+    # a harmonic's mean square over a period is one half, a constant's is one
+    scale_z = np.array([1.0, 2.0, 2.0, 2.0, 2.0])
+    return np.concatenate([mean_z * scale_z, mean_x * 2.0], axis=-1)
+
+
+def kept_terms(coefficients: FloatArray, threshold: float) -> npt.NDArray[np.bool_]:
+    """Tell which terms matter: magnitude above `threshold` times A00 (the paper's rule, 0.05).
+
+    `coefficients`: shape (9,). Returns shape (9,): A00 itself is always kept.
+    """
+    keep: npt.NDArray[np.bool_] = np.abs(coefficients) > threshold * abs(coefficients[0])
+    keep[0] = True
+    return keep
+
+
+# --- Which harmonics an information criterion would keep, for comparison with the 0.05 A00 rule.
+
+
+ORDER_BETA = 2
+ORDER_GAMMA = 2
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """One term that the symmetry allows: function of m 2 beta + n gamma.
+
+    `name`: As in Table S2: letter, m, n; a leading minus of m written as m.
+    `component`: ``z`` or ``x``.
+    `m`, `n`: Multiples of 2 beta and of gamma.
+    `sine`: Sine or cosine.
+    """
+
+    name: str
+    component: str
+    m: int
+    n: int
+    sine: bool
+
+    def values(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
+        """Value of the term.
+
+        `beta`, `gamma`: rad; shapes broadcast.
+        """
+        phase = 2 * self.m * beta + self.n * gamma
+        function: Callable[[FloatArray], FloatArray] = np.sin if self.sine else np.cos
+        return function(phase)
+
+
+def harmonics(component: str) -> list[Harmonic]:
+    """Terms up to second order in beta and gamma that obey the mirror symmetry.
+
+    Under (beta, gamma) to (-beta, pi - gamma) alpha_z keeps its sign and alpha_x turns it: alpha_z
+    takes cosines of even and sines of odd n, alpha_x the others.
+
+    `component`: ``z`` or ``x``. Returns the constant first.
+    """
+    found = []
+    for n in range(ORDER_GAMMA + 1):
+        for m in range(-ORDER_BETA, ORDER_BETA + 1):
+            if n == 0 and m < 0:
+                continue
+            sine = (n % 2 == 1) == (component == "z")
+            if sine and m == 0 and n == 0:
+                continue
+            letter = {("z", False): "A", ("z", True): "B", ("x", False): "C", ("x", True): "D"}
+            sign = f"m{-m}" if m < 0 else str(m)
+            name = f"{letter[component, sine]}{sign}{n}"
+            found.append(
+                Harmonic(name.replace("Bm11", "Bm1").replace("Cm11", "Cm1"), component, m, n, sine)
+            )
+    return found
+
+
+def select_bic(
+    beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
+) -> dict[str, bool]:
+    """Keep the harmonics that lower the Bayesian information criterion (forward and backward).
+
+    `beta`, `gamma`: shape (nb,); rad, the measured grid from -90 to 90 degrees. `alpha_z`,
+    `alpha_x`: shape (nb, ng); N/cm^3; NaN where not measured. Returns name of every candidate term
+    to whether it is kept.
+    """
+    check_grid(beta, gamma)
+    alpha_z, alpha_x = symmetrise(alpha_z, alpha_x)
+    # beta = -90 degrees is the same plate as +90: one of them
+    rows = np.flatnonzero(~np.isclose(beta, -np.pi / 2))
+    b, g = np.meshgrid(beta[rows], gamma, indexing="ij")
+    kept: dict[str, bool] = {}
+    for component, alpha in (("z", alpha_z), ("x", alpha_x)):
+        candidates = harmonics(component)
+        values = alpha[rows].ravel()
+        there = np.isfinite(values)
+        columns = np.stack([term.values(b, g).ravel()[there] for term in candidates], axis=1)
+        chosen = _best_subset(columns, values[there])
+        kept.update({term.name: index in chosen for index, term in enumerate(candidates)})
+    return kept
+
+
+def _bic(columns: FloatArray, values: FloatArray) -> float:
+    solution, *_ = np.linalg.lstsq(columns, values, rcond=None)
+    rest = values - columns @ solution
+    n = values.size
+    # a table that the terms describe exactly leaves rounding, not zero
+    noise = max(float(rest @ rest) / n, 1e-18)
+    return float(n * np.log(noise) + columns.shape[1] * np.log(n))
+
+
+def _best_subset(columns: FloatArray, values: FloatArray) -> set[int]:
+    """Add or drop one or exchange two terms as long as that lowers the criterion."""
+    everything = range(columns.shape[1])
+    chosen: set[int] = {0}
+    best = _bic(columns[:, [0]], values)
+    while True:
+        trials = [chosen ^ {index} for index in everything]
+        trials += [
+            chosen ^ {a, b}
+            for a, b in combinations(everything, 2)
+            if (a in chosen) != (b in chosen)
+        ]
+        scored = [
+            (_bic(columns[:, sorted(trial)], values), sorted(trial)) for trial in trials if trial
+        ]
+        lowest = min(scored)
+        if lowest[0] >= best - 1e-9:
+            return chosen
+        best, chosen = lowest[0], set(lowest[1])

@@ -1,0 +1,162 @@
+"""Poses of an outline: a leg that turns about its axle, a body moved along any path."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.problems import CampaignError, Problem
+from rftfit.model.forces import Forces, force_draws, forces_on
+from rftfit.model.outlines import read_points
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy.typing as npt
+    import pandas as pd
+
+    from rftfit.conventions import FloatArray
+    from rftfit.model.outlines import Outline
+    from rftfit.model.profiles import Profile
+
+
+# --- A leg that turns about a fixed axle above the surface: the paper's rotation trials.
+
+
+THETA_DEG = np.arange(-135.0, 136.0)
+"""The sweep of the paper: from the front (+x) down and backward."""
+
+HIP_HEIGHT_CM = 2.0
+RATE_RAD_PER_S = 0.2
+
+
+def rotation_poses(
+    theta: npt.ArrayLike,
+    hip_height_cm: float = HIP_HEIGHT_CM,
+    rate_rad_per_s: float = RATE_RAD_PER_S,
+) -> FloatArray:
+    """Poses of a leg on a fixed axle at x = 0.
+
+    `theta`: shape (p,); rad, from straight down to the direction from axle to tip: the tip lies at
+    2R (-sin theta, -cos theta), so negative theta is in front. `hip_height_cm`: Of the axle above
+    the free surface. `rate_rad_per_s`: Of theta. Forces depend on its sign alone. Returns shape
+    (p, 6).
+    """
+    theta = np.asarray(theta, dtype=float)
+    poses = np.zeros((theta.size, 6))
+    poses[:, 1], poses[:, 2], poses[:, 5] = hip_height_cm, theta, rate_rad_per_s
+    return poses
+
+
+def sweep(
+    profile: Profile,
+    leg: Outline,
+    theta: npt.ArrayLike | None = None,
+    hip_height_cm: float = HIP_HEIGHT_CM,
+    rate_rad_per_s: float = RATE_RAD_PER_S,
+) -> Forces:
+    """Force and moment on a turning leg against theta.
+
+    `theta`: shape (p,); rad; by default -135 to 135 degrees by 1 (`THETA_DEG`). `hip_height_cm`,
+    `rate_rad_per_s`: See `rotation_poses`. Returns arrays of shape (p,); the moment is about the
+    axle.
+    """
+    theta = np.radians(THETA_DEG) if theta is None else theta
+    return forces_on(profile, leg, rotation_poses(theta, hip_height_cm, rate_rad_per_s))
+
+
+def sweep_draws(
+    profile: Profile,
+    leg: Outline,
+    theta: npt.ArrayLike | None = None,
+    hip_height_cm: float = HIP_HEIGHT_CM,
+    rate_rad_per_s: float = RATE_RAD_PER_S,
+) -> Forces:
+    """`sweep` for a stack of draws of a profile.
+
+    `profile`: Parameters with a leading axis of draws. `theta`: shape (p,). Returns arrays of
+    shape (draws, p).
+    """
+    theta = np.radians(THETA_DEG) if theta is None else theta
+    return force_draws(profile, leg, rotation_poses(theta, hip_height_cm, rate_rad_per_s))
+
+
+# --- A body moved along any path: a csv of time, place and angle.
+
+
+COLUMNS = ("t_s", "x_cm", "z_cm", "angle_deg")
+_MOST_SHOWN = 20
+
+
+def path_poses(
+    time_s: npt.ArrayLike, x_cm: npt.ArrayLike, z_cm: npt.ArrayLike, angle: npt.ArrayLike
+) -> FloatArray:
+    """Poses along a path, with velocities by differences between neighbouring times.
+
+    `time_s`: shape (p,); Increasing, at least two. `x_cm`, `z_cm`: shape (p,); Reference point; z
+    = 0 is the free surface. `angle`: shape (p,); rad, from z toward x (beta of a plate along x,
+    theta of a leg). A step of more than half a turn is taken for the shorter way round. Returns
+    shape (p, 6).
+    """
+    time = np.asarray(time_s, dtype=float)
+    if time.size < 2 or not (np.diff(time) > 0).all():
+        raise ValueError("a path needs at least two times, and time must increase")
+    x, z, turned = (np.asarray(part, dtype=float) for part in (x_cm, z_cm, angle))
+    place = np.stack([x, z, np.unwrap(turned)], axis=-1)
+    return np.concatenate([place, np.gradient(place, time, axis=0)], axis=-1)
+
+
+def read_path(path: Path) -> tuple[FloatArray, FloatArray]:
+    """Read a path from a csv with the columns ``t_s``, ``x_cm``, ``z_cm``, ``angle_deg``.
+
+    Returns `time_s` of shape (p,). Returns `poses` of shape (p, 6).
+    """
+    values, rows, problems = read_points(path, COLUMNS, "path")
+    time, file = values[:, 0], str(path)
+    if not problems and len(rows) < 2:
+        text = f"{len(rows)} row{'' if len(rows) == 1 else 's'}; a velocity needs at least two"
+        problems.append(
+            Problem(file, rows[0] if rows else None, None, None, text, "path.too-short")
+        )
+    for index in np.flatnonzero(np.diff(time) <= 0):
+        same = time[index] == time[index + 1]
+        problems.append(
+            Problem(
+                file,
+                rows[index + 1],
+                "t_s",
+                f"{time[index + 1]:.10g}",
+                f"later than the {time[index]:.10g} s of row {rows[index]}",
+                "path.repeated-time" if same else "path.backward-time",
+            )
+        )
+    if problems:
+        raise CampaignError(problems[:_MOST_SHOWN])
+    return time, path_poses(time, values[:, 1], values[:, 2], np.radians(values[:, 3]))
+
+
+def along_path(
+    profile: Profile, outline: Outline, time_s: FloatArray, poses: FloatArray
+) -> tuple[pd.DataFrame, Forces]:
+    """Force and moment on an outline along a path.
+
+    `time_s`: shape (p,). `poses`: shape (p, 6); From `read_path` or `path_poses`. Returns `table`:
+    `t_s, x_cm, z_cm, angle_deg, force_z_N, force_x_N, moment_N_cm`; the moment is about the
+    reference point. Returns `forces`: The same forces, and why there is NaN among them.
+    """
+    import pandas as pd
+
+    forces = forces_on(profile, outline, poses)
+    table = pd.DataFrame(
+        {
+            "t_s": time_s,
+            "x_cm": poses[:, 0],
+            "z_cm": poses[:, 1],
+            "angle_deg": np.degrees(poses[:, 2]),
+            "force_z_N": forces.force_z_N,
+            "force_x_N": forces.force_x_N,
+            "moment_N_cm": forces.moment_N_cm,
+        }
+    )
+    return table, forces

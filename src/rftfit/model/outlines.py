@@ -1,0 +1,404 @@
+"""Thin outlines in the plane: arcs, the model legs, polylines, and outlines from a file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.problems import CampaignError, Problem, did_you_mean
+from rftfit.campaign.reading import decode, read_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    from rftfit.campaign.config import Leg
+    from rftfit.conventions import FloatArray
+
+
+# --- Small csv files of numbers that a user makes by hand: outlines and paths.
+
+
+_MAX_BYTES = 50_000_000
+_DELIMITERS = (",", ";", "\t")
+
+
+def read_points(
+    path: Path, columns: Sequence[str], kind: str
+) -> tuple[FloatArray, list[int], list[Problem]]:
+    """Read named columns of finite numbers.
+
+    `path`: csv: lines starting with ``#`` are comments, then one header row; comma, semicolon or
+    tab. `columns`: Wanted; others are left alone. `kind`: First part of the code of problems, for
+    example ``outline``. Returns `values` of shape (n, len(columns): The rows without a problem.
+    Returns `rows`: Their numbers, as a spreadsheet counts. Returns `problems`: One for each bad
+    cell.
+    """
+    file = str(path)
+    data = read_bytes(path, file, kind, _MAX_BYTES)
+    text = data if isinstance(data, Problem) else decode(data, file, kind)
+    if isinstance(text, Problem):
+        raise CampaignError([text])
+    lines = [
+        (row, line)
+        for row, line in enumerate(text.split("\n"), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    header_row, header = lines[0] if lines else (1, "")
+    delimiter = max(_DELIMITERS, key=lambda mark: sum(c in _cells(header, mark) for c in columns))
+    names = _cells(header, delimiter)
+    missing = [column for column in columns if column not in names]
+    if missing:
+        allowed = f"a header row with the columns {', '.join(columns)}"
+        raise CampaignError(
+            [
+                Problem(
+                    file,
+                    header_row,
+                    column,
+                    None,
+                    f"missing; {allowed}",
+                    f"{kind}.no-column",
+                    nearest=did_you_mean(column, [n for n in names if n not in columns]),
+                )
+                for column in missing
+            ]
+        )
+    places = [names.index(column) for column in columns]
+    good: list[list[float]] = []
+    rows: list[int] = []
+    problems: list[Problem] = []
+    for row, line in lines[1:]:
+        cells = _cells(line, delimiter)
+        values = []
+        for column, index in zip(columns, places, strict=True):
+            found = cells[index] if index < len(cells) else ""
+            value = _number(found)
+            if value is None:
+                allowed = "a finite number with a decimal point"
+                problems.append(Problem(file, row, column, found, allowed, f"{kind}.not-a-number"))
+            else:
+                values.append(value)
+        if len(values) == len(columns):
+            good.append(values)
+            rows.append(row)
+    return np.array(good, dtype=float).reshape(-1, len(columns)), rows, problems
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=delimiter), [])]
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    # Python would take 1_0 for 10
+    return value if math.isfinite(value) and "_" not in text else None
+
+
+# --- Thin outlines in the plane: arcs of any curvature, the model legs, any line of points.
+
+
+ELEMENTS = 30
+"""Elements of a leg in the paper.
+
+Each has its middle, tangent and length on the arc itself, and is clipped at the surface. What is left
+at 30 elements comes from the measured table, which has no jump but bends at its nodes: a half circle
+is six degrees an element, so that at every sixth degree of theta all bends in beta (30 degrees
+apart) lie in the middle of an element. The lift is then off by 0.02 to 0.07 N on either curved leg:
+up to 0.4 % of the c-leg's peak and, its peak being five times smaller, 2 % of the reversed c-leg's.
+Gauss points, as many, leave more than half of it; 120 elements leave less than 0.1 % in all five
+media. The nine terms, without bends, are within 0.1 % at 30.
+"""
+
+CURVATURES = {"c_leg": 1.0, "flat_leg": 0.0, "reversed_c_leg": -1.0}
+"""R/r of the three model legs."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A thin body in the plane, cut into straight elements, at angle 0 about its reference point.
+
+    Turned by an angle from z toward x, a point (x, z) goes to (x cos + z sin, z cos - x sin): the
+    angle of a plate along x is its beta, that of a leg hanging straight down its theta.
+
+    Parameters
+    ----------
+    body : numpy.ndarray, shape (n, 5)
+        Centre x, z (cm), unit tangent x, z, half-length (cm) of each element.
+    width_cm : float
+        Across the plane.
+    name : str, optional
+    solid : bool, optional
+        True for the skin of a solid body, running counterclockwise: then only elements that move
+        outward, into the medium, feel it. False for a thin plate, which feels it on either face.
+
+    Raises
+    ------
+    ValueError
+        If the array has another shape, is not finite, or the width is not positive.
+    """
+
+    body: FloatArray
+    width_cm: float
+    name: str = "outline"
+    solid: bool = False
+
+    def __post_init__(self) -> None:
+        body = np.ascontiguousarray(self.body, dtype=float)
+        if body.ndim != 2 or body.shape[1] != 5 or not np.isfinite(body).all():
+            raise ValueError(f"finite elements of shape (n, 5) wanted, found {body.shape}")
+        if not 0 < self.width_cm < np.inf:
+            raise ValueError(f"the width must be positive, found {self.width_cm:g} cm")
+        object.__setattr__(self, "body", body)
+
+    @property
+    def area_cm2(self) -> float:
+        """Area of one face."""
+        return float(2 * self.body[:, 4].sum() * self.width_cm)
+
+
+def arc(
+    curvature_times_R: float,
+    max_length_cm: float = 7.62,
+    width_cm: float = 2.54,
+    elements: int = ELEMENTS,
+    name: str = "arc",
+) -> Outline:
+    """Arc of any curvature through the axle (0, 0) and the tip (0, -2R): a leg at theta = 0.
+
+    Parameters
+    ----------
+    curvature_times_R : float
+        R/r from -1 to 1: 1 the c-leg, a half circle bulging toward -x, the way a leg sweeps as
+        theta grows (its convex side leads); 0 straight; -1 its mirror image.
+    max_length_cm : float, optional
+        2R, from axle to tip.
+    width_cm : float, optional
+    elements : int, optional
+        Of equal length.
+    name : str, optional
+
+    Returns
+    -------
+    Outline
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+    """
+    if not -1 <= curvature_times_R <= 1:
+        raise ValueError(f"R/r must lie between -1 and 1, found {curvature_times_R:g}")
+    if not (0 < max_length_cm < np.inf and elements >= 1):
+        raise ValueError("the length and the number of elements must be positive")
+    radius = max_length_cm / 2
+    phi = float(np.arcsin(curvature_times_R))  # half the angle that the arc spans
+    # a straight leg is the limit: sin(k phi) / sin(phi) -> k
+    stretch = phi / curvature_times_R if curvature_times_R else 1.0
+    along = (np.arange(elements) + 0.5) / elements
+    psi = phi * (1 - 2 * along)
+    above = np.sin(phi * along) / curvature_times_R if curvature_times_R else along
+    x = -2 * radius * np.sin(phi * (1 - along)) * above
+    z = -2 * radius * np.cos(phi * (1 - along)) * above
+    half = np.full(elements, radius * stretch / elements)
+    return Outline(np.stack([x, z, -np.sin(psi), -np.cos(psi), half], axis=-1), width_cm, name)
+
+
+def model_leg(name: str, elements: int = ELEMENTS) -> Outline:
+    """One of the paper's three model legs (2R = 7.62 cm, width 2.54 cm).
+
+    Parameters
+    ----------
+    name : str
+        ``c_leg``, ``flat_leg`` or ``reversed_c_leg``.
+    elements : int, optional
+
+    Returns
+    -------
+    Outline
+
+    Raises
+    ------
+    KeyError
+        If there is no such leg.
+    """
+    if name not in CURVATURES:
+        raise KeyError(f"no model leg {name!r}; there are {', '.join(CURVATURES)}")
+    return arc(CURVATURES[name], elements=elements, name=name)
+
+
+def leg_outline(leg: Leg, name: str = "leg", elements: int = ELEMENTS) -> Outline:
+    """Outline of a leg of the campaign's configuration.
+
+    Parameters
+    ----------
+    leg : Leg
+    name : str, optional
+    elements : int, optional
+
+    Returns
+    -------
+    Outline
+    """
+    return arc(leg.curvature_times_R, leg.max_length_cm, leg.width_cm, elements, name)
+
+
+def polyline(
+    points: npt.ArrayLike, width_cm: float, elements: int = ELEMENTS, name: str = "outline"
+) -> Outline:
+    """Outline along straight lines from point to point.
+
+    Where the last point is the first again, it is the skin of a solid body (`Outline.solid`).
+
+    Parameters
+    ----------
+    points : array_like, shape (m, 2)
+        x, z, cm. See `rftfit.model.outlines` for the check of a user's points.
+    width_cm : float
+    elements : int, optional
+        About how many; every straight piece has at least one.
+    name : str, optional
+
+    Returns
+    -------
+    Outline
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two points or two neighbours are the same.
+    """
+    points = np.asarray(points, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
+        raise ValueError(f"at least two points (x, z) wanted, found an array {points.shape}")
+    solid = len(points) > 3 and bool((points[0] == points[-1]).all())
+    if solid and _turns_clockwise(points):
+        points = points[::-1]
+    step = np.diff(points, axis=0)
+    length = np.hypot(step[:, 0], step[:, 1])
+    if not (length > 0).all():
+        raise ValueError("two neighbouring points are the same or not finite")
+    count = np.maximum(1, np.round(elements * length / length.sum()).astype(int))
+    piece = np.repeat(np.arange(len(count)), count)
+    inside = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
+    share = (inside + 0.5) / count[piece]
+    centre = points[piece] + share[:, None] * step[piece]
+    tangent = step[piece] / length[piece, None]
+    half = length[piece] / count[piece] / 2
+    return Outline(np.column_stack([centre, tangent, half]), width_cm, name, solid)
+
+
+def _turns_clockwise(points: FloatArray) -> bool:
+    x, z = points[:, 0], points[:, 1]
+    return bool((x[:-1] * z[1:] - x[1:] * z[:-1]).sum() < 0)
+
+
+# --- A user's own outline from a csv of points, checked before it is used.
+
+
+COLUMNS = ("x_cm", "z_cm")
+MAX_POINTS = 5000
+_MOST_SHOWN = 20
+
+
+def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outline:
+    """Read an outline from a csv with the columns ``x_cm``, ``z_cm``, points in order.
+
+    The reference point, about which the outline turns, is (0, 0) of the file. Where the last row
+    repeats the first, the outline is the skin of a solid body.
+
+    `width_cm`: Across the plane, positive. `elements`: About how many; every straight piece has at
+    least one. Returns named after the file.
+    """
+    points, rows, problems = read_points(path, COLUMNS, "outline")
+    file = str(path)
+    if not problems:
+        # a fault of the shape means nothing while a row is missing from it
+        problems = _faults(points, rows, file)
+    if problems:
+        raise CampaignError(problems[:_MOST_SHOWN])
+    return polyline(points, width_cm, elements, path.stem)
+
+
+def _faults(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
+    count = len(points)
+    if count < 2:
+        text = f"{count} point{'' if count == 1 else 's'}; an outline has at least two"
+        return [Problem(file, rows[0] if rows else None, None, None, text, "outline.too-short")]
+    if count > MAX_POINTS:
+        text = f"{count} points; at most {MAX_POINTS} are read"
+        return [Problem(file, rows[MAX_POINTS], None, None, text, "outline.too-long")]
+    closed = count > 3 and bool((points[0] == points[-1]).all())
+    problems = []
+    seen: dict[tuple[float, float], int] = {}
+    for index, (x, z) in enumerate((points[:-1] if closed else points).tolist()):
+        first = seen.setdefault((x + 0.0, z + 0.0), index)
+        if first != index:
+            text = f"every point once; this is the point of row {rows[first]} again"
+            problems.append(
+                Problem(file, rows[index], None, f"{x:g}, {z:g}", text, "outline.repeated")
+            )
+    if problems:
+        return problems
+    for one, other in crossings(points):
+        text = (
+            f"the outline crosses or touches itself: the line from row {rows[one]} to "
+            f"{rows[one + 1]} meets the one from row {rows[other]} to {rows[other + 1]}"
+        )
+        problems.append(Problem(file, rows[other], None, None, text, "outline.crossing"))
+    return problems
+
+
+def crossings(points: FloatArray) -> list[tuple[int, int]]:
+    """Pairs of straight pieces that meet where they should not.
+
+    `points`: shape (m, 2); No two the same, except that the last may be the first. Returns numbers
+    i < j of pieces, piece i running from point i to i + 1.
+    """
+    start, end = points[:-1], points[1:]
+    closed = bool((points[0] == points[-1]).all())
+    last = len(start) - 1
+    found = []
+    for i in range(last):
+        others = np.arange(i + 1, last + 1)
+        meets = _meet(start[i], end[i], start[others], end[others])
+        # neighbours share a point; they overlap only where the line turns back on itself
+        meets[0] = _turns_back(start[i], end[i], end[i + 1])
+        if closed and i == 0 and last > 1:
+            meets[-1] = _turns_back(start[last], start[0], end[0])
+        found += [(i, int(j)) for j in others[meets]]
+    return found
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    result: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return result
+
+
+def _turns_back(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
+    into, out = b - a, c - b
+    size = float(np.hypot(*into) * np.hypot(*out))
+    return bool(abs(_cross(into, out)) <= 1e-12 * size and into @ out < 0)
+
+
+def _meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> np.ndarray:
+    """Tell which of the lines c to d have a point in common with the line a to b."""
+    along = b - a
+    side_c, side_d = _cross(along, c - a), _cross(along, d - a)
+    side_a, side_b = _cross(d - c, a - c), _cross(d - c, b - c)
+    # lines that lie in one line have all sides 0: then their boxes decide
+    apart = (side_c * side_d > 0) | (side_a * side_b > 0)
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    boxes = ((np.maximum(c, d) >= low) & (np.minimum(c, d) <= high)).all(axis=-1)
+    result: np.ndarray = ~apart & boxes
+    return result

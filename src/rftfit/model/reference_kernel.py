@@ -1,0 +1,94 @@
+"""The element kernel in plain numpy, to check the compiled one.
+
+Also the integration that needs no speed: where the load of each element lies, for draws.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.conventions import intrusion_angle, wrap_beta
+
+if TYPE_CHECKING:
+    from rftfit.conventions import FloatArray
+    from rftfit.model.profiles import Profile
+
+
+def place(body: FloatArray, width_cm: float, poses: FloatArray) -> FloatArray:
+    """Elements of an outline in each pose.
+
+    `body`: shape (n, 5); As for `rftfit.model.kernel.pose_forces`. `poses`: shape (p, 6);
+    Likewise. Returns shape (p, n, 8): Elements as `rftfit.model.kernel.element_forces` wants them;
+    velocity in cm/s.
+    """
+    x0, z0, angle, vx0, vz0, rate = (poses[:, index, None] for index in range(6))
+    cos_a, sin_a = np.cos(angle), np.sin(angle)
+    x, z = body[:, 0] * cos_a + body[:, 1] * sin_a, body[:, 1] * cos_a - body[:, 0] * sin_a
+    tx, tz = body[:, 2] * cos_a + body[:, 3] * sin_a, body[:, 3] * cos_a - body[:, 2] * sin_a
+    half = np.broadcast_to(body[:, 4], x.shape)
+    parts = (x0 + x, z0 + z, tx, tz, half, 2 * half * width_cm, vx0 + rate * z, vz0 - rate * x)
+    return np.stack(parts, axis=-1)
+
+
+def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, FloatArray]:
+    """Depth times area of what lies below the surface, and its centre.
+
+    An element that crosses the surface is clipped: its lower part counts, with its own area and
+    centre, so the load is continuous in height. It is 0 above the surface and without velocity.
+
+    `elements`: shape (..., 8). `solid`: Count only elements that move outward, to the right of
+    their tangent. Returns `load` of shape (...): cm^3. Returns `centre` of shape (..., 2): x, z,
+    cm; of the whole element where it does not cross the surface.
+    """
+    x, z, tx, tz, half, area, vx, vz = np.moveaxis(elements, -1, 0)
+    rise = half * np.abs(tz)
+    low, high = rise - z, -rise - z  # depths of the two ends
+    crossing = (low > 0) & (high < 0)
+    part = np.where(crossing, low / np.where(crossing, 2 * rise, 1.0), 1.0)
+    load = np.where(crossing, low / 2, -z) * part * area
+    idle = (low <= 0) | (vx**2 + vz**2 == 0)
+    if solid:
+        idle |= vx * tz - vz * tx <= 0
+    along = -np.where(tz > 0, 1.0, -1.0) * half * (1 - part)
+    centre = np.stack([x + along * tx, z + along * tz], axis=-1)
+    return np.where(idle, 0.0, load), centre
+
+
+def angles(elements: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Attack and intrusion angle of each element.
+
+    `elements`: shape (..., 8). Returns `beta`, `gamma` of shape (...): rad; gamma is NaN where
+    there is no velocity.
+    """
+    beta = wrap_beta(np.arctan2(-elements[..., 3], elements[..., 2]))
+    return beta, intrusion_angle(elements[..., 6], elements[..., 7])
+
+
+def element_forces(profile: Profile, elements: FloatArray, solid: bool = False) -> FloatArray:
+    """Force on each element.
+
+    `elements`: shape (..., 8). Returns shape (..., 4): Force z, x (N), and where it acts x, z
+    (cm).
+    """
+    load, centre = submerged(elements, solid)
+    idle = load == 0
+    alpha_z, alpha_x = profile.alpha(*angles(elements))
+    force_z, force_x = np.where(idle, 0.0, load * alpha_z), np.where(idle, 0.0, load * alpha_x)
+    return np.concatenate([np.stack([force_z, force_x], axis=-1), centre], axis=-1)
+
+
+def pose_forces(
+    profile: Profile, body: FloatArray, width_cm: float, solid: bool, poses: FloatArray
+) -> FloatArray:
+    """Net force and moment in each pose.
+
+    `body`: shape (n, 5). `poses`: shape (p, 6). Returns shape (p, 3): Force z, force x (N), moment
+    (N cm).
+    """
+    force_z, force_x, x, z = np.moveaxis(
+        element_forces(profile, place(body, width_cm, poses), solid), -1, 0
+    )
+    moment = (z - poses[:, 1, None]) * force_x - (x - poses[:, 0, None]) * force_z
+    return np.stack([force_z.sum(-1), force_x.sum(-1), moment.sum(-1)], axis=-1)

@@ -1,1 +1,0 @@
-"""Everything that answers alpha(beta, gamma): symmetry, Fourier fits, scaling."""

@@ -1,0 +1,195 @@
+"""Measured speeds by condition, and how far the simulated ones are from them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rftfit.robot.intervals import SPEED
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    import pandas as pd
+
+
+MEASURED = [
+    "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_sd_Hz",
+    "speed_cm_per_s", "speed_sd_cm_per_s", "trials", "calibrated", "source", "reason",
+]  # fmt: skip
+"""Columns of the table of measured speeds."""
+
+ERRORS = [
+    "medium", "profile", "condition", "curvature_times_R", "frequency_Hz", "measured_cm_per_s",
+    "measured_sd_cm_per_s", "trials", "simulated_cm_per_s", "simulated_lo_cm_per_s",
+    "simulated_hi_cm_per_s", "phases_lowest_cm_per_s", "phases_highest_cm_per_s", "error_percent",
+    "calibrated", "reason",
+]  # fmt: skip
+"""Columns of the table of errors: lo and hi are the interval that follows from the errors of alpha,
+lowest and highest those of the starting phases."""
+
+SIGNIFICANT = 6
+"""Digits that a condition keeps in every table, so that its measured and simulated rows meet."""
+
+_NEAR_HZ = 0.05
+
+
+def measured_speeds(
+    trials: pd.DataFrame, calibrated: Collection[tuple[float, float]] = ()
+) -> pd.DataFrame:
+    """Join the trials of each condition.
+
+    `trials`: `run_id, condition, medium, curvature_times_R, frequency_Hz, speed_cm_per_s, status,
+    reason`; a trial that could not be used has NaN for its speed. `calibrated`: Curvature and
+    frequency (Hz) of the conditions that the robot's free parameters were calibrated on; a
+    frequency within 0.05 Hz is the same. Returns columns `MEASURED`: means over trials and their
+    standard deviations (NaN for one trial).
+    """
+    import pandas as pd
+
+    rows = []
+    for name, part in trials.groupby("condition", sort=False):
+        good = part[part["status"] == "used"]
+        speed, frequency = (
+            good[column].to_numpy(float) for column in ("speed_cm_per_s", "frequency_Hz")
+        )
+        refused = part[part["status"] != "used"]
+        reason = "; ".join(f"{row.run_id}: {row.reason}" for row in refused.itertuples())
+        curvature = float(part["curvature_times_R"].iloc[0])
+        middle = rounded(float(frequency.mean())) if frequency.size else math.nan
+        rows.append(
+            (
+                name, part["medium"].iloc[0], curvature, middle, spread(frequency),
+                float(speed.mean()) if speed.size else math.nan, spread(speed), len(good),
+                yes_or_no(is_calibrated(curvature, middle, calibrated)), "marker tracks", reason,
+            )
+        )  # fmt: skip
+    return pd.DataFrame(rows, columns=MEASURED)
+
+
+def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = ()) -> pd.DataFrame:
+    """Measured speeds of Fig. 4C, for a campaign without tracks of its own.
+
+    `medium`: Name of the paper's loosely packed poppy seeds in this campaign. `calibrated`: As for
+    `measured_speeds`. Returns columns `MEASURED`; standing still is left out. The figure shows
+    means of three trials; their scatter was not read from it.
+    """
+    import pandas as pd
+
+    from rftfit.reference import load
+
+    table = load("fig_4c")
+    rows = []
+    table = table[table["stride_frequency_Hz"] > 0.01]
+    for here in sorted(set(table["curvature_times_Rprime"].astype(float).tolist())):
+        part = table[table["curvature_times_Rprime"] == here]
+        for number, row in enumerate(part.to_dict("records"), start=1):
+            frequency = rounded(float(row["stride_frequency_Hz"]))
+            rows.append(
+                (
+                    f"{here:+.2f}_{number}", medium, here, frequency, math.nan,
+                    float(row["speed_cm_per_s"]), math.nan, 3,
+                    yes_or_no(is_calibrated(here, frequency, calibrated)), "Fig. 4C", "",
+                )
+            )  # fmt: skip
+    return pd.DataFrame(rows, columns=MEASURED)
+
+
+def speed_errors(
+    measured: pd.DataFrame, speed: pd.DataFrame, widths: pd.DataFrame | None = None
+) -> pd.DataFrame:
+    """Compare simulated speeds with measured ones.
+
+    Every measured condition is simulated at its own curvature and frequency: nothing is
+    interpolated.
+
+    `measured`: Columns `MEASURED`. `speed`: Simulated mean speeds with a column ``profile``, as
+    `rftfit.robot.sweep.mean_speed` names them. `widths`: Half widths of the intervals, columns
+    `rftfit.robot.intervals.WIDTH_COLUMNS`. Returns columns `ERRORS`, by profile in the order of
+    `speed`; NaN with a reason where either speed is not known.
+    """
+    import pandas as pd
+
+    rows = []
+    half = _half_widths(widths)
+    for profile, part in speed.groupby("profile", sort=False):
+        keys = zip(part["curvature_times_R"], part["frequency_Hz"], strict=True)
+        by_condition: dict[Any, Any] = dict(zip(keys, part.itertuples(), strict=True))
+        one: Any
+        for one in measured.itertuples():
+            run = by_condition.get((one.curvature_times_R, one.frequency_Hz))
+            lo = hi = ours = math.nan
+            reasons = [f"not measured: {one.reason}"] if math.isnan(one.speed_cm_per_s) else []
+            if run is not None:
+                ours, lo, hi = (
+                    run.speed_cm_per_s, run.speed_lo_cm_per_s, run.speed_hi_cm_per_s,
+                )  # fmt: skip
+                reasons += [run.reason] if math.isnan(ours) else []
+            elif not reasons:
+                reasons.append("this condition was not simulated")
+            error = math.nan
+            if one.speed_cm_per_s > 0 and not math.isnan(ours):
+                error = 100 * (ours / one.speed_cm_per_s - 1)
+            elif not reasons:
+                reasons.append("no share of a measured speed that is not positive")
+            wide = half.get((profile, one.curvature_times_R, one.frequency_Hz), math.nan)
+            rows.append(
+                (
+                    one.medium, profile, one.condition, one.curvature_times_R, one.frequency_Hz,
+                    one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials, ours, ours - wide,
+                    ours + wide, lo, hi, error, one.calibrated, "; ".join(reasons),
+                )
+            )  # fmt: skip
+    return pd.DataFrame(rows, columns=ERRORS)
+
+
+def _half_widths(widths: pd.DataFrame | None) -> dict[tuple[Any, float, float], float]:
+    """Half widths of speeds by profile, curvature and frequency."""
+    if widths is None:
+        return {}
+    of_speed = widths[widths["quantity"] == SPEED]
+    keys = zip(
+        of_speed["profile"], of_speed["curvature_times_R"], of_speed["frequency_Hz"], strict=True
+    )
+    return dict(zip(keys, of_speed["half_width"].astype(float), strict=True))
+
+
+def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
+    """Count the conditions whose simulated speed is close to the measured one.
+
+    `errors`: Of one profile. Returns `within`, `total`: A condition without a simulated speed is
+    not within; one that was not measured is not counted.
+    """
+    known = errors[np.isfinite(errors["measured_cm_per_s"].to_numpy(float))]
+    off = np.abs(known["error_percent"].to_numpy(float))
+    return int((np.nan_to_num(off, nan=np.inf) <= percent).sum()), len(known)
+
+
+def is_calibrated(
+    curvature: float, frequency: float, calibrated: Collection[tuple[float, float]]
+) -> bool:
+    """Whether a condition is one of those that the robot was calibrated on."""
+    return any(
+        abs(curvature - one) < 1e-6 and abs(frequency - other) < _NEAR_HZ
+        for one, other in calibrated
+    )
+
+
+def rounded(value: float) -> float:
+    """Round to the digits that tables keep."""
+    return float(f"{value:.{SIGNIFICANT}g}")
+
+
+def spread(values: np.ndarray) -> float:
+    """Return the standard deviation of a few trials; NaN where there are fewer than two.
+
+    `values`: shape (n,).
+    """
+    return float(values.std(ddof=1)) if values.size > 1 else math.nan
+
+
+def yes_or_no(value: bool) -> str:
+    """Write a truth as tables do."""
+    return "yes" if value else "no"

@@ -1,1 +1,0 @@
-"""Measured against published and predicted: the reproduction table."""

@@ -1,0 +1,1 @@
+"""The steps of the workflow and what Snakemake needs of them."""

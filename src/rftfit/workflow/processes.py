@@ -1,0 +1,147 @@
+"""The lock of a campaign folder, and processes that end with the one that started them."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import platform
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rftfit.store.files import lock
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+
+# --- Who holds the lock of a campaign's folder, so that a dead holder's lock can be told from a living's.
+
+
+_NOTE = Path("rftfit") / "holder"
+_BOOT = Path("/proc/sys/kernel/random/boot_id")
+_held: list[int] = []
+
+
+def hold(folder: Path) -> None:
+    """Note that this process holds the folder's lock, for as long as it lives; failing is no error.
+
+    `folder`: Snakemake's own folder, ``.snakemake``.
+    """
+    note = folder / _NOTE
+    with contextlib.suppress(OSError):
+        note.parent.mkdir(parents=True, exist_ok=True)
+        handle = os.open(note, os.O_RDWR | os.O_CREAT, 0o666)
+        _held.append(handle)
+        if lock(handle):
+            os.ftruncate(handle, 0)
+            os.write(handle, _computer().encode())
+
+
+@contextlib.contextmanager
+def left_by_the_dead(folder: Path) -> Iterator[bool]:
+    """Tell whether a folder's lock is that of a process that no longer lives.
+
+    `folder`: Snakemake's own folder, ``.snakemake``. Yields true only where that is certain.
+    Nobody else gets True until the block is left, so that two do not clear it one after the other.
+    """
+    try:
+        handle = os.open(folder / _NOTE, os.O_RDWR)
+    except OSError:
+        yield False
+        return
+    try:
+        yield lock(handle) and _is_of_here(handle, folder)
+    finally:
+        os.close(handle)
+
+
+def _is_of_here(handle: int, folder: Path) -> bool:
+    try:
+        locks = [path.stat().st_mtime_ns for path in (folder / "locks").glob("*.lock")]
+        noted = os.pread(handle, 1000, 0).decode("utf-8", "replace")
+        newest = os.fstat(handle).st_mtime_ns
+    except OSError:
+        return False
+    here = _computer()
+    return bool(locks) and max(locks) <= newest and bool(here) and noted == here
+
+
+def _computer() -> str:
+    """Name of this computer and of its start; empty where the system does not tell the start."""
+    try:
+        return f"{platform.node()}\n{_BOOT.read_text(encoding='ascii').strip()}\n"
+    except (OSError, ValueError):
+        return ""
+
+
+# --- A process that ends when the one that started it has ended, so that no orphan goes on writing.
+
+
+VARIABLE = "RFTFIT_PARENT"
+"""Process id of the process to watch, in the environment of its child."""
+
+SHELL_PREFIX = f"{VARIABLE}=$PPID exec " if os.name == "posix" else ""
+"""In front of a job's one command: the stage takes the shell's place, below the shell's own parent."""
+
+_LOOK_S = 0.5
+_PATIENCE_S = 10.0
+_INIT = 1
+_ORPHANED = 143
+
+
+def end_with_parent(end: Callable[[], None] | None = None) -> bool:
+    """Watch the process that the environment names, and end soon after it has ended.
+
+    The name is taken out of the environment, so that processes started from here do not watch it.
+
+    `end`: How to end; default: at once. What was not finished is not there then (`rftfit.store`).
+    Returns whether anything is watched: only on POSIX systems, and where the environment asks for
+    it.
+    """
+    named = os.environ.pop(VARIABLE, "")
+    if os.name != "posix" or not named.isdecimal():
+        return False
+    end = end or end_now
+    parent, starter = os.getppid(), int(named)
+    # where another program stands between, that one is watched
+    if parent != starter and (parent == _INIT or not _lives(starter)):
+        end()
+        return False
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOK_S)
+        end()
+
+    threading.Thread(target=watch, name="end with parent", daemon=True).start()
+    return True
+
+
+def end_now() -> None:
+    """End this process without a further step of it."""
+    try:
+        sys.stderr.write("rftfit: ended, since the workflow that started this has ended\n")
+        sys.stderr.flush()
+    finally:
+        os._exit(_ORPHANED)
+
+
+def end_group() -> None:
+    """End this process and all jobs it has started: politely, so that it clears up, then less so."""
+    os.killpg(os.getpgrp(), signal.SIGTERM)
+    time.sleep(_PATIENCE_S)
+    os.killpg(os.getpgrp(), signal.SIGKILL)
+
+
+def _lives(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
