@@ -202,7 +202,7 @@ def test_steps_are_read_off_the_rules(graph: Graph) -> None:
     )  # fmt: skip
     assert graph.steps["join"].reads == (("r/a/{medium}.csv", both),)
     # drawn for one medium only, from that medium's table and one of both
-    assert graph.steps["draw"].values == ("sand",)  # noqa: PD011
+    assert graph.steps["draw"].values == ("sand",)
     assert graph.steps["draw"].inputs("sand") == ["r/a/sand.csv", "r/all.csv"]
     assert graph.steps["draw"].files == ("notes.txt",)
     assert graph.steps["fit"].settings == ("fit", "media")

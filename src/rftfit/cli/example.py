@@ -518,7 +518,7 @@ def _scale(
                 stem = quantity.removesuffix("_N")
                 lo, hi = prediction.ends[quantity]
                 columns |= {
-                    quantity: prediction.values[quantity],  # noqa: PD011
+                    quantity: prediction.values[quantity],
                     f"{stem}_lo_N": lo,
                     f"{stem}_hi_N": hi,
                 }

@@ -620,7 +620,7 @@ def as_text(motion: Motion, prediction: Prediction, peaks: list[Peak], confidenc
     return f"{text}\n\nNo intervals: the errors of this profile are not known."
 
 
-def as_json(
+def json_text(
     names: dict[str, str], motion: Motion, prediction: Prediction, peaks: list[Peak],
     confidence: float, output: Path,
 ) -> str:  # fmt: skip
@@ -821,7 +821,7 @@ def predict(
     why = prediction.reason and f"empty cells: {shortened(prediction.reason)}"
     text = table_text(motion, prediction, [*names.values(), level, why])
     if as_json:
-        say(as_json(names, motion, prediction, peaks, confidence, output))
+        say(json_text(names, motion, prediction, peaks, confidence, output))
     else:
         say("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
         say(as_text(motion, prediction, peaks, confidence))

@@ -151,7 +151,9 @@ def as_text(run: RobotRun, tail: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n\n" + table(["last two strides", "least", "greatest"], rows)
 
 
-def as_json(names: dict[str, str], run: RobotRun, tail: pd.DataFrame, files: dict[str, str]) -> str:
+def json_text(
+    names: dict[str, str], run: RobotRun, tail: pd.DataFrame, files: dict[str, str]
+) -> str:
     """Write a run as JSON; what is not known is null.
 
     `names`: What was run on what. `files`: What is written where.
@@ -267,7 +269,7 @@ def simulate(
     if animation:
         files["animation"] = str(output / "animation.gif")
     if as_json:
-        say(as_json(names, run, tail, files))
+        say(json_text(names, run, tail, files))
     else:
         say(f"Robot: {body.title}, {told}\nProfile: {source.name}\n\n{as_text(run, tail)}\n")
     if run.warning:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.ticker import MaxNLocator
 
 from rftfit import conventions
+from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.figures import leg_panels, style
 
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.conventions import FloatArray
-
     Row = Mapping[Hashable, Any]
 
     class _Named(Protocol):
@@ -32,7 +30,6 @@ if TYPE_CHECKING:
 # --- Traces of single runs, ready to be drawn: as filed, split at gaps, thinned without losing spikes.
 
 
-FloatArray = npt.NDArray[np.float64]
 DrawnTrace = dict[str, FloatArray]
 """Samples of one run by column."""
 

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.figures.plates import DrawnTrace, FloatArray
+    from rftfit.conventions import FloatArray
+    from rftfit.figures.plates import DrawnTrace
 
 
 # --- Where each run stands on a quality sheet: rows of beta, columns of gamma, direction and depth.

@@ -623,7 +623,7 @@ _FORMATS = {
 Entity = dict[str, Any]
 
 
-def crate(
+def crate_text(
     config: Config, graph: Graph, files: Mapping[str, tuple[int, str]], sums: str, logs: int
 ) -> str:
     """Describe the folder of results.
@@ -779,4 +779,4 @@ def provenance(
     files = {name: (campaign.root / name, digest) for name, digest in results.items()}
     files |= {SUMS: (sums, results[SUMS]), SHEET: (sheet, results[SHEET]), RECORD: (record, sha256_of(record))}  # fmt: skip
     sizes = {name: (path.stat().st_size, digest) for name, (path, digest) in files.items()}
-    write_text(crate, crate(campaign.config, graph, sizes, SUMS, len(state.logs)))
+    write_text(crate, crate_text(campaign.config, graph, sizes, SUMS, len(state.logs)))
