@@ -112,8 +112,8 @@ class Book:
 @contextlib.contextmanager
 def new_book(target: str | Path) -> Iterator[Book]:
     """Open a workbook that appears at `target` when the block ends without an error."""
-    import xlsxwriter  # type: ignore[import-untyped]
-    from xlsxwriter.exceptions import FileCreateError  # type: ignore[import-untyped]
+    import xlsxwriter
+    from xlsxwriter.exceptions import FileCreateError
 
     options = {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
     with atomic_path(target) as path:
