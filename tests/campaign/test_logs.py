@@ -68,15 +68,45 @@ def test_a_link_within_raw_is_a_log(room: Room) -> None:
     assert room.check() == []
 
 
-@pytest.mark.parametrize(
-    "path", ["logs/p1_motion.csv", "./logs//P1_Motion.csv", "logs/./p1_motion.csv"]
-)
-def test_one_file_named_twice_in_a_row(room: Room, path: str) -> None:
+SAME_CLOCK = "clock: {method: same_clock}\n"
+
+
+@pytest.mark.parametrize("path", ["logs/p1_motion.csv", "logs/./p1_motion.csv"])
+def test_one_file_for_force_and_motion_needs_one_clock(room: Room, path: str) -> None:
     room.rows["p1"]["force_log"] = path
+    for method in ("sync_line", "estimate"):
+        room.config += f"clock: {{method: {method}}}\n"
+        (found,) = room.check()
+        assert (found.code, found.row, found.column) == ("sheet.one-file", 2, "motion_log")
+        assert f"clock.method same_clock in the config, found {method}" in str(found)
+        room.config = room.config.replace(f"clock: {{method: {method}}}\n", "")
+    room.config += SAME_CLOCK
+    run = room.campaign().by_id["p1"]
+    assert run.force_log == run.motion_log == "logs/p1_motion.csv"
+
+
+def test_a_broken_config_leaves_the_question_of_clocks_open(room: Room) -> None:
+    room.rows["p1"]["force_log"] = room.rows["p1"]["motion_log"]
+    room.config += "clock: {method: same}\n"
+    assert [problem.file for problem in room.check()] == ["config/config.yaml"]
+
+
+def test_names_of_one_row_that_some_disks_take_for_the_same(room: Room) -> None:
+    room.config += SAME_CLOCK
+    room.rows["p1"]["force_log"] = "./logs//P1_Motion.csv"
     found = [problem for problem in room.check() if problem.code == "sheet.shared-file"]
-    assert len(found) == 1
-    assert "row 2, column motion_log" in str(found[0])
-    assert "force_log of this row names this one" in str(found[0])
+    assert [(problem.row, problem.column) for problem in found] == [(2, "motion_log")]
+
+
+@pytest.mark.parametrize("both", [True, False])
+def test_one_file_of_two_runs_is_refused_on_one_clock_too(room: Room, *, both: bool) -> None:
+    room.config += SAME_CLOCK
+    for name in ("p1", "t1") if both else ("p1",):
+        room.rows[name]["motion_log"] = room.rows["p1"]["force_log"]
+    room.rows["t1"]["force_log"] = room.rows["p1"]["force_log"]
+    found = room.check()
+    assert {problem.code for problem in found} == {"sheet.shared-file"}
+    assert {problem.row for problem in found} == {3}
 
 
 def test_one_file_named_by_two_runs(room: Room) -> None:

@@ -47,9 +47,8 @@ def refused(reader: Reader, path: Path, content: bytes) -> str:
         ("lvm", b"Time,Force\n1,2\n", "found 'Time,Force'; allowed: 'LabVIEW Measurement' first"),
         ("lvm", LVM[: LVM.index(b"***End_of_Header***")],
          "the file header has no end (***End_of_Header***): cut short?"),
-        ("lvm", re.sub(rb"Delta_X[^\r\n]*", b"Delta_X\t0.1\t0.2", lvm(3).content)
-         .replace(b"X_Columns\tOne", b"X_Columns\tNo").replace(b"X_Value", b"Other"),
-         "found Delta_X [0.1, 0.2]; allowed: one step for all channels"),
+        ("lvm", re.sub(rb"Delta_X[^\r\n]*", b"Delta_X\t0\t0", lvm(3).content),
+         "found Delta_X 0; allowed: a step above 0 for each channel"),
         ("rostopic", rostopic(3).content.replace(b"%time", b"time"),
          "no row of names that begins with %time and has an end: cut short?"),
     ],

@@ -81,6 +81,72 @@ def test_a_channel_of_time(tmp_path: Path) -> None:
     assert "no time" in none.notes[0]
 
 
+STAMP = np.datetime64("2026-01-02T03:04:05.250000")
+WAVE = {"wf_start_time": STAMP, "wf_increment": 0.01, "wf_start_offset": 0.0}
+
+
+def two_clocks(path: Path, **other: Any) -> Path:
+    """Fx and Fz on one clock, z on another."""
+    values = np.arange(5.0)
+    channels = {"Fx": (values, WAVE), "Fz": (values, WAVE), "z": (-values, {**WAVE, **other})}
+    return write(path, rig=channels)
+
+
+@pytest.mark.parametrize(
+    ("other", "told"),
+    [
+        ({"wf_start_time": STAMP + np.timedelta64(500, "ms")}, "'z' from 0.5 s, every 0.01 s"),
+        ({"wf_start_offset": 0.5}, "'z' from 0.5 s, every 0.01 s"),
+        ({"wf_start_offset": -0.01}, "'Fz' from 0.01 s, every 0.01 s"),
+        ({"wf_increment": 0.02}, "'z' from 0 s, every 0.02 s"),
+    ],
+)
+def test_channels_on_clocks_of_their_own(tmp_path: Path, other: dict[str, Any], told: str) -> None:
+    path = two_clocks(tmp_path / "a.tdms", **other)
+    with pytest.raises(LogError) as caught:
+        TdmsReader().load(path)
+    assert (caught.value.code, caught.value.rows) == ("clocks", 5)
+    assert told in str(caught.value)
+    assert "channels were not sampled at the same times" in str(caught.value)
+    # each half gets its own time
+    start, step = (other.get(key, WAVE[key]) for key in ("wf_start_time", "wf_increment"))
+    own = (start - STAMP) / np.timedelta64(1, "s") + other.get("wf_start_offset", 0.0)
+    force, motion = (TdmsReader().only(names).load(path) for names in ({"Fx", "Fz"}, {"z"}))
+    assert (list(force.columns), list(motion.columns)) == (["time", "Fx", "Fz"], ["time", "z"])
+    began = force.columns["time"][0]
+    np.testing.assert_allclose(force.columns["time"] - began, 0.01 * np.arange(5), atol=1e-6)
+    np.testing.assert_allclose(motion.columns["time"] - began, own + step * np.arange(5), atol=1e-6)
+
+
+def test_clocks_are_the_same_to_the_microsecond(tmp_path: Path) -> None:
+    log = TdmsReader().load(two_clocks(tmp_path / "a.tdms", wf_start_offset=2e-7))
+    assert log.size == 5
+    with pytest.raises(LogError, match="not sampled at the same times"):
+        TdmsReader().load(two_clocks(tmp_path / "b.tdms", wf_start_offset=2e-6))
+    channels: dict[str, Any] = {"Fz": (np.arange(5.0), WAVE), "z": (np.arange(5.0), {})}
+    log = TdmsReader().load(write(tmp_path / "c.tdms", rig=channels))
+    assert "time" not in log.columns  # nobody knows when z was
+
+
+def test_a_channel_of_time_does_not_hide_clocks_that_differ(tmp_path: Path) -> None:
+    late = {**WAVE, "wf_start_offset": 0.5}
+    values = np.arange(5.0)
+    channels: dict[str, Any] = {"Time": (values, {}), "Fz": (values, WAVE), "z": (values, late)}
+    path = write(tmp_path / "a.tdms", rig=channels)
+    with pytest.raises(LogError, match="not sampled at the same times"):
+        TdmsReader().load(path)
+    assert list(TdmsReader().only({"z"}).load(path).columns) == ["time", "Time", "z"]
+
+
+def test_only_the_channels_asked_for_must_be_of_one_length(tmp_path: Path) -> None:
+    channels = {"F": (np.arange(3.0), WAVE), "G": (np.zeros(9), WAVE)}
+    path = write(tmp_path / "a.tdms", one=channels)
+    assert TdmsReader().only({"F", "time"}).load(path).size == 3
+    assert TdmsReader().only({"G", "time"}).load(path).size == 9
+    with pytest.raises(LogError, match="3 to 9 values"):
+        TdmsReader().only({"F", "H"}).load(path)  # H is not there: all are looked at
+
+
 def test_groups_and_lengths(tmp_path: Path) -> None:
     path = write(tmp_path / "a.tdms", one={"F": (np.arange(3.0), {})}, two={"F": (np.zeros(4), {})})
     with pytest.raises(LogError, match=r"several groups.*one, two"):

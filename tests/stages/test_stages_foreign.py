@@ -12,6 +12,10 @@ from rigroom import Results, Room, chain
 
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
+from rftfit.cli.main import main
+from rftfit.store import read_csv, write_csv
+from rftfit.workflow.measure import ledger as ledger_stage
+from rftfit.workflow.provenance import all_log_names, digests_of_logs, logs_seen
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -201,3 +205,238 @@ def from_zero(content: bytes) -> bytes:
     lines = ["time_s,x_mm,z_mm,angle_deg"]
     lines += [f"{t - values[0, 0]:.4f},{x!r},{z!r},{a!r}" for t, x, z, a in values.tolist()]
     return ("\n".join(lines) + "\n").encode()
+
+
+TEXT = {"delimiter": ";"}
+FORCE = {
+    "time": {"column": "t", "unit": "s"},
+    **{name: {"column": f"load {name}", "unit": "N"} for name in ("F1", "F2", "F3")},
+}
+MOTION = {
+    "time": dict(FORCE["time"]),
+    "x": {"column": "pos x", "unit": "mm"},
+    "z": {"column": "pos z", "unit": "mm"},
+}
+NAMES = ["t", "load F1", "load F2", "load F3", "pos x", "pos z"]
+
+
+def on_one_clock(room: Room, rig: Results) -> dict[str, np.ndarray]:
+    """Force and position of each run, together at the times of the force log."""
+    found = {}
+    for run in room.runs:
+        force, motion = (table(room.logs[log] or b"") for log in (run.force_log, run.motion_log))
+        own = motion[:, 0] - rig.run(run.run_id)["clock_offset_s"]
+        force = force[(force[:, 0] >= own[0]) & (force[:, 0] <= own[-1])]
+        at = [np.interp(force[:, 0], own, motion[:, column]) for column in (1, 2)]
+        found[run.run_id] = np.column_stack([force[:, 0], force[:, 2:5], *at])
+    return found
+
+
+def one_file_a_run(room: Room, config: dict[str, object], ending: str) -> list[str]:
+    """Name one file for each run twice; the files are still to be made."""
+    room.logs.clear()
+    for run in room.runs:
+        file = f"one/{run.run_id}.{ending}"
+        room.set(run.run_id, force_log=file, motion_log=file)
+    whole = yaml.safe_load(room.config)
+    whole["clock"]["method"] = "same_clock"
+    room.config = yaml.safe_dump({**whole, **config}, sort_keys=False)
+    return [f"one/{run.run_id}.{ending}" for run in room.runs]
+
+
+def as_table(values: np.ndarray) -> bytes:
+    lines = [";".join(NAMES), *(";".join(f"{cell:.7f}" for cell in row) for row in values.tolist())]
+    return ("\n".join(lines) + "\n").encode()
+
+
+@pytest.fixture
+def single(rig: Results, tmp_path: Path) -> Room:
+    """The same runs as tables of a testing machine, force and motion in each."""
+    (tmp_path / "single").mkdir()
+    room = room_of(tmp_path / "single")
+    together = on_one_clock(room, rig)
+    config: dict[str, object] = {
+        "force_log": {"text": dict(TEXT), "columns": FORCE},
+        "motion_log": {"text": dict(TEXT), "columns": MOTION},
+    }
+    for file, values in zip(one_file_a_run(room, config, "csv"), together.values(), strict=True):
+        room.logs[file] = as_table(values)
+    return room
+
+
+def runs_of(room: Room) -> list[str]:
+    return [run.run_id for run in room.runs]
+
+
+def test_force_and_motion_in_one_file(
+    single: Room, rig: Results, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """From `check` to alpha, with every line counted once."""
+    path = single.write()
+    assert main(["check", "--config", str(path)]) == 0
+    got = single.chain()
+    for component in "zx":
+        name = f"alpha_{component}_N_per_cm3"
+        assert got.fit(RUN)[name] == pytest.approx(rig.fit(RUN)[name], rel=2e-3)
+        assert got.cell(30, 45)[name] == pytest.approx(rig.cell(30, 45)[name], rel=2e-3)
+    got.check_ledger(single.counted, runs_of(single))
+    assert (got.run(RUN)["rows_force"], got.run(RUN)["rows_motion"]) == (
+        (single.counted[f"one/{RUN}.csv"],) * 2
+    )
+    campaign = load_campaign(path)
+    assert all_log_names(campaign) == sorted(single.logs)
+    assert set(digests_of_logs(campaign, all_log_names(campaign), logs_seen(campaign))) == set(
+        single.logs
+    )
+    capfd.readouterr()
+    assert main(["inspect", str(campaign.raw / f"one/{RUN}.csv")]) == 0
+    _, _, block = capfd.readouterr().out.partition("for config.yaml")
+    proposed = yaml.safe_load(block.partition("\n")[2])
+    assert [proposed[key]["columns"] for key in ("force_log", "motion_log")] == [FORCE, MOTION]
+
+
+def test_damage_to_one_file_is_told_apart(single: Room) -> None:
+    def damage(text: str) -> str:
+        lines = text.split("\n")
+        for row, column in ((100, 1), (200, 5), (201, 5), (300, 2)):
+            cells = lines[row].split(";")
+            cells[column] = "x"
+            lines[row] = ";".join(cells)
+        lines[400] += ";1"
+        return "\n".join(lines)
+
+    file = f"one/{RUN}.csv"
+    single.change(file, damage)
+    got = single.chain()
+    got.check_ledger(single.counted, runs_of(single))
+    # a line without a position still has its force
+    fates = got.fates(file)
+    assert fates["dropped", "not a number"] == 2
+    assert fates["dropped", "wrong number of cells"] == 1
+    flags = got.run(RUN)["flags"].split("; ")
+    for part, count, reason in (
+        ("force", 2, "not a number"),
+        ("motion", 2, "not a number"),
+        ("force", 1, "wrong number of cells"),
+        ("motion", 1, "wrong number of cells"),
+    ):
+        assert f"{count} rows of {RUN}.csv ({part}): {reason}" in flags
+
+
+@pytest.mark.parametrize(
+    ("fault", "status"),
+    [
+        ("excluded", "excluded: too wet"),
+        ("column", "found no column 'load F4'"),
+        ("gone", "missing"),
+    ],
+)
+def test_a_refused_run_of_one_file_is_counted_once(single: Room, fault: str, status: str) -> None:
+    if fault == "excluded":
+        single.set(RUN, excluded="yes", reason="too wet")
+    elif fault == "column":
+        single.config = single.config.replace("load F2", "load F4")
+    else:
+        single.logs[f"one/{RUN}.csv"] = None
+    got = single.chain()
+    assert status in got.run(RUN)["reason"]
+    got.check_ledger(single.counted, runs_of(single))
+
+
+def test_force_columns_that_nobody_named(single: Room) -> None:
+    config = yaml.safe_load(single.config)
+    for name in ("F1", "F2", "F3"):
+        del config["force_log"]["columns"][name]
+    single.config = yaml.safe_dump(config, sort_keys=False)
+    reason = single.chain().run(RUN)["reason"]
+    assert "no column for F1, F2, F3; name it under force_log.columns" in reason
+    assert "swapped" not in reason
+
+
+def test_the_ledger_of_a_campaign_with_one_file_a_run(single: Room, tmp_path: Path) -> None:
+    path = single.write()
+    got = single.chain()
+    write_csv(got.book, tmp_path / "part.csv")
+    write_csv(got.runs, tmp_path / "runs.csv")
+    ledger_stage(path, [tmp_path / "part.csv"], [tmp_path / "runs.csv"], tmp_path / "ledger.csv")
+    book = read_csv(tmp_path / "ledger.csv")
+    assert book.groupby("file")["rows"].sum().to_dict() == single.counted
+
+
+def test_two_tables_in_one_file(rig: Results, tmp_path: Path) -> None:
+    """Groups of a TDMS file have lines of their own: those of both are counted."""
+    pytest.importorskip("nptdms")
+    (tmp_path / "tdms").mkdir()
+    room = room_of(tmp_path / "tdms")
+    together = on_one_clock(room, rig)
+    config: dict[str, object] = {
+        "force_log": {"dialect": "tdms", "options": {"group": "load"}, "columns": FORCE},
+        "motion_log": {"dialect": "tdms", "options": {"group": "path"}, "columns": MOTION},
+    }
+    files = one_file_a_run(room, config, "tdms")
+    counted = {}
+    for file, values in zip(files, together.values(), strict=True):
+        half = values[::2]
+        force: Channels = {name: (values[:, at], {}) for at, name in enumerate(NAMES[:4])}
+        motion: Channels = {
+            name: (half[:, at], {}) for at, name in ((0, "t"), (4, "pos x"), (5, "pos z"))
+        }
+        room.logs[file] = tdms(tmp_path / "made.tdms", load=force, path=motion)
+        counted[file] = len(values) + len(half)
+    got = room.chain()
+    assert got.fit(RUN)["alpha_z_N_per_cm3"] == pytest.approx(
+        rig.fit(RUN)["alpha_z_N_per_cm3"], rel=2e-3
+    )
+    got.check_ledger(counted, runs_of(room))
+
+
+@pytest.mark.parametrize("late_s", [0.0, 0.5])
+def test_channels_that_began_apart_keep_their_own_time(
+    rig: Results, tmp_path: Path, late_s: float
+) -> None:
+    """Force recorded later than the position, in one group: the clock of each is its own."""
+    pytest.importorskip("nptdms")
+    (tmp_path / "tdms").mkdir()
+    room = room_of(tmp_path / "tdms")
+    together = on_one_clock(room, rig)
+    # the channels hold no time: it comes from their waveforms
+    columns = [{k: v for k, v in part.items() if k != "time"} for part in (FORCE, MOTION)]
+    config: dict[str, object] = {
+        key: {"dialect": "tdms", "columns": part}
+        for key, part in zip(("force_log", "motion_log"), columns, strict=True)
+    }
+    files = one_file_a_run(room, config, "tdms")
+    counted = {}
+    for file, values in zip(files, together.values(), strict=True):
+        step = float(np.median(np.diff(values[:, 0])))
+        start, shift = values[0, 0], round(late_s / step)
+        even = np.arange(start, values[-1, 0], step)
+        table = [np.interp(even, values[:, 0], values[:, at]) for at in range(6)]
+        size = even.size - shift
+        wave = {"wf_start_time": np.datetime64("2026-01-02T03:04:05"), "wf_increment": step}
+        force = {name: (table[at][shift:], {**wave, "wf_start_offset": shift * step})
+                 for at, name in enumerate(NAMES[:4]) if at}  # fmt: skip
+        motion = {name: (table[at][:size], {**wave, "wf_start_offset": 0.0})
+                  for at, name in enumerate(NAMES) if at > 3}  # fmt: skip
+        room.logs[file] = tdms(tmp_path / "made.tdms", all=force | motion)
+        counted[file] = size
+    got = room.chain()
+    assert got.run(RUN)["status"] == "read", got.run(RUN)["reason"]
+    for component in "zx":
+        name = f"alpha_{component}_N_per_cm3"
+        assert got.fit(RUN)[name] == pytest.approx(rig.fit(RUN)[name], rel=5e-3)
+    got.check_ledger(counted, runs_of(room))
+
+
+Channels = dict[str, tuple[np.ndarray, dict[str, object]]]
+
+
+def tdms(file: Path, **groups: Channels) -> bytes:
+    from nptdms import ChannelObject, TdmsWriter
+
+    with TdmsWriter(file) as writer:
+        for group, channels in groups.items():
+            writer.write_segment(
+                [ChannelObject(group, name, *made) for name, made in channels.items()]
+            )
+    return file.read_bytes()

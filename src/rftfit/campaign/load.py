@@ -246,6 +246,7 @@ def _known(file: ConfigFile) -> Known:
             shapes={name: item.shape for name, item in file.config.intruders.items()},
             depths_cm=file.config.fit.horizontal_depths_cm,
             missing_tare=file.config.fit.missing_tare,
+            clock_method=file.config.clock.method,
         )
     media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
     return Known(

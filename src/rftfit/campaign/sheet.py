@@ -99,12 +99,14 @@ class Known:
     `shapes`: Shape of each intruder.
     `depths_cm`: Depths of the horizontal runs, cm.
     `missing_tare`: What becomes of a run without a tare: ``refuse`` or ``flag``.
+    `clock_method`: How the clocks of force and motion log are brought together.
     """
 
     media: tuple[str, ...] | None = None
     shapes: dict[str, str] | None = None
     depths_cm: tuple[float, ...] | None = None
     missing_tare: str = "refuse"
+    clock_method: str | None = None
 
     def words(self, column: Column) -> tuple[str, ...] | None:
         """List the words that a choice column may hold.
@@ -539,7 +541,7 @@ def read_sheet(
         if logs is not None:
             check_logs(draft, logs)
     _check_ids(drafts)
-    _check_files(drafts)
+    _check_files(drafts, known)
     check_tares(drafts, known)
     problems += [problem for draft in drafts for problem in draft.problems]
     order = {column.name: place for place, column in enumerate(COLUMNS)}
@@ -611,7 +613,7 @@ def _check_ids(drafts: list[Draft]) -> None:
             draft.error("run_id", name, f"{allowed} in row {other.row}", "sheet.case-id")
 
 
-def _check_files(drafts: list[Draft]) -> None:
+def _check_files(drafts: list[Draft], known: Known) -> None:
     first: dict[str, tuple[Draft, str]] = {}
     for draft in drafts:
         for column in ("force_log", "motion_log"):
@@ -619,7 +621,12 @@ def _check_files(drafts: list[Draft]) -> None:
             if not path:
                 continue
             other, use = first.setdefault(folded(path), (draft, column))
-            if (other, use) != (draft, column):
+            same_row = other is draft and use != column and other.text[use] == path
+            if same_row and known.clock_method not in (None, "same_clock"):
+                allowed = "a file of its own; or, where this one holds force and motion, "
+                allowed += f"clock.method same_clock in the config, found {known.clock_method}"
+                draft.error(column, path, allowed, "sheet.one-file")
+            elif (other, use) != (draft, column) and not same_row:
                 where = "of this row" if other is draft else f"of row {other.row}"
                 allowed = f"a file of its own; {use} {where} names this one"
                 if other.text[use] != path:

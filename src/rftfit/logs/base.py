@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
+from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from typing import TYPE_CHECKING, TypeVar
@@ -13,8 +14,9 @@ import numpy as np
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
+    from typing import Self
 
     from rftfit.conventions import FloatArray
 
@@ -160,10 +162,28 @@ class Reader(ABC):
         Under which the registry knows it.
     evidence : str
         By what it is recognised, to complete "recognised by ...".
+    asked : frozenset of str or None
+        Columns to be read, where a reader can choose; None: all.
     """
 
     name = ""
     evidence = "its content"
+    asked: frozenset[str] | None = None
+
+    def only(self, columns: Collection[str]) -> Self:
+        """Return a reader of some columns only: damage to the others, or their clocks, cost nothing.
+
+        Parameters
+        ----------
+        columns : collection of str
+
+        Returns
+        -------
+        Reader
+        """
+        reader = copy(self)
+        reader.asked = frozenset(columns)
+        return reader
 
     @abstractmethod
     def describe(self) -> str:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 import re
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from rftfit.campaign.config import QUANTITIES
 from rftfit.logs.base import Log, LogError, Reader, added, in_order
+from rftfit.logs.channels import SAME_S, Clock, one_clock, own_clocks
 from rftfit.logs.text import MAX_LINE, Kind, Layout, Parser, TextFile, lines_of, readable
 from rftfit.logs.units import split_unit, unique, unit_word
 
@@ -15,13 +20,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    import numpy as np
-
     from rftfit.logs.text import Line, Rows
 
 
 MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"
+_MANY = 10**9  # steps that differ at all do so after so many samples
 _END = "***End_of_Header***"
 _SEGMENT = re.compile(rb"(?m)^[ \t]*Channels[\t,;]")
 _SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
@@ -29,13 +33,11 @@ _SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
 
 @dataclass
 class _Segment:
-    """One stretch of rows, and how its time comes about."""
+    """One stretch of rows, and when the X columns of its channels begin, s ("": there are none)."""
 
     parser: Parser
     units: dict[str, str]
-    x: str
-    start: float
-    x0: float
+    begins: dict[str, float]
     step: float
     rows: int = 0
     timed: bool = True
@@ -45,9 +47,11 @@ class _Segment:
 class _File:
     """What the segments of one file have in common."""
 
+    path: Path
     separator: str
     decimal: str
     x_columns: str
+    asked: frozenset[str] | None = None
     first: _Segment | None = None
     began: dt.datetime | None = None
     notes: list[str] = field(default_factory=list)
@@ -73,7 +77,8 @@ class LvmReader(Reader):
         """Read a file in blocks of some megabytes."""
         text = TextFile(path)
         try:
-            file, start = _file(lines_of(text.head))
+            file, start = _file(path, lines_of(text.head))
+            file.asked = self.asked
             rows = 0
             for segment, found in in_order(_parsed, _pieces(file, text, start)):
                 log = _log(path, file, segment, found)
@@ -86,7 +91,7 @@ class LvmReader(Reader):
             raise LogError("header_only", f"{path}: a header and no data")
 
 
-def _file(lines: Sequence[Line]) -> tuple[_File, int]:
+def _file(path: Path, lines: Sequence[Line]) -> tuple[_File, int]:
     """Read the file header; the segments begin at the place that comes with it."""
     settings: dict[str, str] = {}
     if not lines or not lines[0].text.startswith(MAGIC):
@@ -96,7 +101,7 @@ def _file(lines: Sequence[Line]) -> tuple[_File, int]:
             separator = _SEPARATORS.get(settings.get("Separator", "Tab").casefold(), "\t")
             decimal = settings.get("Decimal_Separator", ".")[:1]
             x_columns = settings.get("X_Columns", "One").casefold()
-            return _File(separator, "," if decimal == "," else ".", x_columns), line.stop
+            return _File(path, separator, "," if decimal == "," else ".", x_columns), line.stop
         # the separator itself is named in here: any of them will do
         key, _, value = re.sub(r"[\t;]", ",", line.text, count=1).partition(",")
         settings[key.strip()] = value.strip(" \t;")
@@ -155,43 +160,71 @@ def _segment(file: _File, header: bytes) -> _Segment:
         given.pop()
     split = [split_unit(cell) for cell in given]
     names = unique([name for name, _ in split])
-    kinds = [_kind(cell, file.x_columns) for cell in given]
-    stated = iter(settings.get("Y_Unit_Label", []))
     units = dict(zip(names, (unit for _, unit in split), strict=True))
+    stated = iter(settings.get("Y_Unit_Label", []))
+    own_x = [n for n, cell in zip(names, given, strict=True) if cell.startswith("X_Value")]
+    if file.x_columns == "no":
+        own_x = []  # the column is there, and empty
+    x = next(iter(own_x), "")
+    channels: dict[str, tuple[int, str]] = {}  # place in the lists of the header, X column
     for name, cell in zip(names, given, strict=True):
-        if not cell.startswith("X_Value") and cell != "Comment":
+        if name in own_x:
+            x = name
+        elif cell != "Comment" and not cell.startswith("X_Value"):
+            channels[name] = len(channels), x
             # as LabVIEW states it, and only then as somebody typed it into the name
             units[name] = unit_word(next(stated, "")) or units[name]
-    x = next((n for n, k in zip(names, kinds, strict=True) if k == "number" and "X_Value" in n), "")
-    began = _moment(settings)
+    asked = file.asked or frozenset(channels)
+    if asked.difference(names, QUANTITIES) or not asked.intersection(channels):
+        asked = frozenset(channels)  # whoever asks for others finds out which there are
+    channels = {name: place for name, place in channels.items() if name in asked}
+    xs = tuple(dict.fromkeys(x for _, x in channels.values())) or (x,)
+    read = {*channels, *xs, *asked.intersection(own_x)}
+    kinds = tuple[Kind, ...]("number" if name in read else "skip" for name in names)
     if file.first is None:
-        file.began = began
-        if file.x_columns == "multi":
-            file.notes.append("time is the X_Value of the first channel")
-    start = (began - file.began).total_seconds() if began and file.began else 0.0
-    steps = [_number(cell) for cell in settings.get("Delta_X", []) if cell]
-    if not x and (not steps or len(set(steps)) > 1 or not steps[0] > 0):
-        raise ValueError(f"found Delta_X {steps or 'nothing'}; allowed: one step for all channels")
+        file.began = _moment(settings, 0)
+    timed = all(_of(settings, "X_Dimension", at) in ("Time", "") for at, _ in channels.values())
+    begins: dict[str, float] = {}
+    step = _number(_of(settings, "Delta_X", 0))
+    for x in xs if timed else ():
+        sharing = {name: at for name, (at, own) in channels.items() if own == x} or {x: 0}
+        clocks = {name: _clock(file, settings, at) for name, at in sharing.items()}
+        clock = one_clock(file.path, clocks, _MANY)
+        # an X column counts from the segment's start and begins at X0
+        start = _began(file, settings, min(sharing.values())) if x else clock.start
+        begins[x], step = (0.0 if math.isnan(start) else start), clock.step
+    if "" in begins and not step > 0:
+        found = _of(settings, "Delta_X", 0) or "nothing"
+        raise ValueError(f"found Delta_X {found}; allowed: a step above 0 for each channel")
     comments = given[-1:] == ["Comment"]
-    layout = Layout(
-        names, tuple(kinds), file.separator, file.decimal, quote=False, optional=int(comments)
-    )
-    x0 = next((_number(cell) for cell in settings.get("X0", []) if cell), 0.0)
-    timed = settings.get("X_Dimension", ["Time"])[:1] in (["Time"], [""], [])
-    segment = _Segment(Parser(layout), units, x, start, x0, steps[0] if steps else 0.0, timed=timed)
+    layout = Layout(names, kinds, file.separator, file.decimal, quote=False, optional=int(comments))
+    segment = _Segment(Parser(layout), units, begins, step, timed=timed)
     if file.first is None:
         file.first = segment
-        when = began.isoformat(" ") if began else "at a time that is not stated"
+        when = file.began.isoformat(" ") if file.began else "at a time that is not stated"
         file.notes.append(f"recording started: {when}")
-        how = "X_Value" if x else f"X0 + row x Delta_X ({segment.step:g})"
+        how = "X_Value" if any(xs) else f"X0 + row x Delta_X ({segment.step:g})"
         file.notes.append(f"time is {how}" if timed else "X_Value is no time")
     return segment
 
 
-def _kind(cell: str, x_columns: str) -> Kind:
-    if cell.strip() == "Comment":
-        return "skip"
-    return "skip" if cell.startswith("X_Value") and x_columns == "no" else "number"
+def _of(settings: dict[str, list[str]], key: str, at: int) -> str:
+    """Return what the header states for one channel; where it states nothing, what for the first."""
+    cells = settings.get(key, [])
+    return (cells[at] if at < len(cells) else "") or next(iter(cells), "")
+
+
+def _clock(file: _File, settings: dict[str, list[str]], at: int) -> Clock:
+    x0, step = (_number(_of(settings, key, at)) for key in ("X0", "Delta_X"))
+    return Clock(_began(file, settings, at) + x0, step)
+
+
+def _began(file: _File, settings: dict[str, list[str]], at: int) -> float:
+    """Start of a channel after that of the file, s; NaN where only one of them is known."""
+    began = _moment(settings, at)
+    if began is None or file.began is None:
+        return 0.0 if began is file.began else math.nan
+    return (began - file.began).total_seconds()
 
 
 def _number(cell: str) -> float:
@@ -201,10 +234,10 @@ def _number(cell: str) -> float:
         return 0.0
 
 
-def _moment(settings: dict[str, list[str]]) -> dt.datetime | None:
-    """Start of a segment; the time may have more digits than any clock."""
-    date = next(iter(settings.get("Date", [])), "")
-    time = next(iter(settings.get("Time", [])), "").replace(",", ".")
+def _moment(settings: dict[str, list[str]], at: int) -> dt.datetime | None:
+    """Start of a channel in a segment; the time may have more digits than any clock."""
+    date = _of(settings, "Date", at)
+    time = _of(settings, "Time", at).replace(",", ".")
     whole, _, part = time.partition(".")
     try:
         start = dt.datetime.strptime(f"{date} {whole}", "%Y/%m/%d %H:%M:%S")
@@ -225,16 +258,21 @@ def _log(path: Path, file: _File, segment: _Segment, rows: Rows) -> Log:
     if not same:
         lost = added(rows.dropped, {OTHER_CHANNELS: rows.index.size} if rows.index.size else {})
         rows = replace(first.parser.parse(b""), rows=rows.rows, dropped=lost)
-    columns = _timed(segment, rows, begin)
+    columns = _timed(file, segment if same else first, rows, begin)
     units = {name: "s" if name == "time" else first.units.get(name, "") for name in columns}
     return Log(path, columns, units, rows.rows, rows.dropped, notes=tuple(file.notes))
 
 
-def _timed(segment: _Segment, rows: Rows, begin: int) -> dict[str, np.ndarray]:
+def _timed(file: _File, segment: _Segment, rows: Rows, begin: int) -> dict[str, np.ndarray]:
     if not segment.timed:
         return rows.columns
-    if segment.x:
-        time = segment.start + rows.columns[segment.x]
+    if "" in segment.begins:
+        times = [segment.begins[""] + (rows.index + begin) * segment.step]
     else:
-        time = segment.start + segment.x0 + (rows.index + begin) * segment.step
-    return {"time": time, **rows.columns}
+        times = [start + rows.columns[x] for x, start in segment.begins.items()]
+    apart = [np.abs(other - times[0]) > SAME_S for other in times[1:]]
+    if np.any(apart):
+        row = int(np.argmax(np.any(apart, axis=0)))
+        seen = ", ".join(f"{time[row]:.9g} s" for time in times)
+        raise own_clocks(file.path, f"{seen} in one row")
+    return {"time": times[0], **rows.columns}

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.campaign.config import QUANTITIES
 from rftfit.logs.base import Log, LogError, Reader, text_option
+from rftfit.logs.channels import Clock, one_clock
 from rftfit.logs.units import unit_word
 
 if TYPE_CHECKING:
@@ -71,7 +73,7 @@ class TdmsReader(Reader):
                 # the index file beside it may be of another day
                 with path.open("rb") as file:
                     content = TdmsFile.read(file)
-                return _log(path, content, self.group)
+                return _log(path, content, self.group, self.asked)
         except LogError:
             raise
         except FileNotFoundError:
@@ -95,7 +97,7 @@ def _silent() -> Iterator[None]:
         log_manager.set_level(before)
 
 
-def _log(path: Path, content: Any, wanted: str) -> Log:
+def _log(path: Path, content: Any, wanted: str, asked: frozenset[str] | None) -> Log:
     groups = {
         group.name: [channel for channel in group.channels() if _is_number(channel)]
         for group in content.groups()
@@ -111,7 +113,7 @@ def _log(path: Path, content: Any, wanted: str) -> Log:
             f"{path}: several groups of channels; say which in the config, options: {{group: ...}}; "
             f"the file has: {', '.join(groups)}",
         )
-    channels = groups[wanted or next(iter(groups))]
+    channels = _chosen(groups[wanted or next(iter(groups))], asked)
     expected = _expected(content, channels)
     size = min(len(channel) for channel in channels)
     lengths = sorted({len(channel) for channel in channels})
@@ -126,7 +128,7 @@ def _log(path: Path, content: Any, wanted: str) -> Log:
     rows = max(lengths[-1], expected, size + 1 if incomplete else 0)
     columns: dict[str, FloatArray] = {}
     units: dict[str, str] = {}
-    time, note = _time(channels, size)
+    time, note = _time(path, channels, size, rows)
     if time is not None:
         columns["time"], units["time"] = time, "s"
     for channel in channels:
@@ -165,23 +167,44 @@ def _expected(content: Any, channels: list[Any]) -> int:
     return most
 
 
-def _time(channels: list[Any], size: int) -> tuple[FloatArray | None, str]:
+def _chosen(channels: list[Any], asked: frozenset[str] | None) -> list[Any]:
+    """Return the channels that are asked for, and time; all where one of them is not there."""
+    chosen = [c for c in channels if asked is None or c.name in asked]
+    absent = (asked or frozenset()).difference((c.name for c in channels), QUANTITIES)
+    if absent or not chosen:
+        return channels
+    return [c for c in channels if c in chosen or _is_time(c)]
+
+
+def _is_time(channel: Any) -> bool:
+    return channel.name.strip().casefold() in _TIME_NAMES
+
+
+def _clock(channel: Any) -> Clock:
+    """Start and step of a waveform; NaN where it states none."""
+    start = float(channel.properties.get("wf_start_offset", 0.0))
+    stamp = channel.properties.get("wf_start_time")
+    if stamp is not None:
+        start += float(_epoch(np.array([np.datetime64(stamp)]))[0])
+    step = float(channel.properties.get("wf_increment", 0.0))
+    return Clock(start, step if step > 0 else np.nan)
+
+
+def _time(path: Path, channels: list[Any], size: int, rows: int) -> tuple[FloatArray | None, str]:
     """Time in s, and where it is from."""
+    clocks = {c.name: _clock(c) for c in channels if not _is_time(c)}
+    stated = {name: clock for name, clock in clocks.items() if clock.step > 0}
+    if stated:
+        clock = one_clock(path, stated, size, rows)
     for channel in channels:
-        if channel.name.strip().casefold() in _TIME_NAMES:
+        if _is_time(channel):
             values = np.asarray(channel[:size])
             unit = unit_word(str(channel.properties.get("unit_string", "")))
             if values.dtype.kind == "M":
                 return _epoch(values), f"time is the channel {channel.name!r}"
             if unit in ("", "s"):
                 return values.astype(float), f"time is the channel {channel.name!r}"
-    steps = {float(c.properties.get("wf_increment", 0.0)) for c in channels}
-    if len(steps) != 1 or not min(steps) > 0:
-        return None, "no time: no channel of that name, and the waveforms state no step"
-    first = channels[0].properties
-    start = float(first.get("wf_start_offset", 0.0))
-    stamp = first.get("wf_start_time")
-    if stamp is not None:
-        start += float(_epoch(np.array([np.datetime64(stamp)]))[0])
-    time: FloatArray = start + min(steps) * np.arange(size, dtype=float)
+    if len(stated) < len(clocks) or not stated:
+        return None, "no time: no channel of that name, and not every waveform states its step"
+    time: FloatArray = clock.start + clock.step * np.arange(size, dtype=float)
     return time, "time is from the waveform's start and step"

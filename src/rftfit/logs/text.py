@@ -8,7 +8,6 @@ import re
 from abc import abstractmethod
 from codecs import BOM_UTF8
 from collections.abc import Callable
-from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from itertools import chain, pairwise
@@ -20,9 +19,8 @@ from rftfit.campaign.config import QUANTITIES
 from rftfit.logs.base import HEAD_BYTES, Log, LogError, Reader, added, in_order, join
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
-    from typing import Self
 
     from rftfit.conventions import FloatArray
     from rftfit.logs.base import PacketCount
@@ -714,30 +712,7 @@ class _RegroupedError(Exception):
 
 
 class TextReader(Reader):
-    """Base of the dialects of text: a `plan` for each file is all they need.
-
-    Attributes
-    ----------
-    asked : frozenset of str or None
-        Columns to be read; None: all.
-    """
-
-    asked: frozenset[str] | None = None
-
-    def only(self, columns: Collection[str]) -> Self:
-        """Return a reader of some columns only: damage to the others costs no rows.
-
-        Parameters
-        ----------
-        columns : collection of str
-
-        Returns
-        -------
-        TextReader
-        """
-        reader = copy(self)
-        reader.asked = frozenset(columns)
-        return reader
+    """Base of the dialects of text: a `plan` for each file is all they need."""
 
     @abstractmethod
     def plan(self, head: bytes) -> Plan:

@@ -21,6 +21,7 @@ from rftfit.measure.pairs import (
     factor,
     gaps,
     load_pairs,
+    one_table,
 )
 from rftfit.measure.strokes import Motion, StrokeError, find_stroke
 from rftfit.measure.surface import Surface, SurfaceError, compliance_of, find_surface
@@ -268,6 +269,8 @@ def ingest_run(
     `pair`: Its logs as read. `ledger`: Is added to. `compliance`: How far the machine yields under
     load.
     """
+    # a line that holds force and motion is counted once, by what became of its force
+    once = one_table(config, run) and pair.force.rows == pair.motion.rows
     problems = [f"excluded: {run.reason}"] if run.excluded else pair.problems
     if not problems:
         assert isinstance(pair.force, Log)
@@ -278,11 +281,12 @@ def ingest_run(
         except ValueError as error:
             problems = [str(error)]
         else:
-            _account(ledger, run, force_log, pair.motion, trace)
+            _account(ledger, run, force_log, None if once else pair.motion, trace)
             return trace
     reason = "; ".join(problems)
     _account_refused(ledger, run, run.force_log, pair.force, reason)
-    _account_refused(ledger, run, run.motion_log, pair.motion, reason)
+    if not once:
+        _account_refused(ledger, run, run.motion_log, pair.motion, reason)
     raise RunRefused(reason)
 
 
@@ -402,11 +406,13 @@ def read_motion(config: Config, run: Run, log: Log) -> Motion:
     )
 
 
-def _damage(*logs: Log) -> tuple[str, ...]:
+def _damage(force: Log, motion: Log) -> tuple[str, ...]:
     """Name the rows that were lost from each log, and why."""
+    parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
+    names = force.path.name + parts[0], motion.path.name + parts[1]
     return tuple(
-        f"{count} rows of {log.path.name}: {reason}"
-        for log in logs
+        f"{count} rows of {name}: {reason}"
+        for log, name in zip((force, motion), names, strict=True)
         for reason, count in (*log.dropped.items(), *log.missing.items())
         if reason != REPEATED
     )
@@ -426,34 +432,30 @@ def _flags(
     return tuple(flags)
 
 
-def _account(ledger: Ledger, run: Run, force_log: Log, motion_log: Log, trace: Trace) -> None:
-    """Put everything but the stroke's own rows into the ledger."""
-    for file, log in ((run.force_log, force_log), (run.motion_log, motion_log)):
-        for reason, rows in log.dropped.items():
-            ledger.add(run, file, DROPPED, reason, rows)
-        _account_lost(ledger, run, file, log)
-    path = f"path; {trace.note}" if trace.note else "path"
-    ledger.add(run, run.motion_log, USED, path, motion_log.columns["time"].size)
+def _account(ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Trace) -> None:
+    """Put everything but the stroke's own rows into the ledger; no motion log: of one table."""
+    _account_left_out(ledger, run, run.force_log, force)
+    if motion is not None:
+        _account_left_out(ledger, run, run.motion_log, motion)
+        path = f"path; {trace.note}" if trace.note else "path"
+        ledger.add(run, run.motion_log, USED, path, motion.size)
     outside = _WHY_OF_PHASE[trace.phase]
     outside = np.where(trace.why == Why.GOOD, outside, trace.why)
     handed_on = (trace.phase == PHASES.index("stroke")) & (trace.why == Why.GOOD)
     ledger.add_rows(run, run.force_log, outside[~handed_on], "zero of the transducer")
 
 
-def _account_lost(ledger: Ledger, run: Run, file: str, log: Log) -> None:
-    """Put what the instrument counted and the file lacks into the ledger."""
-    for reason, samples in log.missing.items():
-        ledger.add(run, file, LOST, reason, samples)
+def _account_left_out(ledger: Ledger, run: Run, file: str, log: Log) -> None:
+    """Put damaged lines into the ledger, and what the instrument counted and the file lacks."""
+    for fate, counts in ((DROPPED, log.dropped), (LOST, log.missing)):
+        for reason, rows in counts.items():
+            ledger.add(run, file, fate, reason, rows)
 
 
 def _account_refused(ledger: Ledger, run: Run, file: str, log: Log | LogError, reason: str) -> None:
-    if isinstance(log, LogError):
-        ledger.add(run, file, DROPPED, reason, log.rows)
-        return
-    for cause, rows in log.dropped.items():
-        ledger.add(run, file, DROPPED, cause, rows)
-    ledger.add(run, file, DROPPED, reason, log.size)
-    _account_lost(ledger, run, file, log)
+    ledger.add(run, file, DROPPED, reason, log.rows if isinstance(log, LogError) else log.size)
+    if isinstance(log, Log):
+        _account_left_out(ledger, run, file, log)
 
 
 # --- The campaign's push against something rigid, read and turned into a curve.

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.campaign.config import ForceLog
 from rftfit.campaign.problems import did_you_mean, listed
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.registry import source_reader
-from rftfit.logs.text import TextReader
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -60,6 +60,9 @@ _TABLES = {
 }
 
 
+_NEEDED = {"force": {"time", "arm_moving", "F1", "F2", "F3"}, "motion": {"time", "x", "z", "angle"}}
+
+
 def chain_units(config: Config) -> dict[str, str]:
     """Return the unit of each quantity in which the chain takes a log."""
     force = dict.fromkeys(("F1", "F2", "F3"), config.transducer.force_unit)
@@ -71,10 +74,10 @@ def chain_units(config: Config) -> dict[str, str]:
 def columns_asked(source: AnyLog) -> set[str]:
     """Names of the columns of a file that the config asks for.
 
-    Returns numbers as names: 3 as ``column 3``. The quantities themselves are among them.
+    Returns numbers as names: 3 as ``column 3``. The quantities of such a log are among them.
     """
     chosen = {_name(c) for c in source.columns.values() if c.column is not None}
-    return chosen | {"time", "arm_moving", "F1", "F2", "F3", "x", "z", "angle"}
+    return chosen | _NEEDED["force" if isinstance(source, ForceLog) else "motion"]
 
 
 def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
@@ -243,10 +246,20 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
             yield (
                 run,
                 Pair(
-                    _usable(campaign, run.force_log, one, partial(_force, config, units)),
+                    _usable(campaign, run.force_log, one, partial(_force, config, units, run)),
                     _usable(campaign, run.motion_log, other, partial(_motion, config, units, run)),
                 ),
             )
+
+
+def one_table(config: Config, run: Run) -> bool:
+    """Tell whether force and motion of a run are columns of one table: a line may hold both."""
+
+    def table(source: AnyLog) -> tuple[object, ...]:
+        return source.text, source.dialect or config.dialect, source.options
+
+    same_file = run.force_log == run.motion_log
+    return same_file and table(config.force_log) == table(config.motion_log)
 
 
 def readers(config: Config) -> tuple[Reader, Reader]:
@@ -258,29 +271,29 @@ def readers(config: Config) -> tuple[Reader, Reader]:
     sources: dict[str, AnyLog] = {"force_log": config.force_log, "motion_log": config.motion_log}
     for key, source in sources.items():
         reader = source_reader(source, config.dialect, key)
-        if source.columns and isinstance(reader, TextReader):
+        if source.columns:
             reader = reader.only(columns_asked(source))
         found.append(reader)
     return found[0], found[1]
 
 
-def _force(config: Config, units: Mapping[str, str], log: Log) -> Log:
+def _force(config: Config, units: Mapping[str, str], run: Run, log: Log) -> Log:
     log = mapped(log, config.force_log, units, "force_log")
-    return _complete(log, ("time", "F1", "F2", "F3"), "force")
+    return _complete(log, run, ("time", "F1", "F2", "F3"), "force")
 
 
 def _motion(config: Config, units: Mapping[str, str], run: Run, log: Log) -> Log:
     log = mapped(log, config.motion_log, units, "motion_log")
     if "z" in log.columns:
         log = completed(log, run, units)
-    return _complete(log, ("time", "x", "z", "angle"), "motion")
+    return _complete(log, run, ("time", "x", "z", "angle"), "motion")
 
 
-def _complete(log: Log, wanted: tuple[str, ...], kind: str) -> Log:
+def _complete(log: Log, run: Run, wanted: tuple[str, ...], kind: str) -> Log:
     lacking = [name for name in wanted if name not in log.columns]
     if not lacking:
         return log
-    if wanted[1] in lacking:
+    if wanted[1] in lacking and run.force_log != run.motion_log:
         raise LogError(
             "wrong_kind",
             f"{log.path}: this is not a {kind} log (no column for {wanted[1]}); are the two logs of "

@@ -15,12 +15,13 @@ from rftfit.measure.clocks import HOUR_S
 from rftfit.measure.fits import COMPONENTS, RunFit, Stroke, filed_under, fit_run
 from rftfit.measure.ingest import PHASES, RunRefused, Trace, find_compliance, ingest_run
 from rftfit.measure.ledger import COLUMNS, DROPPED, LOST, USED, Ledger, Why
-from rftfit.measure.pairs import load_pairs, readers
+from rftfit.measure.pairs import load_pairs, one_table, readers
 from rftfit.measure.strokes import Samples, abscissa_of, split_runs, strokes
 from rftfit.measure.tare import NO_TARE_FLAG, Tare, TareError, subtract
 from rftfit.store import read_csv, read_parquet, write_csv, write_parquet
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
     from pathlib import Path
 
     import pandas as pd
@@ -504,17 +505,23 @@ def ledger(config: Path, parts: list[Path], runs: list[Path], ledger: Path) -> N
     absent = sorted(set(campaign.by_id) - set(book["run_id"]))
     if absent:
         raise RftfitError(f"{len(absent)} runs are not in the ledger, first {absent[0]}: {_FAULT}")
-    check(book, pd.concat([read_csv(path) for path in runs]))
+    once = {run.run_id for run in campaign.runs if one_table(campaign.config, run)}
+    check(book, pd.concat([read_csv(path) for path in runs]), once)
     write_csv(book, ledger)
 
 
 def _drop_unclaimed(campaign: Campaign, run: Run, book: Ledger) -> None:
     """Account for an in-air run that no leg names; it belongs to no medium and no stage reads it."""
-    for file, reader in zip((run.force_log, run.motion_log), readers(campaign.config), strict=True):
+    files = (run.force_log, run.motion_log)
+    counts = []
+    for file, reader in zip(files, readers(campaign.config), strict=True):
         try:
-            rows = sum(log.rows for log in reader.stream(campaign.raw / file))
+            counts.append(sum(log.rows for log in reader.stream(campaign.raw / file)))
         except LogError as error:
-            rows = error.rows
+            counts.append(error.rows)
+    if one_table(campaign.config, run) and counts[0] == counts[1]:
+        counts.pop()
+    for file, rows in zip(files, counts, strict=False):
         book.add(run, file, DROPPED, "in-air run that no leg run names as its tare", rows)
 
 
@@ -528,16 +535,18 @@ def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
     return once.sort_values(COLUMNS).reset_index(drop=True)[COLUMNS]
 
 
-def check(book: pd.DataFrame, runs: pd.DataFrame) -> None:
+def check(book: pd.DataFrame, runs: pd.DataFrame, once: Collection[str] = ()) -> None:
     """Compare the ledger with the number of rows in each log that was read.
 
-    `runs`: Of the ingest stage.
+    `runs`: Of the ingest stage. `once`: Runs with force and motion in one table: lines that both
+    have are counted once.
     """
     read = runs[runs["status"] == "read"].drop_duplicates("run_id").set_index("run_id")
     # lost samples are no lines of any file
     lines = book[book["fate"] != LOST]
     counted = lines.groupby("run_id")["rows"].sum().reindex(read.index)
-    wanted = read["rows_force"] + read["rows_motion"]
+    twice = read.index.isin(list(once)) & (read["rows_force"] == read["rows_motion"])
+    wanted = read["rows_force"] + read["rows_motion"].mask(twice, 0)
     wrong = counted[counted != wanted]
     if not wrong.empty:
         name = wrong.index[0]

@@ -1,0 +1,116 @@
+"""LabVIEW measurement files whose channels have clocks of their own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from foreign_logs import lvm
+
+from rftfit.logs.base import LogError
+from rftfit.logs.labview import LvmReader
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+ROWS = 20
+STEP = 0.01 * np.arange(ROWS)
+
+
+def changed(path: Path, key: str, second: str, *, part: int = 0, segments: int = 1) -> Path:
+    """A file in which one key of one segment's header says something else of the second channel."""
+    head, *parts = lvm(ROWS, segments=segments).content.decode().split("Channels\t")
+    lines = parts[part].split("\n")
+    place = next(at for at, line in enumerate(lines) if line.startswith(f"{key}\t"))
+    first = lines[place].split("\t")[1]
+    lines[place] = f"{key}\t{first}\t{second}\t"
+    parts[part] = "\n".join(lines)
+    path.write_text("Channels\t".join([head, *parts]), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("key", "second", "own"),
+    [
+        ("X0", "0,5", 0.5 + STEP),
+        ("Delta_X", "0,02", 2 * STEP),
+        ("Time", "03:04:05,75", 0.5 + STEP),
+        ("Date", "2026/01/03", 86400 + STEP),
+    ],
+)
+def test_channels_on_clocks_of_their_own(
+    tmp_path: Path, key: str, second: str, own: np.ndarray
+) -> None:
+    path = changed(tmp_path / "a.lvm", key, second)
+    with pytest.raises(LogError) as caught:
+        LvmReader().load(path)
+    assert caught.value.code == "clocks"
+    assert "'Force z' from 0 s, every 0.01 s; 'z' from " in str(caught.value)
+    # each gets its own time, counted from one moment
+    for names, time in (({"Force z", "F1"}, STEP), ({"z", "x"}, own)):
+        log = LvmReader().only(names).load(path)
+        assert set(log.columns) == {"time", *names.intersection({"Force z", "z"})}
+        np.testing.assert_allclose(log.columns["time"], time, atol=1e-6)
+
+
+def test_a_blank_in_the_header_says_nothing_else(tmp_path: Path) -> None:
+    log = LvmReader().load(changed(tmp_path / "a.lvm", "X0", ""))
+    np.testing.assert_allclose(log.columns["time"], STEP)
+
+
+def test_a_later_segment_is_looked_at_too(tmp_path: Path) -> None:
+    path = changed(tmp_path / "a.lvm", "X0", "0,5", part=1, segments=2)
+    with pytest.raises(LogError) as caught:
+        LvmReader().load(path)
+    assert caught.value.code == "clocks"
+    log = LvmReader().only({"z"}).load(path)
+    np.testing.assert_allclose(log.columns["time"], [*STEP, *(10.5 + STEP)], atol=1e-6)
+
+
+def with_x(path: Path, columns: str, shift: float, late: float = 0.0) -> Path:
+    """One X column or one for each channel; the second `shift` later in it, `late` in the header."""
+    head = lvm(ROWS).header.decode().replace("X_Columns\tNo", f"X_Columns\t{columns}")
+    head = head.replace(
+        "Time\t03:04:05,25\t03:04:05,25", f"Time\t03:04:05,25\t03:04:{5.25 + late:09.6f}"
+    )
+    head = head.replace(".", ",")
+    if columns == "Multi":
+        head = head.replace("X_Value\tForce z\tz", "X_Value\tForce z\tX_Value\tz")
+    lines = []
+    for row, time in enumerate(STEP):
+        second = f"\t{time + shift:.6f}" if columns == "Multi" else ""
+        lines.append(f"{time:.6f}\t{row:.1f}{second}\t{-row:.1f}\n".replace(".", ","))
+    path.write_text(head + "".join(lines), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(("shift", "late"), [(0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
+def test_x_columns_that_differ(tmp_path: Path, shift: float, late: float) -> None:
+    path = with_x(tmp_path / "a.lvm", "Multi", shift, late)
+    with pytest.raises(LogError) as caught:
+        LvmReader().load(path)
+    assert caught.value.code == "clocks"
+    assert f"found 0 s, {shift + late:g} s in one row" in str(caught.value)
+    force, motion = (LvmReader().only({name}).load(path) for name in ("Force z", "z"))
+    np.testing.assert_allclose(force.columns["time"], STEP, atol=1e-6)
+    np.testing.assert_allclose(motion.columns["time"], shift + late + STEP, atol=1e-6)
+    np.testing.assert_array_equal(motion.columns["z"], -np.arange(ROWS))
+
+
+def test_x_columns_that_agree(tmp_path: Path) -> None:
+    """Also where a later segment's start and X together give one time."""
+    for columns, shift, late in (("Multi", 0.0, 0.0), ("Multi", -0.5, 0.5), ("One", 0.0, 0.0)):
+        log = LvmReader().load(with_x(tmp_path / "a.lvm", columns, shift, late))
+        np.testing.assert_allclose(log.columns["time"], STEP, atol=1e-6)
+        np.testing.assert_array_equal(log.columns["Force z"], np.arange(ROWS))
+
+
+def test_one_x_column_of_channels_that_began_apart(tmp_path: Path) -> None:
+    path = with_x(tmp_path / "a.lvm", "One", 0.0, 0.5)
+    with pytest.raises(LogError) as caught:
+        LvmReader().load(path)
+    assert caught.value.code == "clocks"
+    np.testing.assert_allclose(
+        LvmReader().only({"z"}).load(path).columns["time"], 0.5 + STEP, atol=1e-6
+    )
