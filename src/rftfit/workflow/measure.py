@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.load import load_campaign
 from rftfit.errors import RftfitError
 from rftfit.logs.base import LogError
 from rftfit.measure.alpha import Row, alpha_table
@@ -18,33 +17,25 @@ from rftfit.measure.ledger import COLUMNS, DROPPED, LOST, USED, Ledger, Why
 from rftfit.measure.pairs import load_pairs, one_table, readers
 from rftfit.measure.strokes import Samples, abscissa_of, split_runs, strokes
 from rftfit.measure.tare import NO_TARE_FLAG, Tare, TareError, subtract
-from rftfit.store import read_csv, read_parquet, write_csv, write_parquet
 
 if TYPE_CHECKING:
     from collections.abc import Collection
-    from pathlib import Path
 
     import pandas as pd
 
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
+    from rftfit.results import Results
 
 
 # --- Stage 1: the logs of one medium to traces in the lab frame.
 
 
-def ingest(config: Path, medium: str, traces: Path, runs: Path, ledger: Path) -> None:
-    """Read all logs of a medium.
-
-    `config`: The campaign's configuration. `traces`, `runs`, `ledger`: Written: samples (Parquet),
-    one row per run, and counts of rows (csv).
-    """
-    campaign = load_campaign(config, medium)
-    samples, table, book = ingest_medium(campaign, medium)
-    write_parquet(samples, traces)
-    write_csv(table, runs)
-    write_csv(book.table(), ledger)
+def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Read all logs of a medium: samples, a row for each run, counts of rows."""
+    samples, table, book = ingest_medium(results.campaign, medium)
+    return samples, table, book.table()
 
 
 def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
@@ -57,7 +48,7 @@ def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Dat
     import pandas as pd
 
     good, rows, ledger = ingest_traces(campaign, medium)
-    return samples_of(good), pd.DataFrame(rows), ledger
+    return samples_of(good), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
 
 
 def ingest_traces(
@@ -78,51 +69,53 @@ def ingest_traces(
         try:
             trace = ingest_run(config, run, pair, ledger, compliance)
         except RunRefused as refusal:
-            rows.append(_row(config, run, reason=str(refusal)))
+            refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
+            rows.append(RUN_COLUMNS | refused | {"reason": str(refusal)})
         else:
             good.append(trace)
-            rows.append(_row(config, run, trace))
+            rows.append(_run_row(config, run, trace))
     return good, rows, ledger
 
 
-def _row(
-    config: Config, run: Run, trace: Trace | None = None, reason: str = ""
-) -> dict[str, object]:
-    known = trace is not None
-    step = trace.step_s if trace else np.nan
-    row: dict[str, object] = {
-        "run_id": run.run_id,
-        "kind": run.kind,
-        "status": "read" if known else "refused",
-        "reason": reason,
-        "flags": "; ".join(trace.flags) if trace else "",
-        "note": trace.note if trace else "",
-        "rows_force": trace.rows[0] if trace else 0,
-        "rows_motion": trace.rows[1] if trace else 0,
-        "sample_step_s": step,
-        "clock_offset_s": trace.clock.offset_s if trace else np.nan,
-        "clock_residual_s": trace.clock.residual_s if trace else np.nan,
-        "clock_se_s": trace.clock.offset_se(step) if trace else np.nan,
-        "zero_var_z_N2": trace.zero_variance[0] if trace else np.nan,
-        "zero_var_x_N2": trace.zero_variance[1] if trace else np.nan,
-        "zero_dof": trace.zero_dof if trace else np.nan,
-    }
-    # campaigns that do not ask for these keep their table as it was
-    if config.clock.method == "estimate":
-        found = trace.alignment if trace else None
+RUN_COLUMNS: dict[str, object] = {
+    **dict.fromkeys(("run_id", "kind", "status", "reason", "flags", "note"), ""),
+    **dict.fromkeys(("rows_force", "rows_motion"), 0),
+    **dict.fromkeys(
+        ("sample_step_s", "clock_offset_s", "clock_residual_s", "clock_se_s", "zero_var_z_N2",
+         "zero_var_x_N2", "zero_dof", "clock_hours", "clock_rest_s", "clock_drift",
+         "clock_drift_se", "clock_explained", "surface_z_mm", "surface_se_mm",
+         "surface_growth_N_per_cm"), np.nan
+    ),
+}  # fmt: skip
+"""Columns of the table of runs, and what stands where nothing is known."""
+
+
+def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
+    clock, step = trace.clock, trace.step_s
+    row = {
+        "run_id": run.run_id, "kind": run.kind, "status": "read", "flags": "; ".join(trace.flags),
+        "note": trace.note, "rows_force": trace.rows[0], "rows_motion": trace.rows[1],
+        "sample_step_s": step, "clock_offset_s": clock.offset_s,
+        "clock_residual_s": clock.residual_s, "clock_se_s": clock.offset_se(step),
+        "zero_var_z_N2": trace.zero_variance[0], "zero_var_x_N2": trace.zero_variance[1],
+        "zero_dof": trace.zero_dof,
+    }  # fmt: skip
+    if trace.alignment is not None:
+        found, hours = trace.alignment, clock.whole_hours
         # in a table of six digits hours would hide the rest
-        hours = trace.clock.whole_hours if trace else 0
-        row["clock_hours"] = hours if trace else np.nan
-        row["clock_rest_s"] = trace.clock.offset_s - HOUR_S * hours if trace else np.nan
-        row["clock_drift"] = found.drift if found else np.nan
-        row["clock_drift_se"] = found.drift_se if found else np.nan
-        row["clock_explained"] = found.explained if found else np.nan
-    if config.surface.method == "find":
-        surface = trace.surface if trace else None
-        row["surface_z_mm"] = config.arm.surface_z_mm - 10 * surface.depth_cm if surface else np.nan
-        row["surface_se_mm"] = 10 * surface.se_cm if surface else np.nan
-        row["surface_growth_N_per_cm"] = surface.growth_N_per_cm if surface else np.nan
-    return row
+        row |= {
+            "clock_hours": hours, "clock_rest_s": clock.offset_s - HOUR_S * hours,
+            "clock_drift": found.drift, "clock_drift_se": found.drift_se,
+            "clock_explained": found.explained,
+        }  # fmt: skip
+    if trace.surface is not None:
+        found_at = trace.surface
+        row |= {
+            "surface_z_mm": config.arm.surface_z_mm - 10 * found_at.depth_cm,
+            "surface_se_mm": 10 * found_at.se_cm,
+            "surface_growth_N_per_cm": found_at.growth_N_per_cm,
+        }
+    return RUN_COLUMNS | row
 
 
 def samples_of(traces: list[Trace]) -> pd.DataFrame:
@@ -163,19 +156,13 @@ def samples_of(traces: list[Trace]) -> pd.DataFrame:
 TARE_KINDS = ("rod", "leg_air")
 
 
-def tare(
-    config: Path, medium: str, traces: Path, runs: Path, tared: Path, tares: Path, ledger: Path
-) -> None:
-    """Subtract the tare of every plate and leg run of a medium.
-
-    `traces`, `runs`: Read: from the ingest stage. `tared`, `tares`, `ledger`: Written: granular
-    forces (Parquet), one row per subtraction, counts of rows (csv).
-    """
-    campaign = load_campaign(config, medium)
-    samples, table, book = tare_medium(campaign, medium, read_parquet(traces), read_csv(runs))
-    write_parquet(samples, tared)
-    write_csv(table, tares)
-    write_csv(book.table(), ledger)
+def tare(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Subtract the tare of every plate and leg run of a medium: forces, tares, counts of rows."""
+    samples, table, book = tare_medium(
+        results.campaign, medium,
+        results.table(f"traces/{medium}.parquet"), results.table(f"runs/{medium}.csv"),
+    )  # fmt: skip
+    return samples, table, book.table()
 
 
 def tare_medium(
@@ -289,26 +276,20 @@ def _table(parts: list[tuple[str, dict[str, np.ndarray]]]) -> pd.DataFrame:
 
 
 def slopes(
-    config: Path, medium: str, runs: Path, tared: Path, tares: Path,
-    fits: Path, alpha: Path, windows: Path, ledger: Path,
-) -> None:  # fmt: skip
+    results: Results, medium: str
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Fit every plate run of a medium and combine the fits into its alpha table.
 
-    `runs`, `tared`, `tares`: Read: from the ingest and tare stages. `fits`, `alpha`, `windows`,
-    `ledger`: Written: one row per plate run, one per cell of the grid, why each sample was fitted
-    or not (Parquet, the rows of `tared`), counts of rows.
+    Returns fits, alpha, why each sample of `tared` was fitted or not, counts of rows.
     """
-    campaign = load_campaign(config, medium)
     table, why, book = fit_medium(
-        campaign, medium, read_csv(runs), read_parquet(tared), read_csv(tares)
-    )
-    fit = campaign.config.fit
-    write_csv(table, fits)
+        results.campaign, medium, results.table(f"runs/{medium}.csv"),
+        results.table(f"tared/{medium}.parquet"), results.table(f"tares/{medium}.csv"),
+    )  # fmt: skip
+    fit = results.config.fit
     depths = len(fit.horizontal_depths_cm)
     cells = alpha_table(table, medium, fit.confidence, depths, fit.run_to_run_N_per_cm3)
-    write_csv(cells, alpha)
-    write_parquet(why, windows)
-    write_csv(book.table(), ledger)
+    return table, cells, why, book.table()
 
 
 def fit_medium(
@@ -425,16 +406,13 @@ def _slopes_row(run: Run, fit: RunFit, confidence: float) -> dict[str, object]:
 STEP_DEG = 1.0
 
 
-def legs(config: Path, medium: str, runs: Path, tared: Path, curves: Path, ledger: Path) -> None:
-    """Average the tared force of every leg run of a medium over steps of one degree.
-
-    `runs`, `tared`: Read: from the ingest and tare stages. `curves`, `ledger`: Written: force
-    against theta, and counts of rows.
-    """
-    campaign = load_campaign(config, medium)
-    table, book = leg_curves(campaign, medium, read_csv(runs), read_parquet(tared))
-    write_csv(table, curves)
-    write_csv(book.table(), ledger)
+def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Average the tared force of every leg run of a medium over steps of one degree."""
+    table, book = leg_curves(
+        results.campaign, medium,
+        results.table(f"runs/{medium}.csv"), results.table(f"tared/{medium}.parquet"),
+    )  # fmt: skip
+    return table, book.table()
 
 
 def leg_curves(
@@ -489,25 +467,26 @@ def leg_curves(
 _FAULT = "this is a fault of the program, please report it"
 
 
-def ledger(config: Path, parts: list[Path], runs: list[Path], ledger: Path) -> None:
-    """Join the ledgers of all stages and media, and check that the rows add up.
-
-    `parts`: Read: ledgers of the stages, one medium each. `runs`: Read: run tables of the ingest
-    stage, which know how many rows each log has. `ledger`: Written.
-    """
-    import pandas as pd
-
-    campaign = load_campaign(config)
+def ledger(results: Results) -> pd.DataFrame:
+    """Join the ledgers of all stages and media, and check that the rows add up."""
+    campaign = results.campaign
     unclaimed = Ledger()
     for run in campaign.unclaimed:
         _drop_unclaimed(campaign, run, unclaimed)
-    book = join([*(read_csv(path) for path in parts), unclaimed.table()])
+    parts = [
+        results.table(f"ledger/{stage}/{medium}.csv")
+        for stage in ("ingest", "tare", "slopes", "legs")
+        for medium in results.media
+    ]
+    if campaign.robot_medium:
+        parts.append(results.table("ledger/robot.csv"))
+    book = join([*parts, unclaimed.table()])
     absent = sorted(set(campaign.by_id) - set(book["run_id"]))
     if absent:
         raise RftfitError(f"{len(absent)} runs are not in the ledger, first {absent[0]}: {_FAULT}")
     once = {run.run_id for run in campaign.runs if one_table(campaign.config, run)}
-    check(book, pd.concat([read_csv(path) for path in runs]), once)
-    write_csv(book, ledger)
+    check(book, results.joined("runs/{medium}.csv"), once)
+    return book
 
 
 def _drop_unclaimed(campaign: Campaign, run: Run, book: Ledger) -> None:
