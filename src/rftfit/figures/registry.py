@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
 
-MODULES = ("protocol", "plates", "quality", "maps", "generic", "legs", "sands", "robot")
+MODULES: tuple[str, ...] = ()
 """Of this package, in the order in which their figures are shown."""
 
 

@@ -355,13 +355,15 @@ def _stroke(
     # depth changes in a stroke at this speed; an error of the clocks shifts it by speed x error
     seconds = depth.size * float(run["sample_step_s"])
     speed = float(np.ptp(depth)) / seconds
+    # a stated surface has no error
+    surface_se_mm = float(np.nan_to_num(run["surface_se_mm"]))
     return Stroke(
         depth, columns["x_cm"][part], columns["path_cm"][part], force[:, part],
         columns["why"][part],
         np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in pair], dtype=float),
         np.array([[fact["zero_dof"]] * 2 for fact in pair], dtype=float),
         # so does an error of the surface, where that had to be found
-        math.hypot(speed * float(run["clock_se_s"]), float(run.get("surface_se_mm", 0.0)) / 10),
+        math.hypot(speed * float(run["clock_se_s"]), surface_se_mm / 10),
         flags,
     )  # fmt: skip
 

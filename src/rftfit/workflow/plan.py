@@ -25,7 +25,7 @@ from rftfit.workflow.sources import (
     rows_digest,
     settings_digest,
 )
-from rftfit.workflow.stages import ALL, STAGES, Stage
+from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES, Stage
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -88,21 +88,29 @@ class Plan:
     @cached_property
     def stages(self) -> dict[str, list[Task]]:
         """Tasks of every stage, stages in the order of the data's way."""
-        written: set[str] = set()
+        written: dict[str, str] = {}
         found: dict[str, list[Task]] = {}
+
+        def add(name: str, tasks: list[Task]) -> None:
+            found[name] = tasks
+            written.update((path, name) for task in tasks for path in task.writes)
+
         for stage in STAGES:
             if stage.name == "page":
                 for group, tasks in self._figure_tasks(written).items():
-                    found[group] = tasks
-                    written.update(path for task in tasks for path in task.writes)
+                    add(group, tasks)
             media = self.names[stage.each] if stage.each else ("",)
             if stage.robot and not self.names["robot"]:
                 media = ()
-            found[stage.name] = [self._task(stage, medium, written) for medium in media]
-            written.update(path for task in found[stage.name] for path in task.writes)
+            add(stage.name, [self._task(stage, medium, written) for medium in media])
         return found
 
-    def _task(self, stage: Stage, medium: str, written: set[str]) -> Task:
+    @cached_property
+    def default(self) -> list[str]:
+        """Stages of a whole run."""
+        return [name for name in self.stages if name not in ON_DEMAND]
+
+    def _task(self, stage: Stage, medium: str, written: dict[str, str]) -> Task:
         depends = {"code": self.code(stage.run, logs=stage.logs)}
         if stage.settings:
             sections = () if ALL in stage.settings else stage.settings
@@ -120,7 +128,7 @@ class Plan:
             depends,
         )  # fmt: skip
 
-    def _figure_tasks(self, written: set[str]) -> dict[str, list[Task]]:
+    def _figure_tasks(self, written: dict[str, str]) -> dict[str, list[Task]]:
         groups: dict[str, list[Task]] = {}
         for figure in figures():
             for medium in figure.media(self.campaign):
@@ -140,12 +148,13 @@ class Plan:
         return groups
 
     def _filled(
-        self, patterns: Sequence[str], medium: str, written: set[str] | None
+        self, patterns: Sequence[str], medium: str, written: dict[str, str] | None
     ) -> tuple[str, ...]:
         found: list[str] = []
         for pattern in patterns:
             if pattern == "*":
-                found += sorted(written or ())
+                all_written = written or {}
+                found += sorted(path for path in all_written if all_written[path] not in ON_DEMAND)
                 continue
             word = _WORD.search(pattern)
             values = (medium,) if word and word[1] == "medium" else self.names[word[1]] if word else ("",)
@@ -191,15 +200,15 @@ class Plan:
 
     def inputs(self, stage: str) -> list[str]:
         """Results that a stage reads. Logs are not among them: they are watched by content."""
-        return list(dict.fromkeys(path for task in self.stages[stage] for path in task.reads))
+        return list(dict.fromkeys(path for task in self.stages.get(stage, []) for path in task.reads))
 
     def outputs(self, stage: str) -> list[str]:
         """Results that a stage writes."""
-        return [path for task in self.stages[stage] for path in task.writes]
+        return [path for task in self.stages.get(stage, []) for path in task.writes]
 
     def state(self, stage: str) -> str:
         """Digest of everything that the results of a stage depend on besides its inputs."""
-        return digest_of([[task.key, task.depends] for task in self.stages[stage]])
+        return digest_of([[task.key, task.depends] for task in self.stages.get(stage, [])])
 
     # --- what is out of date
 
@@ -241,8 +250,8 @@ class Plan:
 
     def all_findings(self) -> Iterator[Finding]:
         """Findings of every task, in the order of the data's way."""
-        for tasks in self.stages.values():
-            for task in tasks:
+        for name in self.default:
+            for task in self.stages[name]:
                 yield from self.findings(task)
 
     @cached_property

@@ -109,6 +109,15 @@ STAGES = (
                 "robot/intervals.csv", "robot/speed.csv", "robot/optimum.csv", "robot/errors.csv"),
     ),
     Stage(
+        "robot_full", f"{_ROBOT}:robot_full", robot=True, parallel=True,
+        settings=("fit", "fourier", "media", "robot"),
+        reads=("alpha/{laboratory}.csv", "coefficients.csv", "robot/measured.csv",
+               "robot/intervals.csv"),
+        writes=("robot_full/runs_table.csv", "robot_full/runs_generic.csv",
+                "robot_full/runs_depth_only.csv", "robot_full/speed.csv", "robot_full/optimum.csv",
+                "robot_full/errors.csv"),
+    ),
+    Stage(
         "robot_motion", f"{_ROBOT}:robot_motion", robot=True, settings=("fourier", "robot"),
         reads=("alpha/{robot}.csv", "coefficients.csv"),
         writes=("robot/motion.csv", "robot/frames.json"),
@@ -146,3 +155,6 @@ STAGES = (
     ),
 )  # fmt: skip
 """In the order of the data's way. Figures are declared beside what draws them (`rftfit.figures`)."""
+
+ON_DEMAND = ("robot_full", "robot_full_figures")
+"""Stages of ``rftfit sweep``, not of ``rftfit run``."""
