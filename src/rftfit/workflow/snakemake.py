@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 import rftfit
 from rftfit.cli.output import count, say
 from rftfit.errors import OutputError, WorkflowError
+from rftfit.store.environment import child_environment
 from rftfit.workflow.processes import VARIABLE
 
 if TYPE_CHECKING:
@@ -256,13 +257,14 @@ def find_snakefile() -> Path:
     raise WorkflowError(f"no workflow found at {looked}; install rftfit again")
 
 
-def listen(
-    words: Sequence[str], root: Path, log: Path | None, on_line: Callable[[str], None]
-) -> int:
+def listen(words: Sequence[str], log: Path | None, on_line: Callable[[str], None]) -> int:
     """Run ``python -m snakemake`` and hand on each line that it or a job of it prints.
 
-    `words`: After ``python -m snakemake``. `root`: Its current folder. `log`: Where the lines are
-    kept as they come. `on_line`: Gets each line without its end. Returns exit status.
+    It starts beside the workflow and goes to the campaign by ``--directory``: it takes profiles, which
+    can hold Python, from the folder that it starts in.
+
+    `words`: After ``python -m snakemake``. `log`: Where the lines are kept as they come.
+    `on_line`: Gets each line without its end. Returns exit status.
     """
     with contextlib.ExitStack() as stack:
         keep = stack.enter_context(_open(log)) if log else None
@@ -270,7 +272,7 @@ def listen(
         child = stack.enter_context(
             subprocess.Popen(
                 [sys.executable, "-m", "snakemake", *words],
-                cwd=root,
+                cwd=find_snakefile().parent,
                 env=_environment(),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
@@ -319,7 +321,7 @@ def _environment() -> dict[str, str]:
     here = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [here, os.environ.get("PATH", "")]))
     # it ends when this process has ended, even where that could not say so
-    return {**os.environ, "PATH": path, "PYTHONUNBUFFERED": "1", VARIABLE: str(os.getpid())}
+    return child_environment(PATH=path, PYTHONUNBUFFERED="1", **{VARIABLE: str(os.getpid())})
 
 
 def _open(log: Path) -> Any:
