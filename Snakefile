@@ -16,8 +16,13 @@ from rftfit.workflow.processes import SHELL_PREFIX, end_group, end_with_parent, 
 min_version("9.5")
 
 
+# No job, on whatever machine, imports Python modules from the campaign's folder, where it works.
+os.environ["PYTHONSAFEPATH"] = "1"
+
+
 envvars:
     "PATH",
+    "PYTHONSAFEPATH",
 
 
 # The jobs' `python` is the one that runs Snakemake, whether or not its environment is activated.

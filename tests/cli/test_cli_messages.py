@@ -225,7 +225,7 @@ def test_locks(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
     others.clear()
     assert "and run again. Finished results are kept." in run._lock_text(here)
 
-    def refused(_words: list[str], _root: Path, _log: None, tell: Any) -> int:
+    def refused(_words: list[str], _log: None, tell: Any) -> int:
         tell("no room left")
         return 1
 

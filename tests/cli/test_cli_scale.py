@@ -108,9 +108,11 @@ def test_intervals_grow_with_se_and_confidence(rftfit: Callable[..., Said]) -> N
         zeta = as_json(rftfit("scale", "--alpha", "0.9", "--json", *more))["zeta"]
         return float(zeta["hi"] - zeta["lo"])
 
-    widths = [width("--confidence", "0.8"), width(), width("--se", "0.1"), width("--se", "0.3")]
+    errors = [width("--se", se) for se in ("0", "0.01", "0.05", "0.1", "0.3")]
+    widths = [width("--confidence", "0.8"), width("--confidence", "0.9"), *errors]
     assert widths == sorted(widths)
-    assert len(set(widths)) == 4
+    assert len(set(widths)) == 7
+    assert width() == errors[0]
 
 
 def test_no_scatter_leaves_the_error_of_zeta() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +22,7 @@ from rftfit.model.scaling import (
     generic_interval,
     reference_of,
     scale_new_medium,
+    with_interval,
 )
 
 if TYPE_CHECKING:
@@ -199,6 +201,50 @@ def test_error_of_the_test_widens_zeta_and_not_chi() -> None:
     assert rough.zeta == exact.zeta
     assert rough.zeta_lo < exact.zeta_lo < exact.zeta < exact.zeta_hi < rough.zeta_hi
     assert (rough.chi_lo, rough.chi_hi) == (exact.chi_lo, exact.chi_hi)
+
+
+def test_more_error_of_the_test_never_narrows_an_interval() -> None:
+    random = np.random.default_rng(11)
+    for _ in range(500):
+        media = int(random.integers(2, 9))
+        chi = 1.2 * np.exp(random.normal(0, 10 ** random.uniform(-3, -0.5), media))
+        confidence, alpha = float(random.uniform(0.51, 0.995)), float(10 ** random.uniform(-1, 1))
+        scatter = float(np.log(chi).std(ddof=1))
+        steps = np.cumsum(alpha * scatter * 10 ** random.uniform(-3, 1, 4))
+        errors = [0.0, *map(float, steps)]
+        found = [scale_new_medium(alpha, se, chi, M0, confidence) for se in errors]
+        lo, hi = [one.zeta_lo for one in found], [one.zeta_hi for one in found]
+        assert all(b < a for a, b in pairwise(lo)), (media, confidence, alpha, errors)
+        assert all(b > a for a, b in pairwise(hi)), (media, confidence, alpha, errors)
+        # what is derived from it: coefficients, whose own scatter joins
+        own = M0 * np.exp(random.normal(0, 0.1, (media, 9)))
+        ends = [with_interval(one, M0, own, confidence) for one in found]
+        assert all((b[1] <= a[1]).all() and (b[2] >= a[2]).all() for a, b in pairwise(ends))
+
+
+def test_half_widths_add_in_quadrature_by_hand() -> None:
+    """Table S3 and a test of 0.9 +- 0.05 N/cm^3."""
+    logs = [math.log(value) for value in CHI]
+    mean = sum(logs) / 5
+    spread = math.sqrt(sum((value - mean) ** 2 for value in logs) / 4 * 1.2)
+    half = math.hypot(2.776445 * spread, 1.962339 * 0.05 / 0.9)
+    found = scale_new_medium(0.9, 0.05, CHI, M0)
+    assert math.log(found.zeta_hi / found.zeta) == pytest.approx(half, rel=1e-6)
+    assert math.log(found.zeta / found.zeta_lo) == pytest.approx(half, rel=1e-6)
+
+
+@pytest.mark.parametrize("media", [2, 3, 5])
+@pytest.mark.parametrize("ratio", [0.1, 0.3, 1.0, 3.0])
+def test_joined_half_widths_cover_at_least_as_stated(media: int, ratio: float) -> None:
+    """Error of the test beside the scatter of few media; one quantile for both gives down to 87 %."""
+    random = np.random.default_rng(5)
+    turns, inside = 4000, 0
+    for _ in range(turns):
+        chi = np.exp(random.normal(0, 0.02, media + 1))
+        measured = chi[-1] * np.exp(random.normal(0, 0.02 * ratio))
+        found = scale_new_medium(measured, 0.02 * ratio * measured, chi[:-1], M0)
+        inside += found.zeta_lo <= 1 <= found.zeta_hi
+    assert 0.94 <= inside / turns <= 0.995
 
 
 def test_zeta_scales_with_alpha() -> None:

@@ -168,6 +168,20 @@ def test_calculator_equals_rftfit_scale(
         np.testing.assert_allclose(numbers(curves), whole, atol=1e-6)
 
 
+def test_calculator_equals_rftfit_scale_for_any_error(browser: Chromium) -> None:
+    random = np.random.default_rng(7)
+    alpha, relative = 10 ** random.uniform(-1, 0.7, 100), 10 ** random.uniform(-4, 0, 100)
+    confidence = random.uniform(0.6, 0.99, 100)
+    tests = np.stack([alpha, alpha * relative, confidence], -1).tolist()
+    found = browser.evaluate(
+        f"{json.dumps(tests)}.map(([alpha, se, level]) => window.rftfit.scaleNewMedium("
+        "alpha, se, window.rftfit.data.references[1], level).zeta)"
+    )
+    scaled = [scale_from(published(), *test) for test in tests]
+    wanted = [[one.zeta, one.zeta_lo, one.zeta_hi] for one in scaled]
+    np.testing.assert_allclose(numbers(found), wanted, rtol=1e-9)
+
+
 @pytest.mark.parametrize("dof", [1.0, 2.7, 4.0, 30.5, 1000.0])
 @pytest.mark.parametrize("confidence", [0.6, 0.95, 0.999])
 def test_student_quantile(browser: Chromium, dof: float, confidence: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import os
 import shutil
 from collections import Counter
 from importlib.util import find_spec
@@ -253,6 +254,7 @@ def run(
         *extra,
     ]
     campaign = _check(config)
+    _refuse_packages(root)
     if not unlock and not dry_run:
         _clear_lock_of_the_dead(command, root)
     if unlock:
@@ -283,6 +285,16 @@ def _split(words: list[str]) -> tuple[list[str], list[str]]:
     return words[:first], words[first:]
 
 
+def _refuse_packages(root: Path) -> None:
+    """Refuse a campaign that brings packages along, which Snakemake would import."""
+    folder = root / ".snakemake" / "pip-deployments"
+    if os.path.lexists(folder):
+        raise InputError(
+            f"{folder}: Snakemake would execute what is in this folder, and rftfit puts nothing "
+            "there; see where it came from, delete it, then run again"
+        )
+
+
 def _check(config: Path) -> Campaign:
     from rftfit.campaign.load import check_campaign
     from rftfit.campaign.problems import CampaignError
@@ -308,7 +320,7 @@ def _watch(command: list[str], root: Path, log: Path | None, *, plain: bool) -> 
                 lines.append(line)
                 shown.update(watcher, watcher.feed(line))
 
-            status = listen(command, root, log, on_line)
+            status = listen(command, log, on_line)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             "Stopped. Results that were finished are kept; `rftfit run` goes on from there."
@@ -345,7 +357,7 @@ def _clear_lock_of_the_dead(command: list[str], root: Path) -> None:
     from rftfit.workflow.snakemake import listen
 
     with left_by_the_dead(root / ".snakemake") as certain:
-        if certain and listen([*command, "--unlock"], root, None, lambda _: None) == 0:
+        if certain and listen([*command, "--unlock"], None, lambda _: None) == 0:
             warn("An earlier run was killed: its lock is cleared, and this one goes on from there.")
 
 
@@ -359,7 +371,7 @@ def _unlock(command: list[str], root: Path) -> None:
             "stays; wait for it, or end it first"
         )
     lines: list[str] = []
-    if listen([*command, "--unlock"], root, None, lines.append):
+    if listen([*command, "--unlock"], None, lines.append):
         raise WorkflowError("the lock cannot be cleared: " + " ".join(lines[-3:]))
     say("No lock is left. `rftfit run` goes on from what is finished.")
 

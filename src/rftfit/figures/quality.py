@@ -355,6 +355,7 @@ def _notes(fits: pd.DataFrame) -> str:
     return "; ".join(f"{count} runs: {note}" for note, count in counts.items())
 
 
+@style.styled
 def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) -> list[Figure]:
     """Draw the quality sheets of one medium: a panel for each plate run, ordered by beta and gamma.
 

@@ -29,6 +29,10 @@ if TYPE_CHECKING:
 # --- Scaling between media: zeta, chi, the generic M0, and the routine for a new medium.
 
 
+_TEST_DOF = 1e3
+"""Degrees of freedom of the error of a penetration test, which is taken for known."""
+
+
 def vertical_penetration(coefficients: FloatArray) -> FloatArray:
     """alpha_z of the fit at (beta, gamma) = (0, 90 deg): A00 + A10 + B11 + B01 + Bm1.
 
@@ -76,9 +80,10 @@ def scale_new_medium(
     """Turn one vertical penetration of a flat plate into a whole medium.
 
     zeta = alpha_z(0, 90 deg) / chi with the mean chi of the reference media, alpha = zeta times the
-    generic profile (supplement, scaling routine). The interval takes the scatter of chi between
-    media for that of a further medium (Student, sample of the reference media) and adds the error
-    of the test itself.
+    generic profile (supplement, scaling routine). The interval joins the scatter of chi between
+    media, taken for that of a further medium (Student, sample of the reference media), with the
+    error of the test itself: half widths, each with its own quantile, add in quadrature. So it is
+    never narrower for more error, and covers at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
 
     `alpha`: Measured slope, N/cm^3. `alpha_se`: Its standard error, N/cm^3; 0 if not known. `chi`:
     shape (media,); Of the reference media, at least two. `m0`: shape (9,); Generic coefficients.
@@ -100,12 +105,8 @@ def scale_new_medium(
     centre = float(chi.mean())
     spread = float(np.log(chi).std(ddof=1)) * np.sqrt(1 + 1 / chi.size)
     half_chi = float(student_quantile(confidence, chi.size - 1)) * spread
-    relative = alpha_se / alpha
-    total = float(np.hypot(spread, relative))
-    half = 0.0
-    if total > 0:
-        dof = total**4 / (spread**4 / (chi.size - 1) + relative**4 / 1e3)
-        half = float(student_quantile(confidence, dof)) * total
+    half_alpha = float(student_quantile(confidence, _TEST_DOF)) * alpha_se / alpha
+    half = float(np.hypot(half_chi, half_alpha))
     zeta = alpha / centre
     return Scaled(
         zeta, zeta * np.exp(-half), zeta * np.exp(half),

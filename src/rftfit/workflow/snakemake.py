@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import rftfit
 from rftfit.errors import OutputError, WorkflowError
+from rftfit.store.environment import child_environment
 from rftfit.workflow.processes import VARIABLE
 
 if TYPE_CHECKING:
@@ -194,12 +195,12 @@ def find_snakefile() -> Path:
     raise WorkflowError(f"no workflow found at {looked}; install rftfit again")
 
 
-def listen(
-    words: Sequence[str], root: Path, log: Path | None, on_line: Callable[[str], None]
-) -> int:
-    """Run ``python -P -m snakemake`` in the campaign's folder and hand on each line of its output.
+def listen(words: Sequence[str], log: Path | None, on_line: Callable[[str], None]) -> int:
+    """Run ``python -P -m snakemake`` and hand on each line of its output.
 
-    `log`: Where the lines are kept as they come. Returns exit status.
+    It starts beside the workflow and goes to the campaign by ``--directory``: it takes profiles, which
+    can hold Python, from the folder that it starts in. `log`: Where the lines are kept as they come.
+    Returns exit status.
     """
     with contextlib.ExitStack() as stack:
         keep = stack.enter_context(_open(log)) if log else None
@@ -207,7 +208,7 @@ def listen(
         child = stack.enter_context(
             subprocess.Popen(
                 [sys.executable, "-P", "-m", "snakemake", *words],
-                cwd=root,
+                cwd=find_snakefile().parent,
                 env=_environment(),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
@@ -252,13 +253,8 @@ def _environment() -> dict[str, str]:
     # jobs call `python`: it has to be this one, also where the environment was not activated
     here = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [here, os.environ.get("PATH", "")]))
-    return {
-        **os.environ, "PATH": path, "PYTHONUNBUFFERED": "1",
-        # nothing in the campaign's folder is ever imported
-        "PYTHONSAFEPATH": "1",
-        # Snakemake ends when this process has ended, even where that could not say so
-        VARIABLE: str(os.getpid()),
-    }  # fmt: skip
+    # it ends when this process has ended, even where that could not say so
+    return child_environment(PATH=path, PYTHONUNBUFFERED="1", **{VARIABLE: str(os.getpid())})
 
 
 def _open(log: Path) -> Any:
