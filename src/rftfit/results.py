@@ -122,7 +122,9 @@ class Results:
         output = describe(f"{FOLDER}/{name}")
         if output is None or not output.columns:
             raise InputError(f"{path}: not a table of this program")
-        table = read_csv(path, lambda column: one.kind if (one := column_of(output, column)) else "")
+        table = read_csv(
+            path, lambda column: one.kind if (one := column_of(output, column)) else ""
+        )
         lacking = [
             column
             for one in output.columns

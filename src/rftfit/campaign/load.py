@@ -126,7 +126,9 @@ class Campaign:
     def robot_medium(self) -> str:
         """Medium that the campaign's robot runs on; empty where there is none or no run on it."""
         robot = self.config.robot
-        return robot.medium if robot is not None and robot.medium in self.of_role("laboratory") else ""
+        return (
+            robot.medium if robot is not None and robot.medium in self.of_role("laboratory") else ""
+        )
 
     @cached_property
     def titles(self) -> dict[str, str]:

@@ -12,7 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.campaign.load import Campaign, check_campaign
+from rftfit.campaign.problems import CampaignError
 from rftfit.figures.registry import figures
 from rftfit.results import FOLDER
 from rftfit.store.digests import Seen, code_digest, digest_of
@@ -67,7 +68,11 @@ class Plan:
 
     def __init__(self, config: str | Path, *, fresh: bool = False) -> None:
         self.config = Path(config)
-        self.campaign: Campaign = load_campaign(self.config)
+        campaign, problems = check_campaign(self.config)
+        if campaign is None:
+            raise CampaignError(problems)
+        self.campaign: Campaign = campaign
+        self.warnings = len(problems)
         self.root = self.campaign.root
         self._seen = Seen(None if fresh else self.root / ".snakemake/rftfit/logs_seen.tsv")
         self._digests: dict[str, str] = {}
@@ -157,7 +162,13 @@ class Plan:
                 found += sorted(path for path in all_written if all_written[path] not in ON_DEMAND)
                 continue
             word = _WORD.search(pattern)
-            values = (medium,) if word and word[1] == "medium" else self.names[word[1]] if word else ("",)
+            values = (
+                (medium,)
+                if word and word[1] == "medium"
+                else self.names[word[1]]
+                if word
+                else ("",)
+            )
             found += [f"{FOLDER}/{_WORD.sub(value, pattern)}" for value in values]
         return tuple(path for path in found if written is None or path in written)
 
@@ -184,7 +195,9 @@ class Plan:
         modules = [run.partition(":")[0]]
         if logs and self.dialects:
             modules += [origin.module for origin in self.dialects.values()]
-        versions = [f"{one.package} {one.version}" for one in self.dialects.values()] if logs else []
+        versions = (
+            [f"{one.package} {one.version}" for one in self.dialects.values()] if logs else []
+        )
         return digest_of(code_digest(*modules), versions)
 
     @cached_property
@@ -200,7 +213,9 @@ class Plan:
 
     def inputs(self, stage: str) -> list[str]:
         """Results that a stage reads. Logs are not among them: they are watched by content."""
-        return list(dict.fromkeys(path for task in self.stages.get(stage, []) for path in task.reads))
+        return list(
+            dict.fromkeys(path for task in self.stages.get(stage, []) for path in task.reads)
+        )
 
     def outputs(self, stage: str) -> list[str]:
         """Results that a stage writes."""
@@ -257,4 +272,6 @@ class Plan:
     @cached_property
     def maker(self) -> dict[str, Task]:
         """The task that writes each result."""
-        return {path: task for tasks in self.stages.values() for task in tasks for path in task.writes}
+        return {
+            path: task for tasks in self.stages.values() for task in tasks for path in task.writes
+        }

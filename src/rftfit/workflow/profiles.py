@@ -81,7 +81,9 @@ def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         for medium, selection in bic.items()
         for term, kept in selection.items()
     ]
-    return pd.DataFrame(rows, columns=COEFFICIENT_COLUMNS), pd.DataFrame(listed, columns=TERM_COLUMNS)
+    return pd.DataFrame(rows, columns=COEFFICIENT_COLUMNS), pd.DataFrame(
+        listed, columns=TERM_COLUMNS
+    )
 
 
 def _bic(table: pd.DataFrame) -> dict[str, bool]:

@@ -82,7 +82,16 @@ def versions() -> dict[str, str]:
 def commit() -> str:
     """Commit of the program's own checkout, with ``+`` where files differ from it; empty without one."""
     folder = os.path.dirname(os.path.abspath(rftfit.__file__))  # noqa: PTH100, PTH120
-    command = ["git", "-C", folder, "describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*"]
+    command = [
+        "git",
+        "-C",
+        folder,
+        "describe",
+        "--always",
+        "--abbrev=12",
+        "--dirty=+",
+        "--exclude=*",
+    ]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
     except (OSError, subprocess.SubprocessError):
@@ -136,7 +145,10 @@ def read_state(root: Path) -> tuple[State, dict[str, Any]]:
                 "`rftfit run` writes it again"
             )
         with (root / SHEET).open(encoding="utf-8", newline="") as handle:
-            rows = [{name: unguarded(cell) for name, cell in row.items()} for row in csv.DictReader(handle)]
+            rows = [
+                {name: unguarded(cell) for name, cell in row.items()}
+                for row in csv.DictReader(handle)
+            ]
         state = State(
             read_sums(root / SUMS), {row["run_id"]: row for row in rows}, data["settings"],
             data["modules"], data["versions"],
@@ -179,9 +191,7 @@ _FORMATS = {
 Entity = dict[str, Any]
 
 
-def crate_text(
-    config: Config, plan: Plan, files: Mapping[str, tuple[int, str]], logs: int
-) -> str:
+def crate_text(config: Config, plan: Plan, files: Mapping[str, tuple[int, str]], logs: int) -> str:
     """Describe the folder of results, ``ro-crate-metadata.json``: the same for the same inputs.
 
     `files`: Size in bytes and SHA-256 of each result. `logs`: How many logs there are. The date is

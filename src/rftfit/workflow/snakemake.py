@@ -82,12 +82,16 @@ class Progress:
             case "progress":
                 self.done, self.total = int(event["done"]), int(event["total"])
             case "job_info":
-                self.jobs[number] = Job(event["rule_name"], event.get("log", []), event.get("reason", ""))
+                self.jobs[number] = Job(
+                    event["rule_name"], event.get("log", []), event.get("reason", "")
+                )
             case "job_finished":
                 self.done += 1
                 return self.jobs.get(number)
             case "job_error":
-                job = self.jobs.get(number, Job(event.get("rule_name", "job"), event.get("log", [])))
+                job = self.jobs.get(
+                    number, Job(event.get("rule_name", "job"), event.get("log", []))
+                )
                 told = _SLURM.search(json.dumps(event))
                 job.status = f"Slurm says {told[1]}" if told else self._status
                 self.failed[number], self._status = job, ""
@@ -113,20 +117,16 @@ def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
     done = f"{progress.done} of {progress.total}"
     if progress.failed:
         number = len(progress.failed)
-        parts = [
-            f"the workflow stopped: {number} job{'s' * (number > 1)} failed; {done} are done, and what "
-            "is done is kept."
-        ]
+        failed = f"{number} job{'s' * (number > 1)} failed"
+        parts = [f"the workflow stopped: {failed}; {done} are done, and what is done is kept."]
         for job in progress.failed.values():
             text = "\n".join(f"    {line}" for line in _why(job, root))
             parts.append(f"  {job.rule}:\n{text}")
     elif status < 0:
         name = signal.Signals(-status).name
         why = f", {_MEMORY}" if name == "SIGKILL" else ""
-        parts = [
-            f"the workflow stopped: Snakemake itself was ended by {name}{why}. {done} jobs are done "
-            "and kept; `rftfit run` goes on from there."
-        ]
+        head = f"the workflow stopped: Snakemake itself was ended by {name}{why}."
+        parts = [f"{head} {done} jobs are done and kept; `rftfit run` goes on from there."]
     else:
         lines = _refusals(progress) or progress.problem or progress.plain[-_MOST_LINES:]
         text = "\n".join(f"    {line}" for line in lines or ["Snakemake gave no reason"])
@@ -273,7 +273,9 @@ def _keep(handle: Any, line: bytes, log: Path | None) -> None:
 
 
 def _cannot_write(log: Path | None, error: OSError) -> OutputError:
-    return OutputError(f"{log}: cannot write the workflow's log: {error.strerror or error}; {_CURE}")
+    return OutputError(
+        f"{log}: cannot write the workflow's log: {error.strerror or error}; {_CURE}"
+    )
 
 
 @contextlib.contextmanager

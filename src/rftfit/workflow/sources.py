@@ -53,7 +53,9 @@ def robot_files(campaign: Campaign) -> list[str]:
 
         sheet = campaign.raw / robot.runs
         paths += [sheet, *(sheet.parent / trial.track for trial in trials_of(campaign))]
-    return sorted({path.resolve().relative_to(campaign.root).as_posix() for path in paths if path.is_file()})
+    return sorted(
+        {path.resolve().relative_to(campaign.root).as_posix() for path in paths if path.is_file()}
+    )
 
 
 def foreign_dialects(config: Config) -> dict[str, Origin]:
@@ -76,7 +78,11 @@ def rows_digest(campaign: Campaign, media: Sequence[str]) -> str:
 
 def cells(run: Run) -> dict[str, str]:
     """What counts of a row of the run sheet, as text by column."""
-    return {name: _text(getattr(run, name)) for name in run.__dataclass_fields__ if name not in _LEFT_OUT}
+    return {
+        name: _text(getattr(run, name))
+        for name in run.__dataclass_fields__
+        if name not in _LEFT_OUT
+    }
 
 
 def _text(value: object) -> str:

@@ -55,7 +55,9 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     settings = results.config
     tables = {medium: results[medium].alpha for medium in results.laboratory}
     beds = {medium: results[medium].alpha for medium in results.sands}
-    fits = [f for f in fit_media(list(tables.values()), settings) if f.method == settings.fourier.method]
+    fits = [
+        f for f in fit_media(list(tables.values()), settings) if f.method == settings.fourier.method
+    ]
     curves = [laboratory_curves(table, fits, settings) for table in tables.values()]
     curves += [sand_curves(table, fits, settings) for table in beds.values()]
     everything = pd.concat(curves, ignore_index=True)[PREDICTED_COLUMNS]
