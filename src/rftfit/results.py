@@ -6,7 +6,7 @@ from collections import OrderedDict
 from copy import copy
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.errors import InputError
@@ -30,44 +30,17 @@ class UndeclaredInput(AssertionError):
     """A stage reads a result that its declaration does not name: a fault of the program."""
 
 
-class Results:
-    """Tables of one campaign. Made by `rftfit.open`.
+class Tables:
+    """Tables below one folder of results, with the types that the dictionary of outputs states."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Checked configuration and run sheet.
-    """
-
-    def __init__(self, campaign: Campaign) -> None:
-        self.campaign = campaign
-        self.root = campaign.root
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
         self._allowed: frozenset[str] | None = None
         self._tables: dict[str, pd.DataFrame] = {}
         self._samples: OrderedDict[str, pd.DataFrame] = OrderedDict()
 
-    @property
-    def config(self) -> Config:
-        """The campaign's configuration."""
-        return self.campaign.config
-
-    @cached_property
-    def media(self) -> tuple[str, ...]:
-        """Media that have runs, in the order of the configuration."""
-        return self.campaign.media_with_runs
-
-    @cached_property
-    def laboratory(self) -> tuple[str, ...]:
-        """Media measured over the angles."""
-        return self.campaign.of_role("laboratory")
-
-    @cached_property
-    def sands(self) -> tuple[str, ...]:
-        """Natural sands: media with one penetration test."""
-        return self.campaign.of_role("natural_sand")
-
-    def only(self, paths: Iterable[str]) -> Results:
-        """The same results, from which nothing but these files may be read: a stage's own inputs."""
+    def only(self, paths: Iterable[str]) -> Self:
+        """The same tables, from which nothing but these files may be read: a stage's own inputs."""
         view = copy(self)
         view._allowed = frozenset(paths)
         return view
@@ -76,7 +49,7 @@ class Results:
         """Path of a file of the results, for example ``alpha/poppy_LP.csv``."""
         if self._allowed is not None and f"{FOLDER}/{name}" not in self._allowed:
             raise UndeclaredInput(name)
-        return self.root / FOLDER / name
+        return self.folder / name
 
     def has(self, name: str) -> bool:
         """Whether a file of the results is there."""
@@ -106,14 +79,6 @@ class Results:
         if name not in self._tables:
             self._tables[name] = self._read(name)
         return self._tables[name].copy(deep=False)
-
-    def joined(self, pattern: str, media: tuple[str, ...] | None = None) -> pd.DataFrame:
-        """Join the tables of several media, for example of ``alpha/{medium}.csv``."""
-        import pandas as pd
-
-        names = self.media if media is None else media
-        tables = [self.table(pattern.format(medium=medium)) for medium in names]
-        return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
     def _read(self, name: str) -> pd.DataFrame:
         path = self.path(name)
@@ -149,6 +114,49 @@ class Results:
         self._samples.move_to_end(name)
         return self._samples[name].copy(deep=False)
 
+
+class Results(Tables):
+    """A campaign and its tables. Made by `rftfit.open`.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Checked configuration and run sheet.
+    """
+
+    def __init__(self, campaign: Campaign) -> None:
+        super().__init__(campaign.root / FOLDER)
+        self.campaign = campaign
+        self.root = campaign.root
+
+    @property
+    def config(self) -> Config:
+        """The campaign's configuration."""
+        return self.campaign.config
+
+    @cached_property
+    def media(self) -> tuple[str, ...]:
+        """Media that have runs, in the order of the configuration."""
+        return self.campaign.media_with_runs
+
+    @cached_property
+    def laboratory(self) -> tuple[str, ...]:
+        """Media measured over the angles."""
+        return self.campaign.of_role("laboratory")
+
+    @cached_property
+    def sands(self) -> tuple[str, ...]:
+        """Natural sands: media with one penetration test."""
+        return self.campaign.of_role("natural_sand")
+
+    def joined(self, pattern: str, media: tuple[str, ...] | None = None) -> pd.DataFrame:
+        """Join the tables of several media, for example of ``alpha/{medium}.csv``."""
+        import pandas as pd
+
+        names = self.media if media is None else media
+        tables = [self.table(pattern.format(medium=medium)) for medium in names]
+        return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+
     def __getitem__(self, medium: str) -> Medium:
         if medium not in self.media:
             raise InputError(f"medium: found '{medium}'; allowed: {', '.join(self.media)}")
@@ -173,7 +181,7 @@ class Medium:
 
     @property
     def alpha(self) -> pd.DataFrame:
-        """alpha over the angles with intervals, one row a cell, N/cm^3."""
+        """Alpha over the angles with intervals, one row a cell, N/cm^3."""
         return self.results.table(f"alpha/{self.name}.csv")
 
     @property

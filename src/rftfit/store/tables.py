@@ -11,7 +11,6 @@ from rftfit.store.files import atomic_path, write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from collections.abc import Callable
     from pathlib import Path
 
     import pandas as pd

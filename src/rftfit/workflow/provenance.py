@@ -134,9 +134,9 @@ def provenance(results: Results, plan: Plan) -> tuple[str, str, pd.DataFrame, st
     return text, sums_text(state.logs), sheet, crate
 
 
-def read_state(root: Path) -> tuple[State, dict[str, Any]]:
-    """Recorded state of a campaign, and all that `provenance` wrote into its record."""
-    path = root / RECORD
+def read_state(folder: Path) -> tuple[State, dict[str, Any]]:
+    """Recorded state of a folder of results, and all that `provenance` wrote into its record."""
+    path, sums, sheet = (folder / PurePosixPath(name).name for name in (RECORD, SUMS, SHEET))
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         if data["format"] != FORMAT:
@@ -144,13 +144,13 @@ def read_state(root: Path) -> tuple[State, dict[str, Any]]:
                 f"{RECORD} was written by another version of rftfit (format {data['format']}); "
                 "`rftfit run` writes it again"
             )
-        with (root / SHEET).open(encoding="utf-8", newline="") as handle:
+        with sheet.open(encoding="utf-8", newline="") as handle:
             rows = [
                 {name: unguarded(cell) for name, cell in row.items()}
                 for row in csv.DictReader(handle)
             ]
         state = State(
-            read_sums(root / SUMS), {row["run_id"]: row for row in rows}, data["settings"],
+            read_sums(sums), {row["run_id"]: row for row in rows}, data["settings"],
             data["modules"], data["versions"],
         )  # fmt: skip
     except FileNotFoundError:
@@ -309,3 +309,70 @@ def _create(name: str, tasks: list[Task], files: Mapping[str, object]) -> Entity
         "object": _one_or_many(objects),
         "result": _one_or_many([_link(path) for path in sorted(made)]),
     }
+
+
+# --- what has changed since
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that results depend on and that is not as recorded.
+
+    `sort`: ``log``, ``run`` (a row of the run sheet), ``setting``, ``code`` or ``version``.
+    """
+
+    sort: str
+    name: str
+    was: str
+    now: str
+
+    def __str__(self) -> str:
+        what = {"log": "file", "run": "run", "setting": "config key", "code": "code of"}
+        return f"{what.get(self.sort, self.sort)} {self.name}: was {self.was}, is {self.now}"
+
+
+def changes_between(was: State, now: State) -> list[Change]:
+    """List what is different between two states, each log, cell, value and module by itself."""
+    found = []
+    for sort, before, after in (("log", was.logs, now.logs), ("code", was.modules, now.modules)):
+        for name in sorted(before.keys() | after.keys()):
+            pair = before.get(name, ""), after.get(name, "")
+            if pair[0] != pair[1]:
+                found.append(Change(sort, name, *(_short(digest) for digest in pair)))
+    for name in sorted(was.rows.keys() | now.rows.keys()):
+        old, new = was.rows.get(name), now.rows.get(name)
+        if old is None or new is None:
+            there = ("not there", "there") if old is None else ("there", "not there")
+            found.append(Change("run", name, *there))
+        elif columns := [
+            key for key in sorted(old.keys() | new.keys()) if old.get(key, "") != new.get(key, "")
+        ]:
+            told = (
+                ", ".join(f"{key} '{row.get(key, '')}'" for key in columns) for row in (old, new)
+            )
+            found.append(Change("run", name, *told))
+    found += _leaves("", was.settings, now.settings)
+    for name in sorted(was.versions.keys() | now.versions.keys()):
+        pair = was.versions.get(name, "not there"), now.versions.get(name, "not there")
+        if pair[0] != pair[1]:
+            found.append(Change("version", name, *pair))
+    return found
+
+
+def _short(digest: str) -> str:
+    return f"sha256 {digest[:12]}" if digest else "not there"
+
+
+def _leaves(path: str, was: Any, now: Any) -> list[Change]:
+    """Keys of the configuration whose values differ."""
+    if isinstance(was, dict) and isinstance(now, dict):
+        return [
+            change
+            for key in sorted(was.keys() | now.keys())
+            for change in _leaves(f"{path}.{key}".lstrip("."), was.get(key), now.get(key))
+        ]
+    told = (
+        f"a section of {len(one)}" if isinstance(one, dict) else "none" if one is None else str(one)
+        for one in (was, now)
+    )
+    return [] if was == now else [Change("setting", path, *told)]
