@@ -15,7 +15,6 @@ extensions = [
     "myst_parser",
     "offline_math",
     "generated",
-    "message_table",
     "offline_check",
     "quality_sheets",
 ]
