@@ -13,10 +13,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 PROFILE = PROJECT / "profiles" / "slurm" / "config.yaml"
-# what takes long has a job to itself; the other two have no work of their own
-ALONE = {"ingest", "figures", "quality", "robot_figures", "robot_sweep", "robot_motion"}" for name in ("table", "generic", "depth_only")}
-ALONE |= {f"robot_full_batch_{name}" for name in ("table", "generic", "depth_only")}
-ALONE |= {"robot_intervals"}
+# what takes long has a job to itself
+ALONE = {"ingest", "figures", "quality", "robot_figures", "robot_sweep", "robot_motion"}
 NO_WORK = {"all"}
 
 pytestmark = pytest.mark.slow
