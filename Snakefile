@@ -104,7 +104,7 @@ rule all:
         [rules.robot_tables.output, rules.figures_robot.output]
         * bool(PLAN.robot_medium),
         [rules.figures_robot_motion.output] * bool(PLAN.robot_medium),
-        rules.figure_stress.output.png,
+        [rules.figure_stress.output.png] * bool(PLAN.stress_media),
         [
             rules.figure_maps.output.png,
             rules.figure_fit.output.png,

@@ -146,6 +146,9 @@ def read_csv(source: str | Path) -> pd.DataFrame:
             keep_default_na=False,
             na_values={name: [""] for name in names if name not in TEXT_COLUMNS},
         )
+        if table.empty:
+            # without rows nothing tells numbers from words: in a join these would turn the others' type
+            table = table.astype({name: float for name in names if name not in TEXT_COLUMNS})
         return unguard_table(table)
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as a table: {error}") from error

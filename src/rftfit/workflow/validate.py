@@ -20,6 +20,7 @@ from rftfit.compare.robot import robot_claims
 from rftfit.compare.sands import bend_of, corrections, linear_end
 from rftfit.measure.alpha import column
 from rftfit.measure.slopes import fit_slope
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.scaling import (
     MediumFit,
     fit_media,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
     from rftfit.compare.published import Item
     from rftfit.conventions import FloatArray
 
@@ -76,8 +78,11 @@ def trials(
     compared = leg_errors(measured, everything, spread, settings.fit.confidence)
     # a curve from the published media says so in this table too
     names = [str(t["medium"].iloc[0]) for t in beds]
-    silent = compared["medium"].isin(names) & (compared["reason"] == "")
-    compared.loc[silent, "reason"] = reference_of(fits, settings).note
+    note = reference_of(fits, settings).note
+    silent = compared["medium"].isin(names) & compared["reason"].isin(["", NO_TARE_FLAG])
+    compared.loc[silent, "reason"] = [
+        "; ".join(filter(None, (reason, note))) for reason in compared.loc[silent, "reason"]
+    ]
     write_csv(compared, errors)
 
 
@@ -167,34 +172,48 @@ def sands(
         chi, note = published().chi, published().note
     zeros = {row["run_id"]: row for path in runs for row in read_csv(path).to_dict("records")}
     rows = [row for path in tared for row in _rows(campaign, read_parquet(path), zeros, chi)]
+    known = {row["run_id"] for row in rows}
+    for name, fact in sorted(zeros.items()):
+        if _is_test(run := campaign.by_id[name]) and name not in known:
+            reason = fact["reason"] or f"it has no stroke, or its tare {run.tare_run} is of no use"
+            rows.append(
+                {"medium": run.medium, "run_id": name, "window": "stated", "reason": reason}
+            )
     for row in rows:
-        row["reason"] = row["reason"] or note
+        if note and row["reason"] in ("", NO_TARE_FLAG):
+            row["reason"] = "; ".join(filter(None, (row["reason"], note)))
     write_csv(pd.DataFrame(rows, columns=SAND_COLUMNS), sands)
+
+
+def _is_test(run: Run) -> bool:
+    """Whether a flat plate was pushed straight down."""
+    place = (run.kind, run.direction, run.beta_deg, run.gamma_deg)
+    return place == ("plate", "intrusion", 0, 90)
 
 
 def _rows(
     campaign: Campaign, tared: pd.DataFrame, zeros: dict[str, Any], chi: FloatArray
-) -> list[dict[str, object]]:
+) -> list[dict[str, Any]]:
     """Two rows for every flat plate that was pushed straight down."""
-    rows: list[dict[str, object]] = []
+    rows: list[dict[str, Any]] = []
     for name, part in tared.groupby("run_id", observed=True, sort=True):
         run = campaign.by_id[str(name)]
+        if not _is_test(run):
+            continue
         plate = campaign.config.intruders[run.intruder]
-        if plate.shape == "leg" or (run.beta_deg, run.gamma_deg) != (0, 90):
-            continue
-        if run.direction != "intrusion":
-            continue
+        assert plate.shape != "leg"
         depth = part["depth_cm"].to_numpy(float)
         stress = part["force_z_N"].to_numpy(float) / plate.area_cm2
-        pair = (zeros[run.run_id], zeros[run.tare_run])
+        pair = [zeros[name] for name in (run.run_id, run.tare_run) if name]
         variance = np.array([[fact["zero_var_z_N2"]] for fact in pair], dtype=float)
         zero = (variance / plate.area_cm2**2, np.array([[fact["zero_dof"]] for fact in pair]))
         stated = campaign.config.media[run.medium].linear_to_cm
         for window, end in (("stated", stated), ("detected", linear_end(depth, stress))):
-            row: dict[str, object] = {"medium": run.medium, "run_id": name, "window": window}
-            rows.append(
-                row | _fit(depth, stress, np.nan if end is None else end, zero, chi, campaign)
-            )
+            row: dict[str, Any] = {"medium": run.medium, "run_id": name, "window": window}
+            row |= _fit(depth, stress, np.nan if end is None else end, zero, chi, campaign)
+            if not run.tare_run:
+                row["reason"] = "; ".join(filter(None, (row["reason"], NO_TARE_FLAG)))
+            rows.append(row)
     return rows
 
 
