@@ -64,7 +64,12 @@ def page_inputs(nasty: bool = False) -> PageInputs:
         }
     predicted = pd.concat([_curves(config, m, own) for m, own in profiles.items()])
     legs = predicted[predicted["profile"].isin(["table"])].drop(columns=["profile", "reason"])
-    legs = legs.assign(force_z_N=0.9 * legs["force_z_N"], force_x_N=0.8 * legs["force_x_N"])
+    legs = legs.assign(
+        force_z_N=0.9 * legs["force_z_N"],
+        force_x_N=0.8 * legs["force_x_N"],
+        run_id=legs["leg"],
+        flags="",
+    )
     reason = NASTY if nasty else "saturated throughout"
     rows = {**fits, "generic": m0}
     return PageInputs(

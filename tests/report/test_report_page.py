@@ -16,6 +16,7 @@ import pytest
 from page_inputs import HOLED, NASTY, page_inputs
 
 from rftfit import reference
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.outlines import model_leg
 from rftfit.page.live import FLAT, REVERSED, reversals
 from rftfit.page.methods import paragraphs
@@ -214,6 +215,17 @@ def test_methods_are_built_from_this_run(inputs: PageInputs) -> None:
     assert "90 % intervals" in text
     cited = {int(number) for number in re.findall(r"ref\. (\d)", text)}
     assert cited == {1, 2, 3, 4, 5, 6}
+
+
+def test_methods_say_that_no_tare_was_subtracted(inputs: PageInputs) -> None:
+    done = ("was subtracted at the same depth", "in air at the same angle was subtracted")
+    assert all(words in " ".join(paragraphs(inputs)) for words in done)
+    bare = dataclasses.replace(
+        inputs,
+        fits=inputs.fits.assign(flags=NO_TARE_FLAG),
+        legs=inputs.legs.assign(flags=NO_TARE_FLAG),
+    )
+    assert not any(words in " ".join(paragraphs(bare)) for words in done)
 
 
 def test_provenance_is_shown(read: Reader) -> None:

@@ -259,6 +259,9 @@ def leg_errors(
         for component in COMPONENTS:
             spread = (bed_spread or {}).get(str(medium), 0.0)
             found = _compare(own, part, component, spread, confidence)
+            if own is not None and "flags" in own:
+                flags = [str(flag) for flag in own["flags"].unique() if str(flag)]
+                found["reason"] = "; ".join(filter(None, (str(found["reason"]), *flags)))
             rows.append(name | {"component": component} | found)
     return pd.DataFrame(rows, columns=COLUMNS)
 

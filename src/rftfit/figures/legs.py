@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.ticker import NullLocator
 
-from rftfit.errors import InputError
+from rftfit.errors import InputError, NothingToDraw
 from rftfit.figures import leg_panels, style
 from rftfit.figures.leg_panels import add_sketch, sketched
 from rftfit.model.scaling import routines
@@ -66,7 +66,7 @@ def draw_legs(
         )
     predicted, measured = (leg_panels.rows_of(t, medium=medium) for t in (predicted, measured))
     if predicted.empty and measured.empty:
-        raise InputError(f"no leg was measured in or predicted for medium {medium!r}")
+        raise NothingToDraw(f"no leg was measured in or predicted for medium {medium!r}")
     names = leg_panels.leg_order((predicted, measured), None if legs is None else list(legs))
     shapes = sketched(legs)
     space = style.DOUBLE_CM - _LEFT_CM - _RIGHT_CM - (len(names) - 1) * _GAP_CM
@@ -193,7 +193,7 @@ def draw_leg_media(
     if media is None:
         media = list(dict.fromkeys(str(name) for t in tables for name in t["medium"].unique()))
     if not media:
-        raise InputError("there is no medium whose legs could be drawn")
+        raise NothingToDraw("there is no medium whose legs could be drawn")
     chosen = [table[table["medium"].isin(list(media))] for table in tables]
     names = leg_panels.leg_order(chosen, legs)
     space = (
@@ -395,14 +395,14 @@ def _zetas(penetration: pd.DataFrame, method: str, media: Sequence[str] | None) 
     if media is None:
         media = [str(name) for name in tables[0]["medium"]]
     if not media:
-        raise InputError(f"there is no medium with a zeta of method {method!r} to draw")
+        raise NothingToDraw(f"there is no medium with a zeta of method {method!r} to draw")
     found: dict[str, float] = {}
     for medium in media:
         values = [float(z) for t in tables for z in t.loc[t["medium"] == medium, "zeta"]]
         good = [z for z in values if np.isfinite(z) and z > 0]
         found[medium] = good[0] if good else float("nan")
     if not np.isfinite(list(found.values())).any():
-        raise InputError(f"no medium has a zeta of method {method!r}: forces cannot be scaled")
+        raise NothingToDraw(f"no medium has a zeta of method {method!r}: forces cannot be scaled")
     return found
 
 
@@ -524,7 +524,7 @@ def draw_peak_errors(
     if media is None:
         media = [str(medium) for medium in rows["medium"].unique()]
     if not media:
-        raise InputError(f"no leg errors of component {component!r} to draw")
+        raise NothingToDraw(f"no leg errors of component {component!r} to draw")
     names = leg_panels.leg_order([rows], legs)
     found = set(rows["profile"])
     profiles = [profile for profile in leg_panels.PROFILE_LOOKS if profile in found]

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from rftfit import conventions
 from rftfit.conventions import FloatArray
-from rftfit.errors import InputError
+from rftfit.errors import InputError, NothingToDraw
 from rftfit.figures import leg_panels, style
 
 if TYPE_CHECKING:
@@ -213,7 +213,7 @@ def draw_stress(
                 "choose intrusions and extractions"
             )
     if not run_ids:
-        raise InputError("no run was chosen for the figure of stress against depth")
+        raise NothingToDraw("no run was chosen for the figure of stress against depth")
     across = min(len(run_ids), _ACROSS)
     down = -(-len(run_ids) // _ACROSS)
     # one run alone gets the width of two
@@ -303,7 +303,7 @@ def draw_linearity(
     """
     media = [str(name) for name in alpha["medium"].unique()]
     if not media or not cells:
-        raise InputError("there is no medium whose stress could be drawn against depth")
+        raise NothingToDraw("there is no medium whose stress could be drawn against depth")
     looks = style.medium_looks(media)
     names = ["depth_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "in_window"]
     samples = by_run(traces, names)

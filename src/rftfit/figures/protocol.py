@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from rftfit.errors import InputError
+from rftfit.errors import NothingToDraw
 from rftfit.figures import leg_panels, style
 from rftfit.figures.plates import thin
 
@@ -96,7 +96,7 @@ def draw_clocks(traces: Sequence[Trace]) -> Figure:
     """
     rows = [(trace, trace.alignment) for trace in traces if trace.alignment is not None]
     if not rows:
-        raise ValueError("no run whose clocks were estimated")
+        raise NothingToDraw("no run whose clocks were estimated")
     height = _HEAD_CM + len(rows) * _ROW_CM + _FOOT_CM - 1.2
     figure = style.new_figure(style.DOUBLE_CM, height, dpi=150)
     for place, (trace, alignment) in enumerate(rows):
@@ -225,7 +225,7 @@ def draw_protocol(columns: Sequence[Protocol], title: str, confidence: float = 0
     intervals of the fits.
     """
     if not columns:
-        raise InputError("there is no run of which recording and result could be drawn")
+        raise NothingToDraw("there is no run of which recording and result could be drawn")
     width = _PROTOCOL_LEFT_CM + max(len(columns) - 1, 1) * _PITCH_CM + _SIDE_CM + 0.3
     last_top, last_height = _ROWS_CM[-1]
     figure = style.new_figure(width, _TOP_CM + last_top + last_height + 1.75)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.errors import InputError
+from rftfit.errors import NothingToDraw
 from rftfit.figures import style
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def draw_speeds(
     """
     names = list(profiles or dict.fromkeys(speed["profile"]))
     if speed.empty or not names:
-        raise InputError("there is no simulated speed to draw")
+        raise NothingToDraw("there is no simulated speed to draw")
     shown = sorted(set(errors["curvature_times_R"]) or {-1.0, 0.0, 1.0})
     looks = curvature_looks(shown)
     single = len(names) == 1
@@ -173,7 +173,7 @@ def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "tab
         index="frequency_Hz", columns="curvature_times_R", values="speed_cm_per_s"
     )
     if own.empty:
-        raise InputError(f"there is no sweep of profile {profile!r} to draw")
+        raise NothingToDraw(f"there is no sweep of profile {profile!r} to draw")
     if table.empty:
         return _without_speed(own, profile)
     figure = style.new_figure(style.DOUBLE_CM, 7.9)
@@ -298,7 +298,7 @@ def draw_motion(motion: pd.DataFrame, profile: str = "table") -> Figure:
     """
     own = motion[motion["profile"] == profile]
     if own.empty:
-        raise InputError(f"there is no motion of profile {profile!r} to draw")
+        raise NothingToDraw(f"there is no motion of profile {profile!r} to draw")
     curvatures = sorted(set(own["curvature_times_R"]), reverse=True)
     rows = len(_KINEMATICS) + 2
     figure, panels = _panels(len(curvatures), rows)
@@ -341,7 +341,7 @@ def draw_reaction(motion: pd.DataFrame) -> Figure:
     `motion`: As for `draw_motion`.
     """
     if motion.empty:
-        raise InputError("there is no motion to draw")
+        raise NothingToDraw("there is no motion to draw")
     curvatures = sorted(set(motion["curvature_times_R"]), reverse=True)
     profiles = list(dict.fromkeys(motion["profile"]))
     figure, panels = _panels(len(curvatures), 3)

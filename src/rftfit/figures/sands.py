@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from rftfit.errors import InputError
+from rftfit.errors import NothingToDraw
 from rftfit.figures import style
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def draw_penetration(
     if media is None:
         media = list(dict.fromkeys([*map(str, sands["medium"]), *media_of.values()]))
     if not media:
-        raise InputError("there is no natural sand whose penetration could be drawn")
+        raise NothingToDraw("there is no natural sand whose penetration could be drawn")
     across = min(len(media), _ACROSS)
     down = -(-len(media) // _ACROSS)
     width = _LEFT_CM + across * (_SIDE_CM + _GAP_CM) - _GAP_CM + 0.25

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from rftfit.errors import NothingToDraw
 from rftfit.store import write_bytes
 
 if TYPE_CHECKING:
@@ -256,3 +257,14 @@ def draw_missing(what: str, reasons: Sequence[str] = ()) -> Figure:
         top = _MARGIN_CM + row * _LINE_CM
         text_cm(figure, _MARGIN_CM, top, plain(line), va="top", fontsize=7)
     return figure
+
+
+def drawn(draw: Callable[P, Figure], *args: P.args, **kwargs: P.kwargs) -> Figure:
+    """Draw a figure, or one that says why there is nothing to draw.
+
+    `draw`: Raises `NothingToDraw` where there is nothing. `*args`, `**kwargs`: Its own.
+    """
+    try:
+        return draw(*args, **kwargs)
+    except NothingToDraw as nothing:
+        return draw_missing(str(nothing))

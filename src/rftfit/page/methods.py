@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import rftfit
 from rftfit.campaign.config import Leg, Plate
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.outlines import ELEMENTS
 from rftfit.model.scaling import published
 from rftfit.page.live import scaled_from_print
@@ -16,6 +17,8 @@ from rftfit.page.tables import leg_name, run_fates, value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    import pandas as pd
 
     from rftfit.page.page import PageInputs
 
@@ -63,13 +66,19 @@ def _measurement(inputs: PageInputs) -> str:
             f"a flat plate ({first.length_cm:g} x {first.width_cm:g} cm^2, "
             f"{first.thickness_cm:g} cm thick)"
         )
+    tare = _tare(
+        inputs.fits,
+        "The force on rod and mount alone, recorded along the same path, was subtracted at the same "
+        "depth",
+        "No force on rod and mount alone was recorded, so none was subtracted",
+    )
     depths = ", ".join(f"{depth:g}" for depth in fit.horizontal_depths_cm)
     return (
         f"Stresses on {plate} were measured in {len(inputs.alpha)} granular media in a container "
         f"of {box.length_cm:g} x {box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth, at "
         f"{config.arm.speed_cm_per_s:g} cm/s, following ref. 1. {sum(used.values())} runs were "
-        f"used and {len(dropped)} dropped. The force on rod and mount alone, recorded along the "
-        "same path, was subtracted at the same depth. The stress per depth alpha(beta, gamma) is "
+        f"used and {len(dropped)} dropped. "
+        f"{tare} The stress per depth alpha(beta, gamma) is "
         "the zero-intercept least-squares slope of stress over depth, over the depths at which "
         "the plate was wholly submerged and further than "
         f"{fit.wall_clearance_cm:g} cm from walls and bottom; for horizontal motion, of the "
@@ -77,6 +86,19 @@ def _measurement(inputs: PageInputs) -> str:
         "for the correlation of successive samples (ref. 3) and add the errors of the force zero "
         "and of the clocks."
     )
+
+
+def _tare(table: pd.DataFrame, done: str, nothing: str) -> str:
+    """Say whether tares were subtracted from the runs of a table that gave a number."""
+    if "reason" in table:
+        table = table[table["reason"] == ""]
+    if table.empty:
+        return f"{done}."
+    bare = table["flags"].astype(str).str.contains(NO_TARE_FLAG, regex=False)
+    runs = table.loc[bare, "run_id"].nunique()
+    if bare.all():
+        return f"{nothing}."
+    return f"{done}, save for {runs} runs without such a recording." if runs else f"{done}."
 
 
 def _model(inputs: PageInputs) -> str:
@@ -144,11 +166,16 @@ def _trial(inputs: PageInputs) -> str:
     source = (
         "interpolated from the measured table" if laboratory else "of the scaled generic profile"
     )
+    tare = _tare(
+        inputs.legs,
+        "The force in air at the same angle was subtracted",
+        "No force in air was recorded, so none was subtracted",
+    )
     return (
         f"Model legs ({names}; maximal length {first.max_length_cm:g} cm, width "
         f"{first.width_cm:g} cm, axle {first.hip_height_cm:g} cm above the surface, "
-        f"{inputs.config.arm.leg_speed_rad_per_s:g} rad/s) were turned through the medium; the "
-        f"force in air at the same angle was subtracted. Forces were predicted by summing alpha "
+        f"{inputs.config.arm.leg_speed_rad_per_s:g} rad/s) were turned through the medium. "
+        f"{tare} Forces were predicted by summing alpha "
         f"|z| dA over {ELEMENTS} elements a leg, alpha {source}, "
         f"clipping elements at the surface.{result} {software}"
     )

@@ -158,6 +158,9 @@ def read_csv(source: str | Path, kind_of: Callable[[str], str] | None = None) ->
         for name, kind in kinds.items():
             if kind == "yes or no":
                 table[name] = table[name].map(_YES_OR_NO).astype("boolean")
+        if table.empty:
+            # without rows nothing tells numbers from words: in a join these would turn the others' type
+            table = table.astype({name: float for name in names if name not in text})
         return unguard_table(table)
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as a table: {error}") from error

@@ -21,8 +21,9 @@ from rftfit.figures.protocol import Protocol, draw_clocks, draw_protocol, draw_t
 from rftfit.figures.quality import draw_quality
 from rftfit.figures.robot import draw_motion, draw_optimum, draw_reaction, draw_speeds
 from rftfit.figures.sands import draw_penetration
-from rftfit.figures.style import draw_missing, save
+from rftfit.figures.style import draw_missing, drawn, save
 from rftfit.measure.ledger import Why
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.fourier import evaluate
 from rftfit.robot.run import simulate
 from rftfit.store import read_csv, read_parquet, write_csv
@@ -46,7 +47,10 @@ if TYPE_CHECKING:
 
 
 def stress_runs(campaign: Campaign) -> list[str]:
-    """Choose the runs of the stress figure: those the config names, or the flat plate down and up."""
+    """Choose the runs of the stress figure: those the config names, or the flat plate down and up.
+
+    Returns empty where the sheet has no slanted plate run.
+    """
     named = campaign.config.figures.stress_runs
     unknown = [name for name in named if name not in campaign.by_id]
     if unknown:
@@ -62,7 +66,7 @@ def stress_runs(campaign: Campaign) -> list[str]:
         if run.kind == "plate" and run.direction != "horizontal"
     ]
     if not plates:
-        raise InputError("the run sheet has no slanted plate run to draw")
+        return []
     first = plates[0].medium
     flat = [run.run_id for run in plates
             if run.medium == first and run.beta_deg == 0 and run.gamma_deg == 90]  # fmt: skip
@@ -149,9 +153,13 @@ def figure_stress(
     known = set(samples["run_id"])
     # a run that was refused has nothing to draw; the quality sheet and the ledger say why
     drawn = [name for name in chosen if name in known] or sorted(known)[:1]
-    if not drawn:
-        raise InputError(f"none of the runs {', '.join(chosen)} has a tared stroke to draw")
-    save(draw_stress(samples, table, drawn, campaign.config.fit.confidence), base_of(png))
+    if drawn:
+        figure = draw_stress(samples, table, drawn, campaign.config.fit.confidence)
+    else:
+        why = table[table["run_id"].isin(chosen)]
+        reasons = [f"{run}: {one}" for run, one in zip(why["run_id"], why["reason"], strict=True)]
+        figure = draw_missing("no run has a stroke to draw stress against depth of", reasons)
+    save(figure, base_of(png))
 
 
 def figure_maps(config: Path, alpha: list[Path], png: Path) -> None:
@@ -225,7 +233,9 @@ def quality(config: Path, medium: str, tared: Path, windows: Path, fits: Path, p
     campaign = load_campaign(config)
     samples = stress_samples(campaign, read_parquet(tared), read_parquet(windows))
     title = campaign.config.media[medium].title
-    for number, figure in enumerate(draw_quality(samples, read_csv(fits), title), start=1):
+    pages = draw_quality(samples, read_csv(fits), title)
+    pages = pages or [draw_missing(f"{title}: the run sheet has no plate run")]
+    for number, figure in enumerate(pages, start=1):
         base = base_of(png)
         save(figure, base if number == 1 else base.with_name(f"{base.name}_page{number}"))
 
@@ -239,15 +249,17 @@ def figure_tare(config: Path, medium: str, tared: Path, tares: Path, png: Path) 
     samples = read_parquet(tared)
     table = read_csv(tares)
     known = table[(table["abscissa"] == "depth_cm") & table["valid_to"].notna()]
+    title = campaign.config.media[medium].title
     if known.empty:
-        raise InputError(f"{medium}: no plate run has a tare to draw")
+        why = [NO_TARE_FLAG if row == "" else row for row in dict.fromkeys(table["reason"])]
+        save(draw_missing(f"{title}: no plate run has a tare to draw", why), base_of(png))
+        return
     deepest = known.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
     part = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]
     frame = part[["depth_cm"]].assign(
         force_z_N=part["tare_z_N"], force_x_N=part["tare_x_N"], valid=part["tare_z_N"].notna()
     )
-    title = f"{campaign.config.media[medium].title}: tare {deepest['tare_run']}"
-    save(draw_tare(frame, title), base_of(png))
+    save(draw_tare(frame, f"{title}: tare {deepest['tare_run']}"), base_of(png))
 
 
 # --- Figures of how forces become slopes: one run of each kind, and slopes of all media.
@@ -295,7 +307,7 @@ def figure_protocol(
             )
         )
     title = campaign.config.media[medium].title
-    save(draw_protocol(columns, title, campaign.config.fit.confidence), base_of(png))
+    save(drawn(draw_protocol, columns, title, campaign.config.fit.confidence), base_of(png))
 
 
 def figure_linearity(
@@ -317,8 +329,8 @@ def figure_linearity(
     for one, other in zip(tared, windows, strict=True):
         stress = stress_samples(campaign, read_parquet(one), read_parquet(other))
         samples.append(stress[stress["run_id"].isin(wanted)])
-    figure = draw_linearity(
-        filed(pd.concat(samples, ignore_index=True), slopes), slopes, cells, CELLS,
+    figure = drawn(
+        draw_linearity, filed(pd.concat(samples, ignore_index=True), slopes), slopes, cells, CELLS,
         {name: medium.title for name, medium in campaign.config.media.items()},
         campaign.config.fit.confidence,
     )  # fmt: skip
@@ -408,8 +420,14 @@ def figure_legs(config: Path, medium: str, predicted: Path, legs: list[Path], pn
     campaign = load_campaign(config)
     outlines = {n: leg for n, leg in campaign.config.intruders.items() if isinstance(leg, Leg)}
     level = campaign.config.fit.confidence
-    figure = draw_legs(
-        read_csv(predicted), _joined(legs), medium, _titles(campaign), outlines, confidence=level
+    figure = drawn(
+        draw_legs,
+        read_csv(predicted),
+        _joined(legs),
+        medium,
+        _titles(campaign),
+        outlines,
+        confidence=level,
     )
     save(figure, base_of(png))
 
@@ -420,8 +438,8 @@ def figure_leg_media(config: Path, predicted: Path, legs: list[Path], png: Path)
     `legs`: Read: predicted and measured curves. `png`: Written, with pdf and svg beside it.
     """
     campaign = load_campaign(config)
-    figure = draw_leg_media(
-        read_csv(predicted), _joined(legs), _of_role(campaign, "laboratory"), _titles(campaign),
+    figure = drawn(
+        draw_leg_media, read_csv(predicted), _joined(legs), _of_role(campaign, "laboratory"), _titles(campaign),
         profile="table", confidence=campaign.config.fit.confidence,
     )  # fmt: skip
     save(figure, base_of(png))
@@ -433,8 +451,8 @@ def figure_sand_legs(config: Path, predicted: Path, legs: list[Path], png: Path)
     `legs`: Read: predicted and measured curves. `png`: Written, with pdf and svg beside it.
     """
     campaign = load_campaign(config)
-    figure = draw_leg_media(
-        read_csv(predicted), _joined(legs), _of_role(campaign, "natural_sand"), _titles(campaign),
+    figure = drawn(
+        draw_leg_media, read_csv(predicted), _joined(legs), _of_role(campaign, "natural_sand"), _titles(campaign),
         profile="generic", confidence=campaign.config.fit.confidence,
     )  # fmt: skip
     save(figure, base_of(png))
@@ -459,8 +477,8 @@ def figure_penetration(
     table = read_csv(sands)
     media_of = dict(zip(table["run_id"], table["medium"], strict=True))
     tests = samples[samples["run_id"].isin(list(media_of))].reset_index(drop=True)
-    figure = draw_penetration(
-        tests, media_of, table, _of_role(campaign, "natural_sand"), _titles(campaign),
+    figure = drawn(
+        draw_penetration, tests, media_of, table, _of_role(campaign, "natural_sand"), _titles(campaign),
         campaign.config.fit.confidence,
     )  # fmt: skip
     save(figure, base_of(png))
@@ -480,8 +498,8 @@ def figure_generic_forces(
         what = f"no zeta by {method}, so forces cannot be scaled"
         figure = draw_missing(what, why_no_fit(scaled, method))
     else:
-        figure = draw_generic_forces(
-            read_csv(predicted), _joined(legs), scaled, method=method, titles=_titles(campaign),
+        figure = drawn(
+            draw_generic_forces, read_csv(predicted), _joined(legs), scaled, method=method, titles=_titles(campaign),
             confidence=campaign.config.fit.confidence,
         )  # fmt: skip
     save(figure, base_of(png))
@@ -493,8 +511,11 @@ def figure_peak_errors(config: Path, errors: Path, png: Path) -> None:
     `errors`: Read: of the trials stage. `png`: Written, with pdf and svg beside it.
     """
     campaign = load_campaign(config)
-    figure = draw_peak_errors(
-        read_csv(errors), titles=_titles(campaign), confidence=campaign.config.fit.confidence
+    figure = drawn(
+        draw_peak_errors,
+        read_csv(errors),
+        titles=_titles(campaign),
+        confidence=campaign.config.fit.confidence,
     )
     save(figure, base_of(png))
 
@@ -569,9 +590,9 @@ def figures_robot_speed(
     Written: png, with pdf and svg beside each.
     """
     runs, compared, best = (read_csv(path) for path in (speed, errors, optimum))
-    save(draw_speeds(runs, compared, ["table"]), base_of(fig_4c))
-    save(draw_optimum(runs, best), base_of(fig_4d))
-    save(draw_speeds(runs, compared), base_of(fig_s13))
+    save(drawn(draw_speeds, runs, compared, ["table"]), base_of(fig_4c))
+    save(drawn(draw_optimum, runs, best), base_of(fig_4d))
+    save(drawn(draw_speeds, runs, compared), base_of(fig_s13))
 
 
 def figures_robot_motion(motion: Path, fig_4b: Path, fig_s14: Path) -> None:
@@ -580,8 +601,8 @@ def figures_robot_motion(motion: Path, fig_4b: Path, fig_s14: Path) -> None:
     `motion`: Read. `fig_4b`, `fig_s14`: Written: png, with pdf and svg beside each.
     """
     table = read_csv(motion)
-    save(draw_motion(table), base_of(fig_4b))
-    save(draw_reaction(table), base_of(fig_s14))
+    save(drawn(draw_motion, table), base_of(fig_4b))
+    save(drawn(draw_reaction, table), base_of(fig_s14))
 
 
 # --- Quality figure of a medium whose clocks are estimated: from the estimates' own details.
@@ -593,8 +614,4 @@ def figure_clocks(config: Path, medium: str, png: Path) -> None:
     `config`: Its ``clock.method`` is ``estimate``. `png`: Written; pdf and svg beside it.
     """
     campaign = load_campaign(config)
-    try:
-        drawn = draw_clocks(ingest_traces(campaign, medium)[0])
-    except ValueError as error:
-        raise InputError(f"{medium}: {error}; is clock.method estimate?") from error
-    save(drawn, base_of(png))
+    save(drawn(draw_clocks, ingest_traces(campaign, medium)[0]), base_of(png))

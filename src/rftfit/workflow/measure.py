@@ -268,7 +268,7 @@ def _table(parts: list[tuple[str, dict[str, np.ndarray]]]) -> pd.DataFrame:
     }
     for column in ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N",
                    "tare_z_N", "tare_x_N", "why"):  # fmt: skip
-        data[column] = np.concatenate([part[column] for _, part in parts]) if parts else []
+        data[column] = np.concatenate([part[column] for _, part in parts]) if parts else np.empty(0)
     return pd.DataFrame(data, copy=False)  # these arrays are nobody else's
 
 
@@ -423,8 +423,8 @@ def leg_curves(
     """Force on each leg of a medium against theta.
 
     `status`, `tared`: From the ingest and tare stages. Returns `curves`: `medium, leg, run_id,
-    theta_deg, force_z_N, force_x_N, samples, zero_se_z_N, zero_se_x_N`; the errors of the zero are
-    the same along a curve.
+    theta_deg, force_z_N, force_x_N, samples, zero_se_z_N, zero_se_x_N, flags`; the errors of the
+    zero are the same along a curve.
     """
     import pandas as pd
 
@@ -441,7 +441,7 @@ def leg_curves(
         step = np.round(part["angle_deg"].to_numpy() / STEP_DEG).astype(int)
         grouped = part.assign(step=step).groupby("step")[["force_z_N", "force_x_N"]]
         mean, count = grouped.mean(), grouped.size()
-        pair = (facts[run.run_id], facts[run.tare_run])
+        pair = [facts[name] for name in (run.run_id, run.tare_run) if name]
         parts.append(
             pd.DataFrame(
                 {
@@ -454,11 +454,12 @@ def leg_curves(
                     "samples": count.to_numpy(),
                     "zero_se_z_N": np.sqrt(sum(fact["zero_var_z_N2"] for fact in pair)),
                     "zero_se_x_N": np.sqrt(sum(fact["zero_var_x_N2"] for fact in pair)),
+                    "flags": "" if run.tare_run else NO_TARE_FLAG,
                 }
             )
         )
     columns = ["medium", "leg", "run_id", "theta_deg", "force_z_N", "force_x_N", "samples",
-               "zero_se_z_N", "zero_se_x_N"]  # fmt: skip
+               "zero_se_z_N", "zero_se_x_N", "flags"]  # fmt: skip
     table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=columns)
     return table, ledger
 

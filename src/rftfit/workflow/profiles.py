@@ -86,19 +86,19 @@ def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     )
 
 
-def _bic(table: pd.DataFrame) -> dict[str, bool]:
+def _bic(table: pd.DataFrame) -> dict[str, bool | None]:
     beta, gamma = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
     return select_bic(beta, gamma, grid(table, column("z")), grid(table, column("x")))
 
 
 def coefficient_rows(
-    fit: MediumFit, config: Config, table: pd.DataFrame, bic: dict[str, bool]
+    fit: MediumFit, config: Config, table: pd.DataFrame, bic: dict[str, bool | None]
 ) -> list[dict[str, object]]:
     """One row per coefficient of one fit.
 
-    `table`: Alpha table of the medium. `bic`: Term to whether the information criterion keeps it.
-    Returns A dropped term shows its value in the full fit and ``kept`` False; where it is used, it
-    counts as 0.
+    `table`: Alpha table of the medium. `bic`: Term to whether the information criterion keeps it,
+    where that can be told. Returns A dropped term shows its value in the full fit and ``kept``
+    False; where it is used, it counts as 0.
     """
     lo, hi = interval(fit.draws, config.fit.confidence)
     published_as = config.media[fit.medium].published_as

@@ -19,6 +19,7 @@ from rftfit.compare.robot import robot_claims
 from rftfit.compare.sands import bend_of, corrections, linear_end
 from rftfit.measure.alpha import column
 from rftfit.measure.slopes import fit_slope
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.scaling import (
     MediumFit,
     fit_media,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
     from rftfit.compare.published import Item
     from rftfit.conventions import FloatArray
     from rftfit.results import Results
@@ -65,8 +67,11 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     measured = results.joined("legs/{medium}.csv")
     compared = leg_errors(measured, everything, spread, settings.fit.confidence)
     # a curve from the published media says so in this table too
-    silent = compared["medium"].isin(list(beds)) & (compared["reason"] == "")
-    compared.loc[silent, "reason"] = reference_of(fits, settings).note
+    note = reference_of(fits, settings).note
+    silent = compared["medium"].isin(list(beds)) & compared["reason"].isin(["", NO_TARE_FLAG])
+    compared.loc[silent, "reason"] = [
+        "; ".join(filter(None, (reason, note))) for reason in compared.loc[silent, "reason"]
+    ]
     return everything, compared
 
 
@@ -152,10 +157,19 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         chi, note = published().chi, published().note
     rows = []
     for medium in results.sands:
-        zeros = {row["run_id"]: row for row in results[medium].runs.to_dict("records")}
-        rows += _rows(results.campaign, results.table(f"tared/{medium}.parquet"), zeros, chi)
+        facts = {row["run_id"]: row for row in results[medium].runs.to_dict("records")}
+        found = _rows(results.campaign, results.table(f"tared/{medium}.parquet"), facts, chi)
+        known = {row["run_id"] for row in found}
+        for name, fact in sorted(facts.items()):
+            if _is_test(run := results.campaign.by_id[name]) and name not in known:
+                reason = fact["reason"] or f"it has no stroke, or its tare {run.tare_run} is of no use"
+                found.append(
+                    {"medium": run.medium, "run_id": name, "window": "stated", "reason": reason}
+                )
+        rows += found
     for row in rows:
-        row["reason"] = row["reason"] or note
+        if note and row["reason"] in ("", NO_TARE_FLAG):
+            row["reason"] = "; ".join(filter(None, (str(row["reason"]), note)))
     curves = results.table("predicted.csv")
     measured = results.joined("legs/{medium}.csv", results.sands)
     if measured.empty:
@@ -164,29 +178,35 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     return pd.DataFrame(rows, columns=SAND_COLUMNS), tried
 
 
+def _is_test(run: Run) -> bool:
+    """Whether a flat plate was pushed straight down."""
+    place = (run.kind, run.direction, run.beta_deg, run.gamma_deg)
+    return place == ("plate", "intrusion", 0, 90)
+
+
 def _rows(
     campaign: Campaign, tared: pd.DataFrame, zeros: dict[str, Any], chi: FloatArray
-) -> list[dict[str, object]]:
+) -> list[dict[str, Any]]:
     """Two rows for every flat plate that was pushed straight down."""
-    rows: list[dict[str, object]] = []
+    rows: list[dict[str, Any]] = []
     for name, part in tared.groupby("run_id", observed=True, sort=True):
         run = campaign.by_id[str(name)]
+        if not _is_test(run):
+            continue
         plate = campaign.config.intruders[run.intruder]
-        if plate.shape == "leg" or (run.beta_deg, run.gamma_deg) != (0, 90):
-            continue
-        if run.direction != "intrusion":
-            continue
+        assert plate.shape != "leg"
         depth = part["depth_cm"].to_numpy(float)
         stress = part["force_z_N"].to_numpy(float) / plate.area_cm2
-        pair = (zeros[run.run_id], zeros[run.tare_run])
+        pair = [zeros[name] for name in (run.run_id, run.tare_run) if name]
         variance = np.array([[fact["zero_var_z_N2"]] for fact in pair], dtype=float)
         zero = (variance / plate.area_cm2**2, np.array([[fact["zero_dof"]] for fact in pair]))
         stated = campaign.config.media[run.medium].linear_to_cm
         for window, end in (("stated", stated), ("detected", linear_end(depth, stress))):
-            row: dict[str, object] = {"medium": run.medium, "run_id": name, "window": window}
-            rows.append(
-                row | _fit(depth, stress, np.nan if end is None else end, zero, chi, campaign)
-            )
+            row: dict[str, Any] = {"medium": run.medium, "run_id": name, "window": window}
+            row |= _fit(depth, stress, np.nan if end is None else end, zero, chi, campaign)
+            if not run.tare_run:
+                row["reason"] = "; ".join(filter(None, (row["reason"], NO_TARE_FLAG)))
+            rows.append(row)
     return rows
 
 
