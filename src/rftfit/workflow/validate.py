@@ -162,7 +162,9 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         known = {row["run_id"] for row in found}
         for name, fact in sorted(facts.items()):
             if _is_test(run := results.campaign.by_id[name]) and name not in known:
-                reason = fact["reason"] or f"it has no stroke, or its tare {run.tare_run} is of no use"
+                reason = (
+                    fact["reason"] or f"it has no stroke, or its tare {run.tare_run} is of no use"
+                )
                 found.append(
                     {"medium": run.medium, "run_id": name, "window": "stated", "reason": reason}
                 )
