@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from logging import LogRecord
 
 KEYS = (
-    "event", "levelname", "jobid", "job_id", "rule_name", "wildcards", "log", "reason", "done",
-    "total", "stats", "exception", "aux", "name", "jobs", "groupid", "job_error_info",
+    "event", "jobid", "job_id", "rule_name", "rule_msg", "log", "reason", "done", "total", "stats",
+    "indent",
 )  # fmt: skip
 
 

@@ -33,18 +33,10 @@ __all__ = ["here", "results"]  # fixtures
 LEG = ("predict", "--leg", "c_leg")
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ([], "which stage? allowed: ingest"),
-        (["ingst"], "no stage 'ingst'; allowed: ingest"),
-        (["symmetry", "alfa=x"], "found 'alfa=x'; allowed: "),
-        (["symmetry"], "= must be given once, found 0 times"),
-    ],
-)
-def test_words_of_a_stage(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert stage(words) == 2
-    assert said in capsys.readouterr().err
+def test_a_stage_that_does_not_exist(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
+
+    assert stage(["ingst", "--config", str(campaign / "config" / "config.yaml")]) == 2
+    assert "no stage 'ingst'; allowed: ingest" in capsys.readouterr().err
 
 
 def test_a_crash_that_can_be_written_nowhere(
@@ -211,40 +203,33 @@ def test_a_file_that_may_not_be_read(
     assert "config.yaml: the file cannot be read: Permission denied" in said.out
 
 
+def workflow(monkeypatch: pytest.MonkeyPatch, root: Path) -> Any:
+    """A workflow in a folder without a campaign."""
+    from rftfit.workflow.run import Workflow
+
+    monkeypatch.setattr("rftfit.workflow.run.Plan", lambda _: SimpleNamespace(root=root))
+    return Workflow(root / "config.yaml", say=print)
+
+
 def test_locks(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
-    from rftfit.cli import run
     from rftfit.errors import WorkflowError
 
     others: list[int] = [12, 34]
-    monkeypatch.setattr("rftfit.workflow.snakemake.working_in", lambda _: others)
-    with pytest.raises(
-        WorkflowError, match=r"a workflow is running in .* \(process 12, 34\), so its"
-    ):
-        run._unlock([], here)
-    assert "another workflow is running in" in run._lock_text(here)
+    monkeypatch.setattr("rftfit.workflow.run.working_in", lambda _: others)
+    own = workflow(monkeypatch, here)
+    with pytest.raises(WorkflowError, match=r"\(process 12, 34\)"):
+        own.unlock()
+    assert "12, 34" in own._lock_text()
     others.clear()
-    assert "and run again. Finished results are kept." in run._lock_text(here)
+    assert "rftfit run --unlock" in own._lock_text()
 
     def refused(_words: list[str], _log: None, tell: Any) -> int:
         tell("no room left")
         return 1
 
-    monkeypatch.setattr("rftfit.workflow.snakemake.listen", refused)
-    with pytest.raises(WorkflowError, match="the lock cannot be cleared: no room left"):
-        run._unlock([], here)
-
-
-def test_notes_of_verify() -> None:
-    from rftfit.cli.verify import Finding, _notes
-
-    was: Any = SimpleNamespace(rules={"tare": "1"}, versions={"numpy": "2.0"})
-    now: Any = SimpleNamespace(rules={"tare": "2"}, versions={"numpy": "2.1"})
-    unused = [Finding("log", f"{number}.csv", "a", "b") for number in range(10)]
-    notes = list(_notes(was, now, unused))
-    assert "the workflow's rules have changed in tare; `rftfit run --dry-run` says" in notes[0]
-    assert notes[1] == "made with numpy 2.0; here is 2.1"
-    assert notes[2] == "file 0.csv: was a, is b; no result hangs on it"
-    assert notes[-1] == "2 more changes that no result hangs on"
+    monkeypatch.setattr("rftfit.workflow.run.listen", refused)
+    with pytest.raises(WorkflowError, match="no room left"):
+        own.unlock()
 
 
 def test_a_lock_of_a_killed_run(
@@ -252,36 +237,11 @@ def test_a_lock_of_a_killed_run(
 ) -> None:
     from contextlib import nullcontext
 
-    from rftfit.cli import run
-
-    monkeypatch.setattr("rftfit.workflow.snakemake.listen", lambda *_: 0)
-    for certain, said in ((False, ""), (True, "An earlier run was killed: its lock is cleared")):
+    own = workflow(monkeypatch, here)
+    monkeypatch.setattr("rftfit.workflow.run.listen", lambda *_: 0)
+    for certain in (False, True):
         monkeypatch.setattr(
-            "rftfit.workflow.processes.left_by_the_dead", lambda _, c=certain: nullcontext(c)
+            "rftfit.workflow.run.left_by_the_dead", lambda _, c=certain: nullcontext(c)
         )
-        run._clear_lock_of_the_dead([], here)
-        assert capsys.readouterr().err.startswith(said)
-        assert bool(said) == certain
-
-
-def test_snakemake_that_is_ended() -> None:
-    from rftfit.workflow.snakemake import Watcher, failure_text
-
-    said = failure_text(Watcher(total=9, done=4), Path(), Path("the.log"), -9)
-    assert (
-        "the workflow stopped: Snakemake itself was ended by SIGKILL, most often because the"
-        in said
-    )
-    assert "4 of 9 jobs are done and kept; `rftfit run` goes on from there." in said
-    assert "memory" not in failure_text(Watcher(), Path(), Path("the.log"), -15)
-
-
-def test_a_part_of_the_sweep_on_a_cluster(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
-    from rftfit.cli.simulate import sweep
-
-    campaign = SimpleNamespace(media_with_runs=("poppy_LP",), root=here)
-    section = SimpleNamespace(medium="poppy_LP")
-    monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
-    monkeypatch.setattr("rftfit.workflow.robot.robot_of", lambda _: (section, None))
-    with pytest.raises(InputError, match="--cluster and --profile: a cluster runs all profiles at"):
-        sweep(profile=["table"], config=here / "config.yaml", cluster="slurm")
+        own._clear_lock_of_the_dead()
+        assert bool(capsys.readouterr().out) == certain

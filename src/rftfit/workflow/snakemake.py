@@ -39,12 +39,16 @@ _END = "At least one job did not complete successfully."
 
 @dataclass
 class Job:
-    """One job: its rule, and the log files that its rule declares."""
+    """One job: its rule, and the log files that its rule declares.
+
+    `grouped`: Snakemake knows only that one of the jobs failed that went to a cluster as one.
+    """
 
     rule: str
     logs: list[str] = field(default_factory=list)
     reason: str = ""
     status: str = ""
+    grouped: bool = False
 
 
 @dataclass
@@ -92,7 +96,8 @@ class Progress:
                 job = self.jobs.get(
                     number, Job(event.get("rule_name", "job"), event.get("log", []))
                 )
-                told = _SLURM.search(json.dumps(event))
+                told = _SLURM.search(str(event.get("rule_msg")))
+                job.grouped = bool(event.get("indent"))
                 job.status = f"Slurm says {told[1]}" if told else self._status
                 self.failed[number], self._status = job, ""
             case "error":
@@ -116,10 +121,11 @@ def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
     """
     done = f"{progress.done} of {progress.total}"
     if progress.failed:
-        number = len(progress.failed)
+        jobs = _told_apart(list(progress.failed.values()), root)
+        number = len(jobs)
         failed = f"{number} job{'s' * (number > 1)} failed"
         parts = [f"the workflow stopped: {failed}; {done} are done, and what is done is kept."]
-        for job in progress.failed.values():
+        for job in jobs:
             text = "\n".join(f"    {line}" for line in _why(job, root))
             parts.append(f"  {job.rule}:\n{text}")
     elif status < 0:
@@ -155,20 +161,38 @@ def _logs_not_made(job: Job, root: Path) -> list[str]:
     return [name for name in job.logs if job.status == "1" and not (root / name).exists()]
 
 
-def _why(job: Job, root: Path) -> list[str]:
-    """What a failed job wrote into its log, or else what is known of its end."""
-    if absent := _logs_not_made(job, root):
-        return [f"{name}: cannot write: {_CURE}" for name in absent]
+def _told_apart(jobs: list[Job], root: Path) -> list[Job]:
+    """Of jobs that went to a cluster as one, leave those whose own log says that they failed."""
+    silent = [job for job in jobs if job.grouped and not _message(job, root)]
+    if silent and len(silent) == len([job for job in jobs if job.grouped]):
+        one = Job(f"one of {', '.join(job.rule for job in silent)}", status=silent[0].status)
+        return [job for job in jobs if not job.grouped] + [one]
+    return [job for job in jobs if job not in silent]
+
+
+def _message(job: Job, root: Path) -> list[str]:
+    """The message of a stage, or the last line of a traceback, in a job's own log."""
     for name in job.logs:
         with contextlib.suppress(OSError):
             lines = (root / name).read_text(encoding="utf-8", errors="replace").strip().splitlines()
             begin = next((i for i, line in enumerate(lines) if _STAGE.match(line)), None)
             if begin is not None:
-                own = [line for line in lines[begin:] if not line.startswith("Traceback")]
-                return [_STAGE.sub(r"\1", own[0]), *own[1:_MOST_LINES]]
-            if lines and "Traceback (most recent call last):" in lines:
+                return [_STAGE.sub(r"\1", lines[begin]), *lines[begin + 1 :][:_MOST_LINES]]
+            if "Traceback (most recent call last):" in lines:
                 end = "(an error that the program did not expect: its traceback is in the log)"
                 return [lines[-1], end]
+    return []
+
+
+def _why(job: Job, root: Path) -> list[str]:
+    """What a failed job wrote into its log, or else what is known of its end."""
+    if absent := _logs_not_made(job, root):
+        return [f"{name}: cannot write: {_CURE}" for name in absent]
+    if message := _message(job, root):
+        return message
+    for name in job.logs:
+        with contextlib.suppress(OSError):
+            lines = (root / name).read_text(encoding="utf-8", errors="replace").strip().splitlines()
             if lines and not job.status.startswith("SIG") and job.status not in _KILLED:
                 return lines[-_MOST_LINES:]
     status = _KILLED.get(job.status, job.status)
