@@ -229,11 +229,11 @@ def run(
     Config and run sheet are checked first; with an error in them nothing is run. A failed job stops
     what depends on it and nothing else. Run again to go on.
     """
-    from rftfit.cli.check import campaign_root
+    from rftfit.campaign.load import root_of
     from rftfit.workflow.snakemake import find_snakefile
 
     targets, extra = _split(words or [])
-    root = campaign_root(config)
+    root = root_of(config)
     source = (snakefile or find_snakefile()).resolve()
     if cluster is None:
         where = ["--cores", str(cores or "all")]
