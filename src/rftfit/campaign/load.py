@@ -15,6 +15,7 @@ from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
 
 if TYPE_CHECKING:
+    from rftfit.campaign.files import Entry
     from rftfit.campaign.schema import KeyPath
     from rftfit.campaign.sheet import Run
 
@@ -108,7 +109,7 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
     if sheet:
         runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs, medium)
     _check_robot(file, within, logs, runs)
-    problems = file.problems + of_sheet
+    problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
     if file.model is None or any(problem.severity == "error" for problem in problems):
         return None, problems
     return Campaign(root, root / raw, root / sheet, file.model, tuple(runs)), problems
@@ -148,32 +149,32 @@ def _locate(file: ModelFile[Config], root: Folder, key: str, *, exists: bool = T
     written = file.data.get(key) if isinstance(file.data, dict) else None
     if not isinstance(written, str):
         return ""
-    what = "a folder" if key == "raw" else "a file"
     entry = root.look_up(written)
-    path, results = entry.path, os.path.realpath(f"{root.base}/{RESULTS}")
-    place = os.path.realpath(f"{root.base}/{path}")
-    code, nearest, allowed = "", entry.nearest, ""
-    if entry.code:
-        code = entry.code
-        allowed = f"the path of {what} inside the campaign's folder; {entry.why}"
-    elif key == "raw" and path == ".":
-        code = "raw-is-root"
-        allowed = "a folder below the campaign's own, so that results never lie among the logs"
-    # a sheet that is missing or no file is said by its reader, in the sheet's own name
-    elif key == "raw" and exists and entry.status != "folder":
-        code, allowed = (
-            "raw-missing",
-            "a folder that exists, relative to the folder of the campaign",
-        )
-    elif _inside(place, results) or (key == "raw" and _inside(results, place)):
-        # the program would overwrite it, or write among the logs
-        code, nearest = "in-results", None
-        allowed = f"a place apart from {RESULTS}/, which the program writes and anybody may delete"
-        if not _inside(path, RESULTS):
-            allowed += f"; a link brings the two together: {RESULTS} is {results}"
+    code, allowed = _fault(root, key, entry, exists=exists)
     if code:
-        file.note((key,), code, written, allowed, nearest)
-    return "" if code and code != "in-results" else path
+        file.note((key,), code, written, allowed, entry.nearest)
+    return "" if code and code != "in-results" else entry.path
+
+
+def _fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, str]:
+    """Why raw folder or run sheet cannot be where a key says: code and text; empty if they can."""
+    if entry.code:
+        what = "a folder" if key == "raw" else "a file"
+        return entry.code, f"the path of {what} inside the campaign's folder; {entry.why}"
+    if key == "raw" and entry.path == ".":
+        why = "so that results never lie among the logs"
+        return "raw-is-root", f"a folder below the campaign's own, {why}"
+    # a sheet that is missing or no file is said by its reader, in the sheet's own name
+    if key == "raw" and exists and entry.status != "folder":
+        return "raw-missing", "a folder that exists, relative to the folder of the campaign"
+    place, results = (os.path.realpath(f"{root.base}/{path}") for path in (entry.path, RESULTS))
+    if not _inside(place, results) and not (key == "raw" and _inside(results, place)):
+        return "", ""
+    # the program would overwrite it, or write among the logs
+    text = f"a place apart from {RESULTS}/, which the program writes and anybody may delete"
+    if not _inside(entry.path, RESULTS):
+        text += f"; a link brings the two together: {RESULTS} is {results}"
+    return "in-results", text
 
 
 def _inside(path: str, folder: str) -> bool:

@@ -13,7 +13,7 @@ import zipfile
 from collections import deque
 from dataclasses import dataclass, field
 from importlib import import_module
-from itertools import islice
+from itertools import islice, zip_longest
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from rftfit.campaign.files import (
@@ -51,6 +51,13 @@ _WORKBOOK = b"PK\x03\x04"
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
 _ERROR_VALUES = ("#N/A", "#REF!", "#DIV/0!", "#NAME?", "#NULL!", "#NUM!", "#VALUE!")
 _DATES = (dt.date, dt.time, dt.timedelta)
+_BAD_CELLS = {
+    "formula": "a value; this formula was never calculated: open the workbook in a spreadsheet and "
+    "save it, or type the value",
+    "date": "what you typed; the spreadsheet made a date of it: set the cell's format to Text and "
+    "type it again",
+    "cell-error": "a value; the spreadsheet shows an error here",
+}
 
 Form = Literal["name", "choice", "number", "path", "flag", "text"]
 
@@ -235,8 +242,8 @@ def read_rows(
         draft = DraftRow(schema.area, file, number, noted)
         for column, at, scale in columns:
             draft.text[column.name] = ""
-            odd = table.bad.get((number, at)) if table.bad and at is not None else None
-            _read_cell(draft, column, named, odd, scale)
+            bad = table.bad.get((number, at)) if table.bad and at is not None else None
+            _read_cell(draft, column, named, bad, scale)
         if not schema.others:
             _check_beyond(draft, table.header, cells)
         drafts.append(draft)
@@ -246,23 +253,18 @@ def read_rows(
 # --- one cell
 
 
-@dataclass(frozen=True, slots=True)
-class BadCell:
-    """A cell of a workbook that is not what it looks like."""
-
-    code: str
-    found: str
-    allowed: str
-
-
 def _read_cell(
-    draft: DraftRow, column: Column, cells: Mapping[str, str], odd: BadCell | None, scale: float
+    draft: DraftRow,
+    column: Column,
+    cells: Mapping[str, str],
+    bad: tuple[str, str] | None,
+    scale: float,
 ) -> None:
     name = column.name
     cell = cells.get(name, "")
     unused = column.unused(cells)
-    if odd is not None and not (column.form == "text" and odd.code == "date"):
-        draft.note(name, odd.code, odd.found, odd.allowed)
+    if bad is not None and (column.form, bad[0]) != ("text", "date"):
+        draft.note(name, *bad, _BAD_CELLS[bad[0]])
     elif not cell:
         if column.needed and not unused:
             draft.bad.add(name)
@@ -280,11 +282,14 @@ def _read_cell(
 
 
 def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> None:
+    if math.isnan(scale):  # the unit is not known: a problem of the header
+        draft.bad.add(column.name)
+        return
     value, nearest, more = None, None, ""
     # Python would take 1_0 for 10, and digits of every script
     if cell.isascii() and "_" not in cell:
         with contextlib.suppress(ValueError):
-            value = float(cell)
+            value = float(cell) * scale
     if value is None and _COMMA.fullmatch(cell):
         code, nearest, more = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
     elif value is None:
@@ -298,7 +303,7 @@ def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> No
         code = "out-of-range"
     else:
         draft.text[column.name] = cell
-        draft.number[column.name] = value * scale + 0.0  # never -0
+        draft.number[column.name] = value + 0.0  # never -0
         return
     draft.note(column.name, code, cell, column.allowed + more, nearest)
 
@@ -362,11 +367,11 @@ _READERS = {
 
 @dataclass
 class _Table:
-    """Header and rows as text, without blank rows; `bad` cells by row number and position."""
+    """Header and rows as text, without blank rows; `_bad_cell` of those that are, by row and position."""
 
     header: list[str] = field(default_factory=list)
     rows: list[tuple[int, list[str]]] = field(default_factory=list)
-    bad: dict[tuple[int, int], BadCell] = field(default_factory=dict)
+    bad: dict[tuple[int, int], tuple[str, str]] = field(default_factory=dict)
     header_row: int = 1
 
     def add(self, row: int, cells: list[str]) -> None:
@@ -478,11 +483,10 @@ def _too_many_rows(schema: Schema, file: str) -> CampaignError:
 
 
 def _read_csv(text: str, schema: Schema, file: str, suffix: str) -> _Table:
-    lines = text.split("\n")
     if schema.comments:
-        lines = ["" if line.lstrip().startswith("#") else line for line in lines]
+        text = re.sub(r"(?m)^[ \t]*#.*$", "", text)
     names = {name: column for column in schema.columns for name in (column.name, *column.also)}
-    head = next((line for line in lines if line.strip()), "")
+    head = next((line for line in io.StringIO(text) if line.strip()), "")
 
     def known(delimiter: str) -> int:
         cells = (cell.strip().strip('"').strip() for cell in head.split(delimiter))
@@ -490,7 +494,7 @@ def _read_csv(text: str, schema: Schema, file: str, suffix: str) -> _Table:
 
     # at a draw, that of the file's name
     order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
-    reader = csv.reader(io.StringIO("\n".join(lines)), delimiter=max(order, key=known), strict=True)
+    reader = csv.reader(io.StringIO(text), delimiter=max(order, key=known), strict=True)
     table, row = _Table(), 0
     try:
         for row, cells in enumerate(reader, start=1):
@@ -512,26 +516,22 @@ def _read_workbook(data: bytes, schema: Schema, file: str) -> _Table:
     """Read the first sheet: numbers as the shortest text that means them, true and false as words."""
     table = _Table()
     try:
-        formulas = _check_archive(data, schema, file)
+        has_formulas = _check_archive(data, schema, file)
         with warnings.catch_warnings():
             # about styles and validation rules, which do not matter here
             warnings.simplefilter("ignore")
             rows = _rows_of(data, schema.most_rows)
-            sources = _rows_of(data, schema.most_rows, formulas=True) if formulas else None
+            sources = _rows_of(data, schema.most_rows, formulas=True) if has_formulas else None
             for row, values in enumerate(rows, start=1):
                 if row > schema.most_rows:
                     raise _too_many_rows(schema, file)
                 texts = [_text(value) for value in values]
-                for at, source in enumerate(next(sources, ()) if sources is not None else ()):
-                    if values[at] is None and source is not None:
-                        texts[at] = str(getattr(source, "text", source))
-                        allowed = (
-                            "a value; this formula was never calculated: open the workbook in a "
-                            "spreadsheet and save it, or type the value"
-                        )
-                        table.bad[row, at] = BadCell("formula", texts[at], allowed)
+                formulas = next(sources, ()) if sources is not None else ()
+                for at, (value, source) in enumerate(zip_longest(values, formulas)):
+                    if bad := _bad_cell(value, source):
+                        table.bad[row, at] = bad
+                        texts[at] = texts[at] or bad[1]
                 table.add(row, texts)
-                _look_closer(table, row, values)
     except CampaignError:
         raise
     # the library raises whatever its parsers do, from KeyError to zlib.error, on a damaged file
@@ -586,14 +586,12 @@ def _text(value: Any) -> str:
     return text.strip()
 
 
-def _look_closer(table: _Table, row: int, values: tuple[Any, ...]) -> None:
-    for at, value in enumerate(values):
-        if isinstance(value, _DATES):
-            allowed = (
-                "what you typed; the spreadsheet made a date of it: set the cell's format to Text "
-                "and type it again"
-            )
-            table.bad[row, at] = BadCell("date", f"the date {_text(value)}", allowed)
-        elif isinstance(value, str) and value in _ERROR_VALUES:
-            allowed = "a value; the spreadsheet shows an error here"
-            table.bad[row, at] = BadCell("cell-error", value, allowed)
+def _bad_cell(value: Any, source: Any) -> tuple[str, str] | None:
+    """Code and text of a cell that is not what it looks like; `source` is its formula, if any."""
+    if value is None and source is not None:
+        return "formula", str(getattr(source, "text", source))
+    if isinstance(value, _DATES):
+        return "date", f"the date {_text(value)}"
+    if isinstance(value, str) and value in _ERROR_VALUES:
+        return "cell-error", value
+    return None
