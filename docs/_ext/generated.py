@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 from sphinx.util.docutils import SphinxDirective
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from docutils import nodes
     from sphinx.application import Sphinx
@@ -148,63 +148,19 @@ def _paragraphs(text: str | None) -> str:
 
 def robot() -> str:
     """Every key of a robot's file, every column of its run sheet."""
+    from rftfit.campaign.schema import all_keys
     from rftfit.robot.config import Robot
     from rftfit.robot.tracks import COLUMNS
 
-    schema = Robot.model_json_schema()
-    rows = list(_keys(schema, schema, ""))
+    rows = [
+        (f"`{'.'.join(key.path)}`", key.default, key.allowed, key.description)
+        for key in all_keys(Robot)
+    ]
     keys = _table(("key", "default", "allowed", "meaning"), rows)
     columns = _table(
-        ("column", "meaning"), [(f"`{name}`", meaning) for name, meaning in COLUMNS.items()]
+        ("column", "meaning"), [(f"`{column.name}`", column.meaning) for column in COLUMNS]
     )
     return f"## The robot's file\n\n{keys}\n## The robot's run sheet\n\n{columns}"
-
-
-def _keys(node: dict[str, Any], schema: dict[str, Any], path: str) -> Iterator[tuple[str, ...]]:
-    for name, field in node.get("properties", {}).items():
-        target = _follow(field, schema)
-        items = _follow(target.get("items", {}), schema)
-        inner = next(iter((target.get("patternProperties") or {}).values()), None)
-        inner = inner or target.get("additionalProperties")
-        default = "required" if name in node.get("required", ()) else _default(field)
-        yield f"`{path}{name}`", default, _allowed(target), field.get("description", "")
-        yield from _keys(target, schema, f"{path}{name}.")
-        yield from _keys(items, schema, f"{path}{name}[].")
-        if isinstance(inner, dict):
-            yield from _keys(_follow(inner, schema), schema, f"{path}{name}.<name>.")
-
-
-def _follow(node: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
-    if "$ref" in node:
-        target: dict[str, Any] = schema["$defs"][node["$ref"].rsplit("/", 1)[1]]
-        return target
-    return node
-
-
-def _default(field: dict[str, Any]) -> str:
-    value = field.get("default")
-    return "see below" if isinstance(value, dict) else "" if value is None else f"`{value}`"
-
-
-def _allowed(node: dict[str, Any]) -> str:
-    if "enum" in node:
-        return "one of " + ", ".join(f"`{word}`" for word in node["enum"])
-    if node.get("type") == "array":
-        return "x, z" if "prefixItems" in node else "a list"
-    if node.get("type") == "object":
-        return "a section"
-    limits = [
-        f"{words} {node[key]:g}"
-        for key, words in (
-            ("exclusiveMinimum", "above"), ("minimum", "at least"),
-            ("exclusiveMaximum", "below"), ("maximum", "at most"),
-        )
-        if key in node
-    ]  # fmt: skip
-    kind = {"number": "a number", "integer": "a whole number", "string": "text"}.get(
-        node.get("type", ""), ""
-    )
-    return " ".join([kind, " and ".join(limits)]).strip()
 
 
 PAGES: dict[str, Callable[[], str]] = {"outputs": outputs, "commands": commands, "robot": robot}

@@ -115,11 +115,11 @@ class Room:
         self.write(sheet, name)
         return check_campaign(self.path)[1]
 
-    def only(self, code: str, sheet: bytes | None = None, name: str = "runs.csv") -> str:
-        """Text of the only problem, which must be of this code."""
+    def only(self, code: str, sheet: bytes | None = None, name: str = "runs.csv") -> Problem:
+        """The only problem, which must be of this code."""
         problems = self.check(sheet, name)
         assert [problem.code for problem in problems] == [code], "\n".join(map(str, problems))
-        return str(problems[0])
+        return problems[0]
 
     def campaign(self, sheet: bytes | None = None, name: str = "runs.csv") -> Campaign:
         self.write(sheet, name)

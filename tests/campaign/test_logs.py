@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.campaign.reading import plain_path
+from rftfit.campaign.files import plain_path
+from rftfit.campaign.problems import Place
 
 if TYPE_CHECKING:
     from .conftest import Room
@@ -13,12 +14,11 @@ if TYPE_CHECKING:
 
 def test_a_missing_log_is_a_warning_with_the_nearest_name(room: Room) -> None:
     (room.folder / "raw/logs/p1_force.csv").rename(room.folder / "raw/logs/p1_Force.CSV")
-    text = room.only("sheet.log-missing")
-    assert text == (
-        "runs.csv, row 2, column force_log: found 'logs/p1_force.csv'; allowed: a file that exists "
-        "in the raw folder; this run will be dropped; did you mean 'logs/p1_Force.CSV'?"
-    )
-    assert room.check()[0].severity == "warning"
+    problem = room.only("sheet.log-missing")
+    assert problem.place == Place("runs.csv", 2, "force_log")
+    assert problem.found == "logs/p1_force.csv"
+    assert problem.nearest == "logs/p1_Force.CSV"
+    assert problem.severity == "warning"
 
 
 def test_a_missing_log_of_an_excluded_run_needs_no_word(room: Room) -> None:
@@ -57,9 +57,9 @@ def test_log_paths(
     (raw / "loop.csv").symlink_to(raw / "loop.csv")
     os.mkfifo(raw / "pipe")
     room.rows["p1"]["force_log"] = path
-    text = room.only(code)
-    assert "row 2, column force_log" in text
-    assert part in text
+    problem = room.only(code)
+    assert problem.place == Place("runs.csv", 2, "force_log")
+    assert part in str(problem)
 
 
 def test_a_link_within_raw_is_a_log(room: Room) -> None:
@@ -77,25 +77,42 @@ def test_one_file_for_force_and_motion_needs_one_clock(room: Room, path: str) ->
     for method in ("sync_line", "estimate"):
         room.config += f"clock: {{method: {method}}}\n"
         (found,) = room.check()
-        assert (found.code, found.row, found.column) == ("sheet.one-file", 2, "motion_log")
-        assert f"clock.method same_clock in the config, found {method}" in str(found)
+        assert (found.code, found.place) == ("sheet.one-file", Place("runs.csv", 2, "motion_log"))
+        assert found.allowed.endswith(f"found {method}")
         room.config = room.config.replace(f"clock: {{method: {method}}}\n", "")
     room.config += SAME_CLOCK
     run = room.campaign().by_id["p1"]
     assert run.force_log == run.motion_log == "logs/p1_motion.csv"
 
 
+@pytest.mark.parametrize("path", ["logs/p1_force.csv", "logs/./p1_force.csv"])
+def test_one_file_of_the_rigid_contact_needs_one_clock_too(room: Room, path: str) -> None:
+    contact = f"rigid_contact: {{force_log: logs/p1_force.csv, motion_log: {path}}}\n"
+    room.config += contact
+    problem = room.only("config.one-file")
+    assert problem.place.key == "rigid_contact.motion_log"
+    assert problem.found == path
+    room.config += SAME_CLOCK
+    assert room.check() == []
+
+
+def test_logs_of_the_rigid_contact_that_some_disks_take_for_the_same(room: Room) -> None:
+    room.touch("logs/P1_FORCE.csv")
+    room.config += "rigid_contact: {force_log: logs/p1_force.csv, motion_log: logs/P1_FORCE.csv}\n"
+    assert room.only("config.shared-file").place.key == "rigid_contact.motion_log"
+
+
 def test_a_broken_config_leaves_the_question_of_clocks_open(room: Room) -> None:
     room.rows["p1"]["force_log"] = room.rows["p1"]["motion_log"]
     room.config += "clock: {method: same}\n"
-    assert [problem.file for problem in room.check()] == ["config/config.yaml"]
+    assert [problem.place.file for problem in room.check()] == ["config/config.yaml"]
 
 
 def test_names_of_one_row_that_some_disks_take_for_the_same(room: Room) -> None:
     room.config += SAME_CLOCK
     room.rows["p1"]["force_log"] = "./logs//P1_Motion.csv"
     found = [problem for problem in room.check() if problem.code == "sheet.shared-file"]
-    assert [(problem.row, problem.column) for problem in found] == [(2, "motion_log")]
+    assert [problem.place for problem in found] == [Place("runs.csv", 2, "motion_log")]
 
 
 @pytest.mark.parametrize("both", [True, False])
@@ -106,16 +123,17 @@ def test_one_file_of_two_runs_is_refused_on_one_clock_too(room: Room, *, both: b
     room.rows["t1"]["force_log"] = room.rows["p1"]["force_log"]
     found = room.check()
     assert {problem.code for problem in found} == {"sheet.shared-file"}
-    assert {problem.row for problem in found} == {3}
+    assert {problem.place.row for problem in found} == {3}
 
 
 def test_one_file_named_by_two_runs(room: Room) -> None:
     room.rows["t1"]["force_log"] = room.rows["p1"]["force_log"]
-    text = room.only("sheet.shared-file")
-    assert text == (
-        "runs.csv, row 3, column force_log: found 'logs/p1_force.csv'; allowed: a file of its own; "
-        "force_log of row 2 names this one"
+    problem = room.only("sheet.shared-file")
+    assert (problem.place, problem.found) == (
+        Place("runs.csv", 3, "force_log"),
+        "logs/p1_force.csv",
     )
+    assert "force_log of row 2" in problem.allowed
 
 
 def test_paths_are_kept_in_their_plain_form(room: Room) -> None:
@@ -127,4 +145,4 @@ def test_names_with_blanks_and_accents_are_fine(room: Room) -> None:
     room.rows["p1"]["force_log"] = "Läufe im Mai/p 1.csv"
     room.touch("Läufe im Mai/p 1.csv")
     assert room.check() == []
-    assert plain_path("a..b/c") == ("a..b/c", "", None)
+    assert plain_path("a..b/c") == "a..b/c"

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 import pytest
 
 from rftfit.campaign.load import check_campaign, load_campaign
-from rftfit.campaign.problems import CampaignError, Problem, did_you_mean, shown
+from rftfit.campaign.problems import (
+    CampaignError,
+    Place,
+    Problem,
+    did_you_mean,
+    shown,
+    unknown_word,
+)
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,9 +64,8 @@ def test_runs_of_a_medium_are_sorted_and_bring_their_air_runs(room: Room) -> Non
 
 def test_an_air_run_without_a_leg_is_unclaimed_and_warned_about(room: Room) -> None:
     room.add("a2", "a1")
-    assert "column run_id: found 'a2'; allowed: a tare that some run names" in room.only(
-        "sheet.tare-unused"
-    )
+    problem = room.only("sheet.tare-unused")
+    assert (problem.place, problem.found) == (Place("runs.csv", 8, "run_id"), "a2")
     assert [run.run_id for run in room.campaign().unclaimed] == ["a2"]
 
 
@@ -86,8 +92,7 @@ def test_load_raises_with_every_problem_a_line_each(room: Room) -> None:
     assert lines[0] == "4 errors:"
     assert lines[-2] == "1 warning:"
     assert len(lines) == 2 + 5 == 2 + len(caught.value.problems)
-    assert "did you mean 'title'?" in str(caught.value)
-    assert "did you mean 'poppy_LP'?" in str(caught.value)
+    assert {problem.nearest for problem in caught.value.problems} == {"title", "poppy_LP", None}
     assert isinstance(caught.value, InputError)
 
 
@@ -104,20 +109,27 @@ def test_warnings_do_not_stop_a_campaign(room: Room) -> None:
 
 
 def test_problem_reads_as_a_sentence() -> None:
-    problem = Problem(
-        "runs.csv",
-        14,
-        "medium",
-        "popy_LP",
-        "one of poppy_LP",
-        "sheet.unknown-word",
-        "error",
-        "poppy_LP",
-    )
+    place = Place("runs.csv", 14, "medium")
+    problem = Problem("sheet.unknown-word", place, "popy_LP", "one of poppy_LP", "poppy_LP")
     assert str(problem) == (
         "runs.csv, row 14, column medium: found 'popy_LP'; allowed: one of poppy_LP; "
         "did you mean 'poppy_LP'?"
     )
+
+
+def test_places_are_named_from_outside_in() -> None:
+    assert str(Place("c.yaml", line=3, key="media.x")) == "c.yaml, line 3, key media.x"
+    assert str(Place("c.yaml", line=3, column="9")) == "c.yaml, line 3, column 9"
+    assert str(Place("", row=3)) == "row 3"
+    assert str(Problem("x.y", Place(""), None, "nothing here")) == "nothing here"
+
+
+def test_an_unknown_word_of_the_command_line() -> None:
+    said = unknown_word("--medium", "popy_LP", ["poppy_LP", "poppy_CP"])
+    assert said == (
+        "--medium: found 'popy_LP'; allowed: poppy_LP, poppy_CP; did you mean 'poppy_LP'?"
+    )
+    assert "did you mean" not in unknown_word("--medium", "glass", ["poppy_LP"])
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,21 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.campaign import rows
+from rftfit.campaign import rows, sheet
 from rftfit.campaign.load import check_campaign
+from rftfit.campaign.problems import Place
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from .conftest import Room
+
+
+EXCLUDED = "sheet.excluded-without-reason"
 
 
 def test_missing_sheet(room: Room) -> None:
@@ -19,13 +24,12 @@ def test_missing_sheet(room: Room) -> None:
     room.config = room.config.replace("runs.csv", "other.csv")
     room.path.write_text(room.config, encoding="utf-8")
     problems = check_campaign(room.path)[1]
-    assert [str(problem) for problem in problems] == ["other.csv: the file does not exist"]
-    assert problems[0].code == "sheet.missing"
+    assert [(one.code, one.place) for one in problems] == [("sheet.missing", Place("other.csv"))]
 
 
 def test_a_folder_as_sheet(room: Room) -> None:
     room.config = room.config.replace("runs.csv", "raw")
-    assert "raw: this is a folder" in room.only("sheet.not-a-file")
+    assert room.only("sheet.not-a-file").place == Place("raw")
 
 
 def test_sheet_by_a_link_out_is_refused(
@@ -35,17 +39,15 @@ def test_sheet_by_a_link_out_is_refused(
     target.write_text(room.text(), encoding="utf-8")
     (room.folder / "link.csv").symlink_to(target)
     room.config = room.config.replace("runs.csv", "link.csv")
-    assert "key run_sheet: found 'link.csv'" in room.only("config.path-outside")
+    problem = room.only("config.path-outside")
+    assert (problem.place.key, problem.found) == ("run_sheet", "link.csv")
 
 
-def test_not_utf8_names_the_row(room: Room) -> None:
+def test_not_utf8_names_the_line(room: Room) -> None:
     room.rows["p1"]["note"] = "Körner"
-    text = room.only("sheet.not-utf8", room.text().encode("cp1252"))
-    assert text == (
-        "runs.csv, row 2: found 'byte 0xf6'; allowed: UTF-8 text; in a spreadsheet save as "
-        "'CSV UTF-8', in an editor choose UTF-8"
-    )
-    assert "found 'UTF-16'" in room.only("sheet.not-utf8", room.text().encode("utf-16"))
+    problem = room.only("sheet.not-utf8", room.text().encode("cp1252"))
+    assert (problem.place, problem.found) == (Place("runs.csv", line=2), "byte 0xf6")
+    assert room.only("sheet.not-utf8", room.text().encode("utf-16")).found == "UTF-16"
 
 
 @pytest.mark.parametrize("change", ["bom", "crlf", "cr", "semicolon", "tab", "quotes", "columns"])
@@ -78,29 +80,28 @@ def test_blank_rows_are_skipped_but_counted(room: Room) -> None:
 def test_a_cell_of_two_lines_is_one_row_of_the_spreadsheet(room: Room) -> None:
     room.rows["p1"]["note"] = "two\nlines"
     room.rows["t1"]["kind"] = "rodd"
-    assert "row 3, column kind" in "\n".join(map(str, room.check()))
+    assert Place("runs.csv", 3, "kind") in [problem.place for problem in room.check()]
 
 
 def test_wrong_delimiter(room: Room) -> None:
-    text = room.only("sheet.wrong-delimiter", room.text("|").encode())
-    assert text.startswith("runs.csv, row 1: found 'run_id|kind|medium")
-    assert text.endswith("allowed: cells separated by comma, semicolon, tab")
+    problem = room.only("sheet.wrong-delimiter", room.text("|").encode())
+    assert problem.place == Place("runs.csv", 1)
+    assert str(problem.found).startswith("run_id|kind|medium")
+    assert problem.allowed.endswith("comma, semicolon, tab")
 
 
 def test_a_stray_quote(room: Room) -> None:
     lines = room.text().splitlines()
     lines[2] += 'x"y'
     lines[3] = lines[3].replace("h1", '"h1', 1)
-    text = room.only("sheet.not-csv", "\n".join(lines).encode())
-    assert text.startswith("runs.csv, row 4: this row cannot be taken apart")
-    assert "stray quote" in text
+    problem = room.only("sheet.not-csv", "\n".join(lines).encode())
+    assert problem.place == Place("runs.csv", 4)
+    assert "stray quote" in problem.allowed
 
 
 def test_no_rows(room: Room) -> None:
     room.rows.clear()
-    assert room.only("sheet.empty") == (
-        "runs.csv: no runs yet: the sheet needs one row for each run below its header"
-    )
+    assert room.only("sheet.empty").place == Place("runs.csv")
 
 
 def test_an_empty_file_misses_its_columns_too(room: Room) -> None:
@@ -112,16 +113,16 @@ def test_columns_missing_unknown_and_twice(room: Room) -> None:
     room.columns = [
         {"medium": "mediun", "force_log": "note"}.get(name, name) for name in room.columns
     ]
-    texts = [f"{problem.code}: {problem}" for problem in room.check()]
-    assert len(texts) == 4
-    assert (
-        "sheet.duplicate-column: runs.csv, row 1, column note: found 'note'; allowed: each column "
-        "once; it is also column number 9"
-    ) in texts
-    unknown = next(text for text in texts if text.startswith("sheet.unknown-column"))
-    assert unknown.endswith("did you mean 'medium'?")
-    missing = [text for text in texts if text.startswith("sheet.missing-column")]
-    assert [text.split("column ")[1].split(":")[0] for text in missing] == ["medium", "force_log"]
+    found = {(one.code, one.place.column): one for one in room.check()}
+    assert set(found) == {
+        ("sheet.duplicate-column", "note"),
+        ("sheet.unknown-column", "mediun"),
+        ("sheet.missing-column", "medium"),
+        ("sheet.missing-column", "force_log"),
+    }
+    assert {one.place.row for one in found.values()} == {1}
+    assert "column number 9" in found["sheet.duplicate-column", "note"].allowed
+    assert found["sheet.unknown-column", "mediun"].nearest == "medium"
 
 
 def test_optional_columns_can_be_left_out(room: Room) -> None:
@@ -132,7 +133,10 @@ def test_optional_columns_can_be_left_out(room: Room) -> None:
 
 def test_a_horizontal_run_needs_the_depth_column(room: Room) -> None:
     room.columns.remove("depth_cm")
-    assert [(p.row, p.code) for p in room.check()] == [(4, "sheet.required"), (5, "sheet.required")]
+    assert [(p.place.row, p.code) for p in room.check()] == [
+        (4, "sheet.required"),
+        (5, "sheet.required"),
+    ]
 
 
 def test_more_cells_than_columns(room: Room) -> None:
@@ -140,14 +144,14 @@ def test_more_cells_than_columns(room: Room) -> None:
     codes = {problem.code for problem in room.check(room.text().replace('"', "").encode())}
     assert "sheet.decimal-comma" not in codes
     lines = room.text().splitlines()
-    text = room.only(
+    problem = room.only(
         "sheet.no-header",
         "\n".join(
             [lines[0], *lines[2:], "p1" + lines[1][2:].replace('"30,5"', "30") + ",x"]
         ).encode(),
     )
-    assert "row 7, column number 17: found 'x'" in text
-    assert "decimal comma" in text
+    assert (problem.place, problem.found) == (Place("runs.csv", 7, "number 17"), "x")
+    assert "decimal comma" in problem.allowed
 
 
 @pytest.mark.parametrize(
@@ -158,10 +162,8 @@ def test_a_blank_cell_that_is_needed(room: Room, column: str) -> None:
     room.add("p2", "p1", tare_run="")
     room.rows["p2"][column] = ""
     problems = [problem for problem in room.check() if problem.severity == "error"]
-    assert [problem.code for problem in problems] == ["sheet.required"]
-    assert str(problems[0]).startswith(
-        f"runs.csv, row 8, column {column}: this cell must not be blank"
-    )
+    found = [(problem.code, problem.place) for problem in problems]
+    assert found == [("sheet.required", Place("runs.csv", 8, column))]
 
 
 @pytest.mark.parametrize(
@@ -223,13 +225,7 @@ def test_a_blank_cell_that_is_needed(room: Room, column: str) -> None:
         ("p1", "run_id", ".p", "sheet.bad-name", ["not beginning with . or -"]),
         ("p1", "run_id", "p" * 101, "sheet.bad-name", ["at most 100"]),
         ("p1", "excluded", "maybe", "sheet.bad-flag", ["yes, no or blank"]),
-        (
-            "p1",
-            "excluded",
-            "yes",
-            "sheet.excluded-without-reason",
-            ["column reason: an excluded run"],
-        ),
+        ("p1", "excluded", "yes", EXCLUDED, []),
         (
             "p1",
             "reason",
@@ -250,15 +246,14 @@ def test_one_bad_cell(
     found = [problem for problem in room.check() if problem.code == code]
     assert len(found) == 1
     row = 2 + list(room.rows).index(run)
-    assert (found[0].row, found[0].file) == (row, "runs.csv")
+    assert found[0].place == Place("runs.csv", row, column if code != EXCLUDED else "reason")
     for part in parts:
         assert part in str(found[0])
 
 
 def test_gamma_must_fit_the_direction(room: Room) -> None:
     room.rows["h1"]["gamma_deg"] = room.rows["th"]["gamma_deg"] = "45"
-    texts = [str(problem) for problem in room.check()]
-    assert [text.split("; ")[1] for text in texts] == ["allowed: 0 for a horizontal run"] * 2
+    assert [problem.code for problem in room.check()] == ["sheet.gamma-not-zero"] * 2
     room.rows["h1"]["direction"] = room.rows["th"]["direction"] = "extraction"
     room.rows["h1"]["gamma_deg"] = room.rows["th"]["gamma_deg"] = "-0.0"
     room.rows["h1"]["depth_cm"] = room.rows["th"]["depth_cm"] = ""
@@ -271,7 +266,7 @@ def test_a_depth_that_the_config_does_not_list_is_a_warning(room: Room) -> None:
     assert {(problem.code, problem.severity) for problem in problems} == {
         ("sheet.depth-unlisted", "warning")
     }
-    assert "one of 2.54, 5.08, 7.62 cm (fit.horizontal_depths_cm" in str(problems[0])
+    assert "2.54, 5.08, 7.62 cm" in problems[0].allowed
 
 
 @pytest.mark.parametrize(
@@ -294,28 +289,31 @@ def test_flags(room: Room, word: str, value: bool) -> None:
 def test_ids_twice_or_differing_by_case(room: Room) -> None:
     room.add("p2", "p1", run_id="p1", tare_run="")
     room.add("p3", "p1", run_id="P1", tare_run="")
-    errors = [str(problem) for problem in room.check() if problem.severity == "error"]
-    assert errors == [
-        "runs.csv, row 8, column run_id: found 'p1'; allowed: a name that no other run has; row 2 has it",
-        "runs.csv, row 9, column run_id: found 'P1'; allowed: a name that differs by more than case from p1 in row 2",
+    errors = [problem for problem in room.check() if problem.severity == "error"]
+    assert [(one.code, one.place.row, one.place.column, one.found) for one in errors] == [
+        ("sheet.duplicate-id", 8, "run_id", "p1"),
+        ("sheet.case-id", 9, "run_id", "P1"),
     ]
+    assert all("row 2" in one.allowed for one in errors)
 
 
 def test_too_many_rows(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rows, "MAX_ROWS", 3)
-    assert "at most 3 rows are read" in room.only("sheet.too-many-rows")
+    monkeypatch.setattr(sheet, "SCHEMA", replace(sheet.SCHEMA, most_rows=3))
+    assert "at most 3 rows are read" in room.only("sheet.too-many-rows").allowed
 
 
 def test_too_large_a_sheet(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rows, "MAX_BYTES", 100)
-    assert "are too large" in room.only("sheet.too-large")
+    assert room.only("sheet.too-large").place == Place("runs.csv")
 
 
 def test_order_of_problems_is_that_of_rows_and_columns(room: Room) -> None:
     room.rows["c1"]["direction"] = "x"
     room.rows["p1"].update(kind="plat", medium="x", beta_deg="x")
     places = [
-        (problem.row, problem.column) for problem in room.check() if problem.severity == "error"
+        (problem.place.row, problem.place.column)
+        for problem in room.check()
+        if problem.severity == "error"
     ]
     assert places == [(2, "kind"), (2, "medium"), (2, "beta_deg"), (6, "direction")]
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from rftfit.campaign.problems import CampaignError, Place
 from rftfit.errors import InputError
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import (
@@ -138,7 +139,7 @@ def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path: Path) -> None:
     ("rows", "expected"),
     [
         ("1,2\n", ["row 2", "1 point;"]),
-        ("", ["0 points"]),
+        ("", ["no points yet"]),
         ("0,0\n1,1\n2,0\n1,1\n3,3\n", ["row 5", "1, 1", "row 3"]),
         ("0,0\n0,0\n1,1\n", ["row 3", "row 2"]),
         ("0,0\n2,2\n2,0\n0,2\n", ["row 4", "crosses", "from row 2 to 3", "row 4 to 5"]),
@@ -146,7 +147,7 @@ def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path: Path) -> None:
         ("0,0\n2,0\n2,1\n1,0\n", ["row 4", "touches"]),
         ("0,0\n4,0\n4,1\n5,1\n5,0\n3,0\n", ["row 6", "row 2 to 3"]),  # overlaps in one line
         ("0,0\n1,a\n2,nan\n", ["row 3", "z_cm", "'a'", "row 4", "'nan'"]),
-        ("0,0\n1\n", ["row 3", "z_cm", "''"]),
+        ("0,0\n1\n", ["row 3", "z_cm", "blank"]),
         ("0;0\n", ["row 2"]),
     ],
 )
@@ -165,10 +166,11 @@ def test_rows_are_counted_with_comments(tmp_path: Path) -> None:
 
 
 def test_missing_columns_and_files(tmp_path: Path) -> None:
-    text = message(written(tmp_path, "0,0\n", "x,z_cm"))
-    assert "x_cm" in text
-    assert "header row" in text
-    assert "did you mean 'x'" in text or "'x_cm'" in text or "missing" in text
+    with pytest.raises(CampaignError) as error:
+        read_outline(written(tmp_path, "0,0\n", "xcm,z_cm"), 2.0)
+    (problem,) = error.value.problems
+    assert (problem.code, problem.nearest) == ("outline.missing-column", "xcm")
+    assert problem.place == Place(str(tmp_path / "scoop.csv"), 1, "x_cm")
     assert "does not exist" in message(tmp_path / "none.csv")
 
 

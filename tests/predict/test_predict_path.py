@@ -80,7 +80,7 @@ def test_uneven_times_keep_a_steady_velocity() -> None:
         ("0,0,0,0\n1,0,-1,0\n1,0,-2,0\n", ["row 4", "'1'", "later than the 1 s of row 3"]),
         ("0,0,0,0\n2,0,-1,0\n1,0,-2,0\n", ["row 4", "t_s", "later than the 2 s of row 3"]),
         ("0,0,0,0\n", ["row 2", "1 row;"]),
-        ("", ["0 rows"]),
+        ("", ["no rows yet"]),
         ("0,0,0,0\n1,0,x,0\n", ["row 3", "z_cm", "'x'"]),
     ],
 )

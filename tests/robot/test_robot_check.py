@@ -80,13 +80,13 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root: Path) -> None:
     assert code == 2
     for words in (
         "raw/paper/robot/runs.csv, row 2, column run_id: found 'p1'; allowed: a name that no run of",
-        "row 3, column medium: found 'poppy'; allowed: poppy_LP",
+        "row 3, column medium: found 'poppy'; allowed: one of poppy_LP",
         "row 3, column curvature_times_R: found '2'; allowed: -1 to 1",
         "row 4, column frequency_Hz: found '200'",
         "row 4, column track: found '../a1.csv'",
         "row 5, column track: found 'tracks/a_2.csv'; allowed: a file that exists",
         "did you mean 'tracks/a2.csv'?",
-        " config/mine.yaml, line 13, key body.mass_g: found '0'; allowed: above 0",
+        " config/mine.yaml, line 13, key body.mass_g: found '0'; allowed: a number above 0",
         "raw/paper/runs.csv, row 2, column intruder: found 'plait'",
     ):
         assert words in told, told

@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.campaign.problems import CampaignError
+from rftfit.campaign.problems import CampaignError, Problem
+from rftfit.campaign.schema import json_schema
 from rftfit.robot.body import assemble
-from rftfit.robot.config import json_schema, main, paper_robot, paper_robot_path, read_robot
+from rftfit.robot.config import Robot, main, paper_robot, paper_robot_path, read_robot
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from rftfit.robot.config import Robot
 
 GOOD = """\
 title: small
@@ -39,10 +38,10 @@ def read(folder: Path, text: str) -> Robot:
     return read_robot(path)
 
 
-def wrong(folder: Path, text: str) -> list[str]:
+def wrong(folder: Path, text: str) -> list[Problem]:
     with pytest.raises(CampaignError) as caught:
         read(folder, text)
-    return [str(problem).split("robot.yaml, ", 1)[-1] for problem in caught.value.problems]
+    return list(caught.value.problems)
 
 
 def test_the_papers_robot() -> None:
@@ -74,8 +73,9 @@ def test_any_robot(tmp_path: Path) -> None:
 @pytest.mark.parametrize("mass", ["0", "-150", ".nan", ".inf", '"150"', "heavy", "[1]", "true"])
 def test_bad_mass(tmp_path: Path, mass: str) -> None:
     (found,) = wrong(tmp_path, GOOD.replace("mass_g: 100", f"mass_g: {mass}"))
-    assert found.startswith("line 3, key body.mass_g: found '")
-    assert "mass of the whole robot, g" in found
+    assert (found.place.line, found.place.key) == (3, "body.mass_g")
+    assert found.code in ("config.wrong-type", "config.out-of-range")
+    assert "mass of the whole robot, g" in found.allowed
 
 
 def test_all_problems_at_once(tmp_path: Path) -> None:
@@ -83,38 +83,40 @@ def test_all_problems_at_once(tmp_path: Path) -> None:
     text = text.replace("width_cm: 0.8", "width_cm: -1").replace("{x_cm: 3,", "{x_cm: 30,")
     text = text.replace("phase_turns: 0.25", "phase_turns: 1").replace("method: rk4", "method: rk5")
     found = wrong(tmp_path, text)
-    assert [line.split(":")[0] for line in found] == [
-        "line 2, key body.inertia_g_cm2",
-        "line 4, key body.inertia",
-        "line 10, key legs.width_cm",
-        "line 12, key legs.hips.1",
-        "line 13, key legs.hips.2.phase_turns",
-        "line 14, key numerics.method",
+    assert [(one.place.line, one.place.key, one.code) for one in found] == [
+        (2, "body.inertia_g_cm2", "config.missing-key"),
+        (4, "body.inertia", "config.unknown-key"),
+        (10, "legs.width_cm", "config.out-of-range"),
+        (12, "legs.hips.1", "config.inconsistent"),
+        (13, "legs.hips.2.phase_turns", "config.out-of-range"),
+        (14, "numerics.method", "config.unknown-word"),
     ]
-    text = "\n".join(found)
-    for words in (
-        "this key is missing", "did you mean 'inertia_g_cm2'?", "allowed: above 0",
-        "hip 1 at x = 30, z = 0 cm lies outside the body, which spans x from -4 to 4 and z from -1",
-        "allowed: below 1", "did you mean 'rk4'?",
-    ):  # fmt: skip
-        assert words in text
+    assert [one.nearest for one in found if one.nearest] == ["inertia_g_cm2", "rk4"]
+    assert "above 0" in found[2].allowed
+    assert "hip 1 at x = 30, z = 0 cm" in found[3].allowed
+    assert "x from -4 to 4 and z from -1" in found[3].allowed
+    assert "below 1" in found[4].allowed
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "place", "code", "words"),
     [
-        ("{x_cm: -3, z_cm: 0.5,", "{x_cm: -3, z_cm: 1.5,", "hip 2 at x = -3, z = 1.5 cm"),
-        ("to_cm: [4, 1]", "to_cm: [4, -1]", "two ends of a plate must differ"),
-        ("to_cm: [4, 1]", "to_cm: [4]", "this key is missing"),
-        ("front:", "Belly:", "differ by case only"),
-        ("numerics:", "numeric:", "did you mean 'numerics'?"),
-        ("step_s: 0.0002", "step_s: 0.1", "at most 0.01"),
-        ("title: small", "title: small\ntitle: big", "title"),
+        ("{x_cm: -3, z_cm: 0.5,", "{x_cm: -3, z_cm: 1.5,", (13, "legs.hips.2"), "inconsistent",
+         "x = -3, z = 1.5 cm"),
+        ("to_cm: [4, 1]", "to_cm: [4, -1]", (7, "body.plates.front"), "inconsistent", "must differ"),
+        ("to_cm: [4, 1]", "to_cm: [4]", (7, "body.plates.front.to_cm"), "wrong-type", "2 numbers"),
+        ("front:", "Belly:", (2, "body"), "inconsistent", "differ by case only"),
+        ("numerics:", "numeric:", (14, "numeric"), "unknown-key", "numerics"),
+        ("step_s: 0.0002", "step_s: 0.1", (14, "numerics.step_s"), "out-of-range", "at most 0.01"),
+        ("title: small", "title: small\ntitle: big", (2, "title"), "duplicate-key", "line 1"),
     ],
-)
-def test_single_problems(tmp_path: Path, old: str, new: str, words: str) -> None:
-    found = wrong(tmp_path, GOOD.replace(old, new))
-    assert words in "\n".join(found)
+)  # fmt: skip
+def test_single_problems(
+    tmp_path: Path, old: str, new: str, place: tuple[int, str], code: str, words: str
+) -> None:
+    found, *_ = wrong(tmp_path, GOOD.replace(old, new))
+    assert ((found.place.line, found.place.key), found.code) == (place, f"config.{code}")
+    assert words in found.allowed
 
 
 @pytest.mark.parametrize("text", ["", "- 1\n- 2\n", "{", "body: 3\n", "legs: {hips: 3}\n"])
@@ -131,7 +133,7 @@ def test_schema_in_step(tmp_path: Path) -> None:
     main(tmp_path)
     written = (tmp_path / "robot.schema.json").read_text(encoding="utf-8")
     beside = paper_robot_path().with_name("robot.schema.json")
-    assert written == json_schema() == beside.read_text(encoding="utf-8"), (
+    assert written == json_schema(Robot) == beside.read_text(encoding="utf-8"), (
         "the models have changed: run python -m rftfit.robot.config"
     )
     assert "robot.schema.json" in paper_robot_path().read_text(encoding="utf-8").splitlines()[0]

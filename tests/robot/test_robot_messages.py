@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rftfit.campaign.problems import Place
 from rftfit.errors import InputError, RftfitError
 from rftfit.robot.speeds import speed_errors
 from rftfit.robot.tracks import read_trials
@@ -25,9 +26,7 @@ def test_a_column_that_stands_twice(tmp_path: Path) -> None:
     )
     _, problems = read_trials(path, "runs.csv", "sand")
     assert [problem.code for problem in problems] == ["robot-sheet.duplicate-column"]
-    assert "runs.csv, row 1, column track: found 'track'; allowed: each column once" in str(
-        problems[0]
-    )
+    assert problems[0].place == Place("runs.csv", 1, "track")
 
 
 def test_a_robot_that_moves_back() -> None:

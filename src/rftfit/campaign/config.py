@@ -16,9 +16,17 @@ from pydantic import (
     model_validator,
 )
 
-from rftfit.campaign.problems import DEVICE, is_device
+from rftfit.campaign.files import DEVICE, is_device
 
-# --- What every section of the configuration is made of.
+
+def key(default: Any, description: str, **limits: Any) -> Any:
+    """Declare a key with a default; the description is for messages and pages."""
+    return Field(default=default, description=description, **limits)
+
+
+def need(description: str, **limits: Any) -> Any:
+    """Declare a key that must be given."""
+    return Field(description=description, **limits)
 
 
 Positive = Annotated[float, Field(gt=0)]
@@ -39,24 +47,21 @@ class Model(BaseModel):
 class Clock(Model):
     """How the clocks of the force log and of the motion log are brought together."""
 
-    method: Literal["sync_line", "same_clock", "estimate"] = Field(
-        default="sync_line",
-        description="sync_line: the force log records when the arm moves; same_clock: one clock; "
+    method: Literal["sync_line", "same_clock", "estimate"] = key(
+        "sync_line",
+        "sync_line: the force log records when the arm moves; same_clock: one clock; "
         "estimate: from the force, which grows only where the intruder goes deeper",
     )
-    max_residual_s: Positive = Field(
-        default=0.05, description="a run whose edges agree no better than this is refused, s"
+    max_residual_s: Positive = key(
+        0.05, "a run whose edges agree no better than this is refused, s"
     )
-    max_gap_s: Positive = Field(
-        default=0.1, description="a longer step between samples is a gap, s"
+    max_gap_s: Positive = key(0.1, "a longer step between samples is a gap, s")
+    max_se_s: Positive = key(
+        0.1, "a run whose estimated offset has a larger standard error is refused, s"
     )
-    max_se_s: Positive = Field(
-        default=0.1,
-        description="a run whose estimated offset has a larger standard error is refused, s",
-    )
-    max_drift: Positive = Field(
-        default=1e-3,
-        description="how much the rates of the clocks may differ, as a standard deviation, relative; "
+    max_drift: Positive = key(
+        1e-3,
+        "how much the rates of the clocks may differ, as a standard deviation, relative; "
         "for estimate",
     )
 
@@ -64,24 +69,20 @@ class Clock(Model):
 class FreeSurface(Model):
     """Where the free surface lies."""
 
-    method: Literal["given", "find"] = Field(
-        default="given",
-        description="given: surface_z_mm of the sheet or the arm; find: where the force begins to "
+    method: Literal["given", "find"] = key(
+        "given",
+        "given: surface_z_mm of the sheet or the arm; find: where the force begins to "
         "grow, in each push straight down whose row of the sheet gives no surface_z_mm",
     )
-    window_cm: Positive = Field(
-        default=1.5, description="how far above and below the surface the force is looked at, cm"
-    )
-    max_se_cm: Positive = Field(
-        default=0.1, description="a run whose surface has a larger standard error is refused, cm"
-    )
+    window_cm: Positive = key(1.5, "how far above and below the surface the force is looked at, cm")
+    max_se_cm: Positive = key(0.1, "a run whose surface has a larger standard error is refused, cm")
 
 
 class RigidContact(Model):
     """A push of the bare machine against something rigid: how far it yields under load."""
 
-    force_log: str = Field(description="force log, relative to the raw folder")
-    motion_log: str = Field(description="motion log, relative to the raw folder")
+    force_log: str = need("force log, relative to the raw folder")
+    motion_log: str = need("motion log, relative to the raw folder")
 
 
 # --- What is pushed through a medium: plates of any outline, and legs.
@@ -90,10 +91,10 @@ class RigidContact(Model):
 class Plate(Model):
     """A flat plate; its length lies in the x-z plane."""
 
-    shape: Literal["plate"] = Field(description="a flat plate")
-    length_cm: Positive = Field(description="side that lies in the x-z plane, cm")
-    width_cm: Positive = Field(description="side across, along y, cm")
-    thickness_cm: Positive = Field(description="thickness, cm")
+    shape: Literal["plate"] = need("a flat plate")
+    length_cm: Positive = need("side that lies in the x-z plane, cm")
+    width_cm: Positive = need("side across, along y, cm")
+    thickness_cm: Positive = need("thickness, cm")
 
     @property
     def area_cm2(self) -> float:
@@ -104,24 +105,22 @@ class Plate(Model):
 class Leg(Model):
     """A thin leg turned about an axle above the surface."""
 
-    shape: Literal["leg"] = Field(description="a thin leg turned about an axle")
-    curvature_times_R: float = Field(
-        ge=-1,
-        le=1,
-        description="R/r: 1 c-leg, 0 flat, -1 reversed c-leg (2R is the maximal length)",
+    shape: Literal["leg"] = need("a thin leg turned about an axle")
+    curvature_times_R: float = need(
+        "R/r: 1 c-leg, 0 flat, -1 reversed c-leg (2R is the maximal length)", ge=-1, le=1
     )
-    max_length_cm: Positive = Field(description="largest distance from axle to tip, 2R, cm")
-    width_cm: Positive = Field(description="side along the axle, cm")
-    thickness_cm: Positive = Field(description="thickness, cm")
-    hip_height_cm: float = Field(description="height of the axle above the free surface, cm")
+    max_length_cm: Positive = need("largest distance from axle to tip, 2R, cm")
+    width_cm: Positive = need("side along the axle, cm")
+    thickness_cm: Positive = need("thickness, cm")
+    hip_height_cm: float = need("height of the axle above the free surface, cm")
 
 
 class Disc(Model):
     """A flat circular plate."""
 
-    shape: Literal["disc"] = Field(description="a flat circular plate")
-    diameter_cm: Positive = Field(description="diameter, cm")
-    thickness_cm: Positive = Field(description="thickness, cm")
+    shape: Literal["disc"] = need("a flat circular plate")
+    diameter_cm: Positive = need("diameter, cm")
+    thickness_cm: Positive = need("thickness, cm")
 
     @property
     def area_cm2(self) -> float:
@@ -137,10 +136,10 @@ class Disc(Model):
 class FlatOutline(Model):
     """A flat plate of any other outline."""
 
-    shape: Literal["flat"] = Field(description="a flat plate of any outline")
-    area_cm2: Positive = Field(description="area of one face, cm^2")
-    length_cm: Positive = Field(description="extent in the x-z plane, cm")
-    thickness_cm: Positive = Field(description="thickness, cm")
+    shape: Literal["flat"] = need("a flat plate of any outline")
+    area_cm2: Positive = need("area of one face, cm^2")
+    length_cm: Positive = need("extent in the x-z plane, cm")
+    thickness_cm: Positive = need("thickness, cm")
 
 
 AnyPlate = Plate | Disc | FlatOutline
@@ -165,30 +164,17 @@ Q = TypeVar("Q", bound=str)
 class TextFormat(Model):
     """Any delimited text, described; the file is then read by the dialect ``delimited``."""
 
-    delimiter: Literal[",", ";", "tab", "blank", "bar"] = Field(
-        default=",",
-        description="what stands between cells; blank: any number of blanks and tabs; bar: the vertical bar",
+    delimiter: Literal[",", ";", "tab", "blank", "bar"] = key(
+        ",",
+        "what stands between cells; blank: any number of blanks and tabs; bar: the vertical bar",
     )
-    decimal: Literal[".", ","] = Field(default=".", description="decimal mark of the numbers")
-    skip_lines: int = Field(
-        default=0, ge=0, le=1000, description="lines in front of the row of names, or of the data"
-    )
-    names: bool = Field(
-        default=True,
-        description="whether a row of names follows; else columns go by number, from 1",
-    )
-    units: bool = Field(default=False, description="whether a row of units follows that")
-    comment: str = Field(
-        default="",
-        max_length=8,
-        description="lines that begin with this are no data, for example #",
-    )
-    encoding: str = Field(
-        default="", description="of the names; default: UTF-8, or else Windows-1252"
-    )
-    rate_Hz: Positive | None = Field(
-        default=None, description="rows a second, where no column holds the time, Hz"
-    )
+    decimal: Literal[".", ","] = key(".", "decimal mark of the numbers")
+    skip_lines: int = key(0, "lines in front of the row of names, or of the data", ge=0, le=1000)
+    names: bool = key(True, "whether a row of names follows; else columns go by number, from 1")
+    units: bool = key(False, "whether a row of units follows that")
+    comment: str = key("", "lines that begin with this are no data, for example #", max_length=8)
+    encoding: str = key("", "of the names; default: UTF-8, or else Windows-1252")
+    rate_Hz: Positive | None = key(None, "rows a second, where no column holds the time, Hz")
 
     @field_validator("encoding")
     @classmethod
@@ -205,17 +191,13 @@ class TextFormat(Model):
 class Column(Model):
     """The column of a quantity."""
 
-    column: str | Annotated[int, Field(ge=1)] | None = Field(
-        default=None, description="its name as rftfit inspect shows it, or its number, from 1"
+    column: str | Annotated[int, Field(ge=1)] | None = key(
+        None, "its name as rftfit inspect shows it, or its number, from 1"
     )
-    unit: Unit | None = Field(
-        default=None, description="its unit; needed where the file states none"
-    )
-    factor: float = Field(
-        default=1.0, description="multiplied onto the values, for example -1 where down is positive"
-    )
-    constant: float | None = Field(
-        default=None, description="value of a quantity that no column holds and that stays the same"
+    unit: Unit | None = key(None, "its unit; needed where the file states none")
+    factor: float = key(1.0, "multiplied onto the values, for example -1 where down is positive")
+    constant: float | None = key(
+        None, "value of a quantity that no column holds and that stays the same"
     )
 
     @model_validator(mode="after")
@@ -239,17 +221,13 @@ Chosen = Annotated[Column, BeforeValidator(_short, json_schema_input_type=Column
 class Source(Model, Generic[Q]):
     """How one kind of log is written."""
 
-    dialect: Name | None = Field(
-        default=None, description="default: the campaign's; delimited where `text` is given"
+    dialect: Name | None = key(None, "default: the campaign's; delimited where `text` is given")
+    text: TextFormat | None = key(None, "the format, for the dialect delimited")
+    options: dict[Name, str | int | float | bool] = key(
+        {}, "what the dialect can be told, see its documentation"
     )
-    text: TextFormat | None = Field(
-        default=None, description="the format, for the dialect delimited"
-    )
-    options: dict[Name, str | int | float | bool] = Field(
-        default={}, description="what the dialect can be told, see its documentation"
-    )
-    columns: dict[Q, Chosen] = Field(
-        default={}, description="quantity: column; default: the columns are named by the quantities"
+    columns: dict[Q, Chosen] = key(
+        {}, "quantity: column; default: the columns are named by the quantities"
     )
 
     @model_validator(mode="after")
@@ -272,10 +250,8 @@ class MotionLog(Source[MotionQuantity]):
 AnyLog = ForceLog | MotionLog
 
 
-# --- The models behind ``config/config.yaml``: one source for validation, schema and documentation.
+# --- The sections of the configuration, and the whole of it.
 
-
-__all__ = ["PLATE_SHAPES", "AnyPlate", "Config", "Disc", "FlatOutline", "Leg", "Model", "Plate"]
 
 Channel = Annotated[str, Field(pattern=r"^[+-]F[123]$")]
 T = TypeVar("T")
@@ -286,11 +262,9 @@ ForceUnit = Literal["N", "mN", "kN", "lbf"]
 class Axes(Model):
     """Which signed sensor channel lies along each axis of the mount."""
 
-    x: Channel = Field(description="channel along mount x, for example -F2")
-    y: Channel = Field(description="channel along mount y")
-    z: Channel = Field(
-        description="channel along mount z; a push from below must come out positive"
-    )
+    x: Channel = need("channel along mount x, for example -F2")
+    y: Channel = need("channel along mount y")
+    z: Channel = need("channel along mount z; a push from below must come out positive")
 
     @model_validator(mode="after")
     def _each_channel_once(self) -> Axes:
@@ -303,30 +277,24 @@ class Axes(Model):
 class Transducer(Model):
     """The force sensor and how it is mounted."""
 
-    name: str = Field(description="make and model, for the report")
-    force_unit: ForceUnit = Field(default="N", description="unit of the force columns of the logs")
-    range_N: tuple[Positive, Positive, Positive] = Field(
+    name: str = need("make and model, for the report")
+    force_unit: ForceUnit = key("N", "unit of the force columns of the logs")
+    range_N: tuple[Positive, Positive, Positive] = need(
+        "largest force that channels F1, F2, F3 can measure, N",
         strict=False,  # YAML knows lists only; the numbers inside stay strict
-        description="largest force that channels F1, F2, F3 can measure, N",
     )
-    precision_N: Positive = Field(default=0.05, description="standard deviation of one sample, N")
-    axes: Axes = Field(description="which signed sensor channel lies along each axis of the mount")
-    turn_deg: float = Field(
-        default=0.0,
-        ge=-180,
-        le=180,
-        description="turn of the mount about y, from z toward x, degrees",
+    precision_N: Positive = key(0.05, "standard deviation of one sample, N")
+    axes: Axes = need("which signed sensor channel lies along each axis of the mount")
+    turn_deg: float = key(
+        0.0, "turn of the mount about y, from z toward x, degrees", ge=-180, le=180
     )
-    drift_N_per_min: NotNegative = Field(
-        default=0.02,
-        description="largest drift of the zero within a run, N/min; enters the intervals",
+    drift_N_per_min: NotNegative = key(
+        0.02, "largest drift of the zero within a run, N/min; enters the intervals"
     )
-    max_drift_N: Positive = Field(
-        default=0.2, description="a run whose force zero moves by more than this is flagged, N"
-    )
-    repeats: Literal["keep", "drop"] = Field(
-        default="keep",
-        description="drop: rows in which all channels repeat the row before are the last reading of "
+    max_drift_N: Positive = key(0.2, "a run whose force zero moves by more than this is flagged, N")
+    repeats: Literal["keep", "drop"] = key(
+        "keep",
+        "drop: rows in which all channels repeat the row before are the last reading of "
         "a transducer slower than its logger, and are left out",
     )
 
@@ -334,21 +302,16 @@ class Transducer(Model):
 class Arm(Model):
     """The robot arm that moves the intruder."""
 
-    position_unit: LengthUnit = Field(default="mm", description="unit of the position columns")
-    surface_z_mm: float = Field(
-        default=0.0, description="arm z of the free surface unless the sheet says, mm"
+    position_unit: LengthUnit = key("mm", "unit of the position columns")
+    surface_z_mm: float = key(0.0, "arm z of the free surface unless the sheet says, mm")
+    speed_cm_per_s: Positive = key(1.0, "speed along the stroke, cm/s")
+    leg_speed_rad_per_s: Positive = key(0.2, "speed of a leg's rotation, rad/s")
+    angle_tolerance_deg: Positive = key(
+        2.0, "largest difference between sheet and log, of beta and of the path, degrees"
     )
-    speed_cm_per_s: Positive = Field(default=1.0, description="speed along the stroke, cm/s")
-    leg_speed_rad_per_s: Positive = Field(
-        default=0.2, description="speed of a leg's rotation, rad/s"
-    )
-    angle_tolerance_deg: Positive = Field(
-        default=2.0,
-        description="largest difference between sheet and log, of beta and of the path, degrees",
-    )
-    drive: Literal["steady", "uneven"] = Field(
-        default="steady",
-        description="uneven: the speed varies within a stroke, as by hand; a straight push down is "
+    drive: Literal["steady", "uneven"] = key(
+        "steady",
+        "uneven: the speed varies within a stroke, as by hand; a straight push down is "
         "then all the way from the surface to the deepest point",
     )
 
@@ -356,55 +319,44 @@ class Arm(Model):
 class Container(Model):
     """The box that holds the medium; x = 0 at its middle."""
 
-    length_cm: Positive = Field(description="inner size along x, cm")
-    width_cm: Positive = Field(description="inner size across, cm")
-    depth_cm: Positive = Field(description="depth of the medium, cm")
+    length_cm: Positive = need("inner size along x, cm")
+    width_cm: Positive = need("inner size across, cm")
+    depth_cm: Positive = need("depth of the medium, cm")
 
 
 class Fit(Model):
     """Which part of a stroke is fitted, and how intervals are made."""
 
-    wall_clearance_cm: NotNegative = Field(
-        default=6.0,
-        description="distance that the plate keeps from walls and bottom in the window, cm",
+    wall_clearance_cm: NotNegative = key(
+        6.0, "distance that the plate keeps from walls and bottom in the window, cm"
     )
-    submergence_cm: float | None = Field(
-        default=None,
-        description="smallest depth of the window, cm; default: the plate wholly submerged",
+    submergence_cm: float | None = key(
+        None, "smallest depth of the window, cm; default: the plate wholly submerged"
     )
-    max_depth_cm: Positive | None = Field(
-        default=None, description="largest depth of the window, cm; default: from the container"
+    max_depth_cm: Positive | None = key(
+        None, "largest depth of the window, cm; default: from the container"
     )
-    horizontal_depths_cm: tuple[Positive, ...] = Field(
-        default=(2.54, 5.08, 7.62),
-        strict=False,
-        min_length=1,
-        description="depths of the horizontal runs, cm",
+    horizontal_depths_cm: tuple[Positive, ...] = key(
+        (2.54, 5.08, 7.62), "depths of the horizontal runs, cm", strict=False, min_length=1
     )
-    horizontal_skip_cm: NotNegative = Field(
-        default=2.0, description="start-up length left out of a horizontal run, cm"
+    horizontal_skip_cm: NotNegative = key(2.0, "start-up length left out of a horizontal run, cm")
+    extraction_skip_cm: NotNegative = key(
+        0.1, "length left out where an extraction starts, before its force has built up, cm"
     )
-    extraction_skip_cm: NotNegative = Field(
-        default=0.1,
-        description="length left out where an extraction starts, before its force has built up, cm",
+    air_clearance_cm: Positive = key(
+        0.5, "how far the whole intruder must be above the surface to count as in air, cm"
     )
-    air_clearance_cm: Positive = Field(
-        default=0.5,
-        description="how far the whole intruder must be above the surface to count as in air, cm",
-    )
-    min_points: int = Field(
-        default=30, ge=3, description="fewer samples in the window give no alpha"
-    )
-    confidence: float = Field(default=0.95, gt=0.5, lt=1, description="level of all intervals")
-    run_to_run_N_per_cm3: NotNegative | None = Field(
-        default=None,
-        description="standard deviation of alpha from one prepared bed to the next, N/cm^3, used "
+    min_points: int = key(30, "fewer samples in the window give no alpha", ge=3)
+    confidence: float = key(0.95, "level of all intervals", gt=0.5, lt=1)
+    run_to_run_N_per_cm3: NotNegative | None = key(
+        None,
+        "standard deviation of alpha from one prepared bed to the next, N/cm^3, used "
         "where the run sheet has too few repeats to show it; default: not known, intervals are "
         "those of one bed as prepared",
     )
-    missing_tare: Literal["refuse", "flag"] = Field(
-        default="refuse",
-        description="flag: a run for which the sheet names no tare_run is used as it is, with the "
+    missing_tare: Literal["refuse", "flag"] = key(
+        "refuse",
+        "flag: a run for which the sheet names no tare_run is used as it is, with the "
         "force on rod and mount in it, and says so",
     )
 
@@ -412,61 +364,49 @@ class Fit(Model):
 class Fourier(Model):
     """The nine-term fit."""
 
-    method: Literal["lsq", "dft-index"] = Field(
-        default="lsq", description="the fit that zeta and chi of new media are taken from"
+    method: Literal["lsq", "dft-index"] = key(
+        "lsq", "the fit that zeta and chi of new media are taken from"
     )
-    threshold: NotNegative = Field(
-        default=0.05, description="a term is kept above this fraction of A00"
-    )
-    draws: int = Field(
-        default=2000, ge=200, le=1_000_000, description="bootstrap draws for the intervals"
-    )
-    seed: int = Field(
-        default=2013, ge=0, description="seed of the bootstrap: same seed, same intervals"
-    )
+    threshold: NotNegative = key(0.05, "a term is kept above this fraction of A00")
+    draws: int = key(2000, "bootstrap draws for the intervals", ge=200, le=1_000_000)
+    seed: int = key(2013, "seed of the bootstrap: same seed, same intervals", ge=0)
 
 
 class Figures(Model):
     """What the figures show."""
 
-    stress_runs: tuple[str, ...] = Field(
-        default=(),
-        description="runs in the stress figure; default: the flat plate, down and up, of the first medium",
+    stress_runs: tuple[str, ...] = key(
+        (), "runs in the stress figure; default: the flat plate, down and up, of the first medium"
     )
 
 
 class Medium(Model):
     """One granular medium."""
 
-    title: str = Field(description="name in tables and figures")
-    role: Literal["laboratory", "natural_sand"] = Field(
-        default="laboratory",
-        description="laboratory: measured over the grid; natural_sand: one penetration",
+    title: str = need("name in tables and figures")
+    role: Literal["laboratory", "natural_sand"] = key(
+        "laboratory", "laboratory: measured over the grid; natural_sand: one penetration"
     )
-    compaction: str = Field(
-        default="", description="how the bed was prepared, for example LP or CP"
+    compaction: str = key("", "how the bed was prepared, for example LP or CP")
+    note: str = key("", "free text")
+    published_as: str | None = key(
+        None, "key of this medium in the published tables, for comparison"
     )
-    note: str = Field(default="", description="free text")
-    published_as: str | None = Field(
-        default=None, description="key of this medium in the published tables, for comparison"
-    )
-    linear_to_cm: Positive | None = Field(
-        default=None, description="end of the linear regime of a penetration test, cm"
-    )
+    linear_to_cm: Positive | None = key(None, "end of the linear regime of a penetration test, cm")
 
 
 class RobotRuns(Model):
     """A legged robot that runs on one of the media."""
 
-    medium: Name = Field(description="the medium it runs on: one that was measured over the grid")
-    file: str | None = Field(
-        default=None,
-        description="the robot's own file, relative to the campaign's folder; default: the paper's "
+    medium: Name = need("the medium it runs on: one that was measured over the grid")
+    file: str | None = key(
+        None,
+        "the robot's own file, relative to the campaign's folder; default: the paper's "
         "robot, config/robot.yaml of the program",
     )
-    runs: str | None = Field(
-        default=None,
-        description="sheet of its marker tracks, relative to the raw folder; default: the speeds of "
+    runs: str | None = key(
+        None,
+        "sheet of its marker tracks, relative to the raw folder; default: the speeds of "
         "Fig. 4C where the medium is the paper's loose poppy seeds, else nothing is compared",
     )
 
@@ -474,61 +414,47 @@ class RobotRuns(Model):
 class Publication(Model):
     """Who makes the results known; stands in ``results/ro-crate-metadata.json``."""
 
-    date: str = Field(
-        default="",
+    date: str = key(
+        "",
+        "day of publication as yyyy-mm-dd, in quotes; no date of a computer enters any result",
         pattern=r"^([0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01]))?$",
-        description="day of publication as yyyy-mm-dd, in quotes; no date of a computer enters any result",
     )
-    license: str = Field(
-        default="",
-        pattern=r"^(https?://\S+)?$",
-        description="address of the licence of the results",
-    )
-    authors: tuple[str, ...] = Field(
-        default=(), strict=False, description="names of those who measured and evaluated"
-    )
+    license: str = key("", "address of the licence of the results", pattern=r"^(https?://\S+)?$")
+    authors: tuple[str, ...] = key((), "names of those who measured and evaluated", strict=False)
 
 
 class Config(Model):
     """The whole of ``config/config.yaml``."""
 
-    title: str = Field(description="name of the campaign, for the report")
-    raw: str = Field(description="folder of the logs, relative to the campaign's folder")
-    run_sheet: str = Field(description="csv, tsv or xlsx, relative to the campaign's folder")
-    dialect: Name = Field(default="rig", description="log dialect, see rftfit inspect --help")
-    force_log: ForceLog = Field(
-        default=ForceLog(), description="how force logs are written; for other logs than the rig's"
+    title: str = need("name of the campaign, for the report")
+    raw: str = need("folder of the logs, relative to the campaign's folder")
+    run_sheet: str = need("csv, tsv or xlsx, relative to the campaign's folder")
+    dialect: Name = key("rig", "log dialect, see rftfit inspect --help")
+    force_log: ForceLog = key(
+        ForceLog(), "how force logs are written; for other logs than the rig's"
     )
-    motion_log: MotionLog = Field(
-        default=MotionLog(), description="how motion logs are written; may be the same file"
-    )
-    transducer: Transducer = Field(description="the force sensor and how it is mounted")
-    arm: Arm = Field(default=Arm(), description="the robot arm that moves the intruder")
-    clock: Clock = Field(
-        default=Clock(), description="how the clocks of the two logs are brought together"
-    )
-    surface: FreeSurface = Field(default=FreeSurface(), description="where the free surface lies")
-    rigid_contact: RigidContact | None = Field(
-        default=None,
-        description="a push against something rigid; the yielding of the machine that it shows is "
+    motion_log: MotionLog = key(MotionLog(), "how motion logs are written; may be the same file")
+    transducer: Transducer = need("the force sensor and how it is mounted")
+    arm: Arm = key(Arm(), "the robot arm that moves the intruder")
+    clock: Clock = key(Clock(), "how the clocks of the two logs are brought together")
+    surface: FreeSurface = key(FreeSurface(), "where the free surface lies")
+    rigid_contact: RigidContact | None = key(
+        None,
+        "a push against something rigid; the yielding of the machine that it shows is "
         "taken off every depth",
     )
-    container: Container = Field(description="the box that holds the medium")
-    intruders: dict[Name, Intruder] = Field(
-        min_length=1, description="plates and legs, by the name that the run sheet uses"
+    container: Container = need("the box that holds the medium")
+    intruders: dict[Name, Intruder] = need(
+        "plates and legs, by the name that the run sheet uses", min_length=1
     )
-    media: dict[Name, Medium] = Field(
-        min_length=1, description="granular media, by the name that the run sheet uses"
+    media: dict[Name, Medium] = need(
+        "granular media, by the name that the run sheet uses", min_length=1
     )
-    fit: Fit = Field(default=Fit(), description="which part of a stroke is fitted")
-    fourier: Fourier = Field(default=Fourier(), description="the nine-term fit")
-    figures: Figures = Field(default=Figures(), description="what the figures show")
-    publication: Publication = Field(
-        default=Publication(), description="who makes the results known, and when"
-    )
-    robot: RobotRuns | None = Field(
-        default=None, description="a legged robot on one of the media; default: no robot"
-    )
+    fit: Fit = key(Fit(), "which part of a stroke is fitted")
+    fourier: Fourier = key(Fourier(), "the nine-term fit")
+    figures: Figures = key(Figures(), "what the figures show")
+    publication: Publication = key(Publication(), "who makes the results known, and when")
+    robot: RobotRuns | None = key(None, "a legged robot on one of the media; default: no robot")
 
     @field_validator("robot")
     @classmethod

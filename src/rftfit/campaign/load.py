@@ -8,67 +8,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rftfit.campaign.config import PLATE_SHAPES
+from rftfit.campaign.config import PLATE_SHAPES, Config
+from rftfit.campaign.files import Folder, folded
 from rftfit.campaign.problems import CampaignError, Problem
-from rftfit.campaign.reading import ConfigFile, Folder, plain_path, read_config
-from rftfit.campaign.sheet import Known, read_sheet
+from rftfit.campaign.reading import ModelFile, read_model
+from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
 
 if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
+    from rftfit.campaign.files import Entry
+    from rftfit.campaign.schema import KeyPath
     from rftfit.campaign.sheet import Run
 
-
-# --- Where the files of a campaign may lie, beyond each path on its own.
-
-
 RESULTS = "results"
-
-
-def check_places(file: ConfigFile, root: Folder, raw: str, sheet: str) -> list[Problem]:
-    """Find what the program would overwrite, and what leads out of the raw folder.
-
-    `root`: The campaign's. `raw`, `sheet`: Raw folder and run sheet, relative to it; empty where
-    they cannot be used.
-    """
-    problems = []
-    results = os.path.realpath(f"{root.base}/{RESULTS}")
-    for key, path in (("raw", raw), ("run_sheet", sheet)):
-        place = os.path.realpath(f"{root.base}/{path}")
-        if path and (_inside(place, results) or (key == "raw" and _inside(results, place))):
-            allowed = (
-                f"a place apart from {RESULTS}/, which the program writes and anybody may delete"
-            )
-            if not _inside(path, RESULTS):
-                allowed += f"; a link brings the two together: {RESULTS} is {results}"
-            problems.append(
-                Problem(file.name, file.document.line_of((key,)), key, path, allowed, "config.in-results")
-            )  # fmt: skip
-    contact = file.config.rigid_contact if file.config is not None else None
-    if contact is not None and raw:
-        logs = Folder(Path(root.base) / raw)
-        for key, written in (("force_log", contact.force_log), ("motion_log", contact.motion_log)):
-            path, fault, nearest = plain_path(written)
-            status = "missing" if fault else logs.status(path)
-            if status == "file":
-                continue
-            allowed = "a log that exists, as a path inside the raw folder"
-            allowed += f"; {fault.partition(': ')[2]}" if fault else ""
-            allowed += "; a link leads out of it" if status == "outside" else ""
-            nearest = nearest or (logs.nearest(path) if not fault else None)
-            line = file.document.line_of(("rigid_contact", key))
-            problems.append(
-                Problem(file.name, line, f"rigid_contact.{key}", written, allowed, "config.rigid-contact", nearest=nearest)
-            )  # fmt: skip
-    return problems
-
-
-def _inside(path: str, folder: str) -> bool:
-    return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
-
-
-# --- The campaign: configuration and run sheet together, and where their files lie.
-
-
 _SHAPES = (*PLATE_SHAPES, "leg")
 
 
@@ -146,9 +97,9 @@ class Campaign:
 def load_campaign(config_path: Path, medium: str = "") -> Campaign:
     """Read a campaign that must be right.
 
-    `config_path`: ``config.yaml``. `medium`: Only the rows of this medium and those of none are
-    read and checked. A job that measures one medium need not look at ten thousand rows of others,
-    which were checked when it was planned.
+    `medium`: Only the rows of this medium and those of none are read and checked. A job that
+    measures one medium need not look at ten thousand rows of others, which were checked when it was
+    planned.
     """
     campaign, problems = check_campaign(config_path, medium)
     if campaign is None:
@@ -157,121 +108,159 @@ def load_campaign(config_path: Path, medium: str = "") -> Campaign:
 
 
 def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None, list[Problem]]:
-    """Read a campaign and find everything that is wrong with it.
+    """Read a campaign and find everything that is wrong with it; see `load_campaign`.
 
-    `config_path`: ``config.yaml``. Its folder is the campaign's, or the folder above if it is
-    named ``config``. `medium`: As for `load_campaign`. Returns `campaign`: None when there is any
-    error. Returns `problems`: Errors and warnings: of the configuration in the order of its lines,
-    then of the run sheet in the order of its rows.
+    Returns None for the campaign when there is any error, and all problems: of the configuration in
+    the order of its lines, then of the run sheet in the order of its rows.
     """
     folder, root = Path(config_path).absolute().parent, root_of(config_path)
-    name = _shown_path(Path(config_path), folder, root)
-    file, problems = read_config(Path(config_path), name)
+    name = Path(config_path).as_posix()
+    if Path(config_path).exists():  # else the user needs to know where it was looked for
+        inside = folder.name == "config" and root != folder
+        name = f"config/{Path(config_path).name}" if inside else Path(config_path).name
+    file = read_model(Path(config_path), Config, name)
     if file.data is None:
-        return None, problems
-    inside = Folder(root)
-    raw = _locate(file, inside, "raw", problems)
-    sheet = _locate(file, inside, "run_sheet", problems)
-    problems += check_places(file, inside, raw, sheet)
+        return None, file.problems
+    within = Folder(root)
+    raw = _locate(file, within, "raw")
+    sheet = _locate(file, within, "run_sheet")
+    logs = Folder(root / raw) if raw else None
+    _check_rigid_contact(file, logs)
     runs: list[Run] = []
+    of_sheet: list[Problem] = []
     if sheet:
-        logs = Folder(root / raw) if raw else None
-        runs, of_sheet = read_sheet(root / sheet, sheet, _known(file), logs, medium)
-        problems += of_sheet
-    problems += _robot_files(file, inside, raw, runs)
-    if file.config is None or any(problem.severity == "error" for problem in problems):
+        runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs, medium)
+    _check_robot(file, within, logs, runs)
+    problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
+    if file.model is None or any(problem.severity == "error" for problem in problems):
         return None, problems
-    return Campaign(root, root / raw, root / sheet, file.config, tuple(runs)), problems
+    return Campaign(root, root / raw, root / sheet, file.model, tuple(runs)), problems
 
 
 def root_of(config_path: Path) -> Path:
-    """Say which folder is the campaign's.
-
-    `config_path`: ``config.yaml``. Returns its folder, or the one above if that is named
-    ``config``.
-    """
+    """Folder of a campaign: that of its config, or the one above where that is named ``config``."""
     folder = Path(config_path).absolute().parent
     return (folder.parent if folder.name == "config" else folder).resolve()
 
 
-def _robot_files(file: ConfigFile, root: Folder, raw: str, runs: list[Run]) -> list[Problem]:
-    """Make problems of files that the robot's section names and that are not there."""
-    robot = file.config.robot if file.config is not None else None
-    # a campaign without runs on its medium (a part of a re-enactment) has no robot either
-    if robot is None or not any(run.medium == robot.medium for run in runs):
-        return []
-    found = []
-    places = {
-        "file": (robot.file, root, "campaign's"),
-        "runs": (robot.runs, Folder(Path(root.base) / raw), "raw"),
-    }
-    for key, (written, folder, name) in places.items():
-        if written is None:
-            continue
-        path, fault, nearest = plain_path(written)
-        status = "missing" if fault else folder.status(path)
-        if status != "file":
-            allowed = f"a file that exists, relative to the {name} folder"
-            found.append(
-                Problem(
-                    file.name, file.document.line_of(("robot", key)), f"robot.{key}", written,
-                    allowed, "config.robot-file", nearest=nearest or folder.nearest(path),
-                )
-            )  # fmt: skip
-    return found
+@dataclass(frozen=True)
+class Layout:
+    """A checked configuration and its folders; raw folder and sheet may not exist yet."""
+
+    config: Config
+    root: Path
+    raw: Path
+    sheet: Path
 
 
-def _shown_path(path: Path, folder: Path, root: Path) -> str:
-    if not path.exists():
-        # the user needs to know where it was looked for
-        return path.as_posix()
-    return f"config/{path.name}" if folder.name == "config" and root != folder else path.name
+def read_layout(config_path: Path) -> Layout:
+    """Read and check the configuration without its run sheet."""
+    root = root_of(config_path)
+    file = read_model(config_path, Config, config_path.as_posix())
+    within = Folder(root)
+    raw, sheet = (_locate(file, within, key, exists=False) for key in ("raw", "run_sheet"))
+    if file.model is None or file.problems:
+        raise CampaignError(file.problems)
+    return Layout(
+        file.model, root, Path(within.base, raw).resolve(), Path(within.base, sheet).resolve()
+    )
 
 
-def _locate(file: ConfigFile, root: Folder, key: str, problems: list[Problem]) -> str:
+def _locate(file: ModelFile[Config], root: Folder, key: str, *, exists: bool = True) -> str:
     """Path that one key gives, relative to the campaign's folder; empty if it cannot be used."""
     written = file.data.get(key) if isinstance(file.data, dict) else None
     if not isinstance(written, str):
         return ""
+    entry = root.look_up(written)
+    code, allowed = _fault(root, key, entry, exists=exists)
+    if code:
+        file.note((key,), code, written, allowed, entry.nearest)
+    return "" if code and code != "in-results" else entry.path
 
-    def refuse(code: str, allowed: str, nearest: str | None = None) -> str:
-        line = file.document.line_of((key,))
-        problems.append(
-            Problem(file.name, line, key, written, allowed, f"config.{code}", nearest=nearest)
-        )
-        return ""
 
-    what = "a folder" if key == "raw" else "a file"
-    path, fault, nearest = plain_path(written)
-    if fault or not written.strip():
-        code, allowed = fault.split(": ", 1) if fault else ("path", "not blank")
-        return refuse(code, f"the path of {what} inside the campaign's folder; {allowed}", nearest)
-    status = root.status(path)
-    if status == "outside":
-        allowed = f"{what} inside the campaign's folder; a link leads out of it"
-        return refuse("path-outside", allowed)
-    if key == "raw" and path == ".":
-        allowed = "a folder below the campaign's own, so that results never lie among the logs"
-        return refuse("raw-is-root", allowed)
-    if key == "raw" and status != "folder":
-        allowed = "a folder that exists, relative to the folder of the campaign"
-        return refuse("raw-missing", allowed, root.nearest(path))
+def _fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, str]:
+    """Why raw folder or run sheet cannot be where a key says: code and text; empty if they can."""
+    if entry.code:
+        what = "a folder" if key == "raw" else "a file"
+        return entry.code, f"the path of {what} inside the campaign's folder; {entry.why}"
+    if key == "raw" and entry.path == ".":
+        why = "so that results never lie among the logs"
+        return "raw-is-root", f"a folder below the campaign's own, {why}"
     # a sheet that is missing or no file is said by its reader, in the sheet's own name
-    return path
+    if key == "raw" and exists and entry.status != "folder":
+        return "raw-missing", "a folder that exists, relative to the folder of the campaign"
+    place, results = (os.path.realpath(f"{root.base}/{path}") for path in (entry.path, RESULTS))
+    if not _inside(place, results) and not (key == "raw" and _inside(results, place)):
+        return "", ""
+    # the program would overwrite it, or write among the logs
+    text = f"a place apart from {RESULTS}/, which the program writes and anybody may delete"
+    if not _inside(entry.path, RESULTS):
+        text += f"; a link brings the two together: {RESULTS} is {results}"
+    return "in-results", text
 
 
-def _known(file: ConfigFile) -> Known:
+def _inside(path: str, folder: str) -> bool:
+    return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
+
+
+def _check_rigid_contact(file: ModelFile[Config], logs: Folder | None) -> None:
+    """Check the two logs of the push against something rigid as those of a run are."""
+    contact = file.model.rigid_contact if file.model is not None else None
+    if file.model is None or contact is None or logs is None:
+        return
+    paths = [
+        _need_file(file, ("rigid_contact", key), written, logs, "raw", "rigid-contact")
+        for key, written in (("force_log", contact.force_log), ("motion_log", contact.motion_log))
+    ]
+    method, here = file.model.clock.method, ("rigid_contact", "motion_log")
+    if paths[0] and paths[0] == paths[1]:
+        if method != "same_clock":
+            file.note(here, "one-file", contact.motion_log, same_file_needs_one_clock(method))
+    elif paths[0] and folded(paths[0]) == folded(paths[1]):
+        allowed = f"a file of its own; force_log names it as {paths[0]}: not every disk tells the "
+        file.note(here, "shared-file", contact.motion_log, f"{allowed}two apart")
+
+
+def _check_robot(
+    file: ModelFile[Config], root: Folder, logs: Folder | None, runs: list[Run]
+) -> None:
+    """Look for the files that the robot's section names."""
+    robot = file.model.robot if file.model is not None else None
+    # a campaign without runs on its medium (a part of a re-enactment) has no robot either
+    if robot is None or logs is None or not any(run.medium == robot.medium for run in runs):
+        return
+    if robot.file is not None:
+        _need_file(file, ("robot", "file"), robot.file, root, "campaign's", "robot-file")
+    if robot.runs is not None:
+        _need_file(file, ("robot", "runs"), robot.runs, logs, "raw", "robot-file")
+
+
+def _need_file(
+    file: ModelFile[Config], key: KeyPath, written: str, folder: Folder, name: str, code: str
+) -> str:
+    """Path of a file that must be there; empty where it cannot be used."""
+    entry = folder.look_up(written)
+    if entry.status == "file":
+        return entry.path
+    why = f"; {entry.why}" if entry.why else ""
+    allowed = f"a file that exists, as a path inside the {name} folder{why}"
+    file.note(key, code, written, allowed, entry.nearest)
+    return ""
+
+
+def _vocabulary(file: ModelFile[Config]) -> Vocabulary:
     """Words of the configuration; from the plain data where it has errors, so far as they are clear."""
-    if file.config is not None:
-        return Known(
-            media=tuple(file.config.media),
-            shapes={name: item.shape for name, item in file.config.intruders.items()},
-            depths_cm=file.config.fit.horizontal_depths_cm,
-            missing_tare=file.config.fit.missing_tare,
-            clock_method=file.config.clock.method,
+    config = file.model
+    if config is not None:
+        return Vocabulary(
+            media=tuple(config.media),
+            shapes={name: item.shape for name, item in config.intruders.items()},
+            depths_cm=config.fit.horizontal_depths_cm,
+            missing_tare=config.fit.missing_tare,
+            clock_method=config.clock.method,
         )
     media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
-    return Known(
+    return Vocabulary(
         media=tuple(media) if media else None,
         shapes={name: _shape(item) for name, item in intruders.items()} if intruders else None,
     )

@@ -1,68 +1,381 @@
-"""Reading tables that a user makes by hand: text cells from csv, tsv or xlsx."""
+"""The reader of rows: tables that a user makes by hand, as csv, tsv or xlsx, checked cell by cell."""
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import datetime as dt
 import io
+import math
+import re
 import warnings
 import zipfile
+from collections import deque
 from dataclasses import dataclass, field
 from importlib import import_module
-from itertools import islice
-from typing import TYPE_CHECKING, Any
+from itertools import islice, zip_longest
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from rftfit.campaign.columns import BY_NAME
-from rftfit.campaign.problems import Problem
-from rftfit.campaign.reading import decode, read_bytes
+from rftfit.campaign.files import (
+    DEVICE,
+    BadPath,
+    decode,
+    is_device,
+    plain_path,
+    read_bytes,
+    unshowable,
+)
+from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, listed
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
-
-# --- The run sheet as a plain table of text cells, from csv or tsv; workbooks are in `workbook`.
-
+    from rftfit.campaign.files import Folder
 
 MAX_BYTES = 50_000_000
-MAX_ROWS = 200_000
+MAX_UNPACKED = 40_000_000
+MAX_TAGS = 3_000_000
+"""Some four a cell of a workbook: enough for 45,000 runs, and read in seconds whatever they are."""
 
+MAX_COLUMNS = 64
+YES = ("yes", "true", "1")
+NO = ("no", "false", "0")
+
+_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
+_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+")
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
+_UNIT = re.compile(r"(.+?)(?:_([a-z]+)|\s*[\[(]\s*([a-z]+)\s*[\])])")
+_DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
 _WORKBOOK = b"PK\x03\x04"
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
-_DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
+_ERROR_VALUES = ("#N/A", "#REF!", "#DIV/0!", "#NAME?", "#NULL!", "#NUM!", "#VALUE!")
+_DATES = (dt.date, dt.time, dt.timedelta)
+_BAD_CELLS = {
+    "formula": "a value; this formula was never calculated: open the workbook in a spreadsheet and "
+    "save it, or type the value",
+    "date": "what you typed; the spreadsheet made a date of it: set the cell's format to Text and "
+    "type it again",
+    "cell-error": "a value; the spreadsheet shows an error here",
+}
+
+Form = Literal["name", "choice", "number", "path", "flag", "text"]
 
 
-@dataclass(frozen=True, slots=True)
-class Odd:
-    """A cell of a workbook that is not what it looks like.
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
 
-    `code`: Of the problem to be made of it.
-    `found`, `allowed`: For that problem.
+    `needed`: Whether its cells must be filled, and the column be there.
+    `choices`: The words of a choice; None where they are not known, and nothing is said of a cell.
+    `low`, `high`: Inclusive range of a number; `above`: exclusive lower limit.
+    `unit`: Of a number, for people.
+    `units`: Units that the header may give, as in ``x_mm`` or ``x (mm)``, and what each is in `unit`.
+    `also`: Other names that the header may give it.
+    `hint`: Added to what is allowed.
     """
 
-    code: str
-    found: str
-    allowed: str
+    name: str
+    form: Form = "number"
+    meaning: str = ""
+    needed: bool = True
+    choices: tuple[str, ...] | None = None
+    low: float | None = None
+    high: float | None = None
+    above: float | None = None
+    unit: str = ""
+    units: Mapping[str, float] = field(default_factory=dict)
+    also: tuple[str, ...] = ()
+    hint: str = ""
+
+    @property
+    def header_needed(self) -> bool:
+        """Whether a table without this column cannot be read."""
+        return self.needed
+
+    @property
+    def allowed(self) -> str:
+        """What a cell may hold, in words."""
+        text = {
+            "name": "letters A-Z a-z, digits, and . _ -",
+            "choice": ", ".join(self.choices or ()),
+            "path": "a path inside the raw folder, with /",
+            "flag": "yes, no or blank",
+            "text": "any text",
+            "number": "a number",
+        }[self.form]
+        if self.low is not None and self.high is not None:
+            text = f"{self.low:g} to {self.high:g}"
+        elif self.above is not None:
+            text += f" above {self.above:g}"
+            text += "" if self.high is None else f", up to {self.high:g}"
+        text += f" {self.unit}" if self.unit else ""
+        return f"{text}{'; ' if self.hint else ''}{self.hint}"
+
+    def holds(self, value: float) -> bool:
+        """Whether a number is in the range."""
+        return (
+            (self.low is None or value >= self.low)
+            and (self.high is None or value <= self.high)
+            and (self.above is None or value > self.above)
+        )
+
+    def unused(self, cells: Mapping[str, str]) -> str | None:  # noqa: ARG002
+        """Why a row does not use this column: empty if it does, None if nobody can say."""
+        return ""
+
+
+@dataclass(frozen=True)
+class Schema:
+    """What a table holds.
+
+    `area`: First part of the codes of problems.
+    `rows`: What its rows are, for messages.
+    `comments`: Whether lines that start with ``#`` are left out.
+    `others`: Whether columns that are not in `columns` are left alone.
+    `lenient`: Whether a bad cell is only marked in its row, without a problem.
+    """
+
+    area: str
+    columns: tuple[Column, ...]
+    rows: str = "rows"
+    comments: bool = False
+    others: bool = False
+    lenient: bool = False
+    most_rows: int = 200_000
+
+
+class _Sink(Protocol):
+    def append(self, problem: Problem, /) -> None: ...
+
+
+@dataclass(slots=True, eq=False)
+class DraftRow:
+    """A row while it is being checked.
+
+    `text`: Good cells as text; blank and bad ones are empty.
+    `number`: Good cells of number columns.
+    `bad`: Columns whose cell has an error, or that a needed cell is missing from.
+    `problems`: Those of the whole table, to which this row adds its own.
+    """
+
+    area: str
+    file: str
+    row: int
+    problems: _Sink
+    text: dict[str, str] = field(default_factory=dict)
+    number: dict[str, float] = field(default_factory=dict)
+    bad: set[str] = field(default_factory=set)
+
+    def note(
+        self,
+        column: str,
+        code: str,
+        found: str | None,
+        allowed: str,
+        nearest: str | None = None,
+        severity: Literal["error", "warning"] = "error",
+    ) -> None:
+        """Note a problem of one cell, whose column counts as bad if it is an error."""
+        if severity == "error":
+            self.bad.add(column)
+        place = Place(self.file, self.row, column)
+        self.problems.append(
+            Problem(f"{self.area}.{code}", place, found, allowed, nearest, severity)
+        )
+
+    def yes(self, column: str) -> bool:
+        """Whether a flag is set; false also where the cell is blank or bad."""
+        return self.text.get(column) == "yes"
+
+    def check_file(self, column: Column, folder: Folder, lost: str, above: str = "") -> None:
+        """Look for the file that a cell names, in a folder or in its part `above`.
+
+        `lost`: What becomes of the row where the file is missing; empty: nothing worth a warning.
+        """
+        name = self.text[column.name]
+        if not name:
+            return
+        start = f"{above}/" if above else ""
+        status, what = folder.status(start + name), column.name.rpartition("_")[2]
+        if status == "outside":
+            allowed = f"{column.allowed}; a link leads out of it"
+            self.note(column.name, "path-outside", name, allowed)
+        elif status in ("folder", "other"):
+            which = "a folder" if status == "folder" else "no regular file"
+            self.note(column.name, f"{what}-not-a-file", name, f"a {what} file; this is {which}")
+        elif status == "missing" and lost:
+            nearest = folder.nearest(start + name)
+            allowed = f"a file that exists in the raw folder; {lost}"
+            nearest = nearest and nearest[len(start) :]
+            self.note(column.name, f"{what}-missing", name, allowed, nearest, "warning")
+
+
+def read_rows(
+    path: Path,
+    schema: Schema,
+    file: str | None = None,
+    leave_out: Callable[[Mapping[str, str]], bool] | None = None,
+) -> tuple[list[DraftRow], list[Problem]]:
+    """Read a table; whether it is a workbook is seen from its content.
+
+    `file`: Its name in problems; default: its path. `leave_out`: Rows that are passed over, by the
+    text of their cells. Returns every other row, with its good cells, and all problems.
+    """
+    file = str(path) if file is None else file
+    try:
+        table = _read_table(path, schema, file)
+    except CampaignError as error:
+        return [], list(error.problems)
+    found, problems = _find_columns(table, schema, file)
+    if not table.rows:
+        allowed = f"no {schema.rows} yet: below the header, one row for each is needed"
+        problems.append(Problem(f"{schema.area}.empty", Place(file), None, allowed))
+    noted: _Sink = deque(maxlen=0) if schema.lenient else problems
+    columns = [(column, *found.get(column.name, (None, 1.0))) for column in schema.columns]
+    drafts: list[DraftRow] = []
+    for number, cells in table.rows:
+        width = len(cells)
+        named = {name: cells[at] if at < width else "" for name, (at, _) in found.items()}
+        if leave_out is not None and leave_out(named):
+            continue
+        draft = DraftRow(schema.area, file, number, noted)
+        for column, at, scale in columns:
+            draft.text[column.name] = ""
+            bad = table.bad.get((number, at)) if table.bad and at is not None else None
+            _read_cell(draft, column, named, bad, scale)
+        if not schema.others:
+            _check_beyond(draft, table.header, cells)
+        drafts.append(draft)
+    return drafts, problems
+
+
+# --- one cell
+
+
+def _read_cell(
+    draft: DraftRow,
+    column: Column,
+    cells: Mapping[str, str],
+    bad: tuple[str, str] | None,
+    scale: float,
+) -> None:
+    name = column.name
+    cell = cells.get(name, "")
+    unused = column.unused(cells)
+    if bad is not None and (column.form, bad[0]) != ("text", "date"):
+        draft.note(name, *bad, _BAD_CELLS[bad[0]])
+    elif not cell:
+        if column.needed and not unused:
+            draft.bad.add(name)
+            # a column that is missing altogether is one problem of the header, not one of each row
+            if unused is not None and (name in cells or not column.header_needed):
+                allowed = f"this cell must not be blank; allowed: {column.allowed}"
+                draft.note(name, "required", None, allowed)
+    elif unused:
+        # where kind or direction are themselves wrong, a cell is given the benefit of the doubt
+        draft.note(name, "ignored", cell, f"nothing: {unused}", severity="warning")
+    elif column.form == "number":
+        _read_number(draft, column, cell, scale)
+    else:
+        _READERS[column.form](draft, column, cell)
+
+
+def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> None:
+    if math.isnan(scale):  # the unit is not known: a problem of the header
+        draft.bad.add(column.name)
+        return
+    value, nearest, more = None, None, ""
+    # Python would take 1_0 for 10, and digits of every script
+    if cell.isascii() and "_" not in cell:
+        with contextlib.suppress(ValueError):
+            value = float(cell) * scale
+    if value is None and _COMMA.fullmatch(cell):
+        code, nearest, more = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
+    elif value is None:
+        code = "not-a-number"
+        # the minus of a word processor
+        plain = cell.replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
+        nearest = plain if _NUMBER.fullmatch(plain) else None
+    elif not math.isfinite(value):
+        code = "not-finite"
+    elif not column.holds(value):
+        code = "out-of-range"
+    else:
+        draft.text[column.name] = cell
+        draft.number[column.name] = value + 0.0  # never -0
+        return
+    draft.note(column.name, code, cell, column.allowed + more, nearest)
+
+
+def _read_name(draft: DraftRow, column: Column, cell: str) -> None:
+    if is_device(cell):
+        draft.note(column.name, "reserved-name", cell, DEVICE)
+    elif _NAME.fullmatch(cell):
+        draft.text[column.name] = cell
+    else:
+        allowed = "letters A-Z a-z, digits, and . _ -, at most 100, not beginning with . or -"
+        draft.note(column.name, "bad-name", cell, allowed)
+
+
+def _read_choice(draft: DraftRow, column: Column, cell: str) -> None:
+    words = column.choices
+    if words is None:
+        draft.bad.add(column.name)
+    elif cell in words:
+        draft.text[column.name] = cell
+    else:
+        nearest = did_you_mean(cell, words)
+        draft.note(column.name, "unknown-word", cell, f"one of {listed(words)}", nearest)
+
+
+def _read_path(draft: DraftRow, column: Column, cell: str) -> None:
+    try:
+        draft.text[column.name] = plain_path(cell)
+    except BadPath as bad:
+        draft.note(column.name, bad.code, cell, f"{column.allowed}; {bad.allowed}", bad.nearest)
+
+
+def _read_flag(draft: DraftRow, column: Column, cell: str) -> None:
+    word = cell.casefold()
+    if word in YES or word in NO:
+        draft.text[column.name] = "yes" if word in YES else ""
+    else:
+        allowed = f"{column.allowed} (also true, false, 1, 0)"
+        draft.note(column.name, "bad-flag", cell, allowed, did_you_mean(cell, ("yes", "no")))
+
+
+def _read_text(draft: DraftRow, column: Column, cell: str) -> None:
+    if sign := unshowable(cell):
+        allowed = "text without control characters: it is printed in tables and figures"
+        draft.note(column.name, "control", sign, allowed)
+    else:
+        draft.text[column.name] = cell
+
+
+_READERS = {
+    "name": _read_name,
+    "choice": _read_choice,
+    "path": _read_path,
+    "flag": _read_flag,
+    "text": _read_text,
+}
+
+
+# --- the header
 
 
 @dataclass
-class Table:
-    """Header and rows as text.
-
-    `rows`: Row number as a spreadsheet counts, and its cells; blank rows are left out.
-    `odd`: Cells that need a second look, by row number and position.
-    """
+class _Table:
+    """Header and rows as text, without blank rows; `_bad_cell` of those that are, by row and position."""
 
     header: list[str] = field(default_factory=list)
     rows: list[tuple[int, list[str]]] = field(default_factory=list)
-    odd: dict[tuple[int, int], Odd] = field(default_factory=dict)
+    bad: dict[tuple[int, int], tuple[str, str]] = field(default_factory=dict)
     header_row: int = 1
 
     def add(self, row: int, cells: list[str]) -> None:
-        """Take in one row; the first that is not blank is the header.
-
-        `row`: As a spreadsheet numbers it. `cells`: Without the spaces around them; a row of empty
-        cells is left out.
-        """
+        """Take in one row; the first that is not blank is the header."""
         if not any(cells):
             return
         if self.header:
@@ -71,161 +384,193 @@ class Table:
             self.header, self.header_row = cells, row
 
 
-def too_many_rows(file: str) -> Problem:
-    """Make the problem of a sheet that goes on for ever.
+def _find_columns(
+    table: _Table, schema: Schema, file: str
+) -> tuple[dict[str, tuple[int, float]], list[Problem]]:
+    """Position of each column, what its unit is in that of the schema, and what is wrong with it."""
+    found: dict[str, tuple[int, float]] = {}
+    problems: list[Problem] = []
+    unknown: list[str] = []
 
-    `file`: Name of the sheet. Returns at the last row that is read.
-    """
-    allowed = f"at most {MAX_ROWS} rows are read; delete the empty rows below the last run"
-    return Problem(file, MAX_ROWS, None, None, allowed, "sheet.too-many-rows")
+    def note(
+        name: str, code: str, found: str | None, allowed: str, nearest: str | None = None
+    ) -> None:
+        place = Place(file, table.header_row, name)
+        problems.append(Problem(f"{schema.area}.{code}", place, found, allowed, nearest))
+
+    names = {name: column for column in schema.columns for name in (column.name, *column.also)}
+    for at, name in enumerate(table.header):
+        column, scale = _column_of(name, names)
+        if column is None:
+            unknown += [name] if name else []
+        elif column.name in found:
+            text = f"each column once; it is also column number {found[column.name][0] + 1}"
+            note(name, "duplicate-column", name, text)
+        elif scale is None:
+            note(name, "unknown-unit", name, f"{column.name} in {', '.join(column.units)}")
+            found[column.name] = (at, math.nan)
+        else:
+            found[column.name] = (at, scale)
+    missing = [column for column in schema.columns if column.name not in found]
+    for name in () if schema.others else unknown:
+        # first among those that are not there yet, so that two misspellings get two answers
+        nearest = did_you_mean(name, [column.name for column in missing])
+        nearest = nearest or did_you_mean(name, names)
+        note(name, "unknown-column", name, f"one of {', '.join(names)}", nearest)
+    for column in missing:
+        if column.header_needed:
+            like = f", such as {column.name}_{column.unit}" if column.units else ""
+            text = f"this column is missing; it is needed: {column.meaning}{like}"
+            nearest = did_you_mean(column.name, unknown) if schema.others else None
+            note(column.name, "missing-column", None, text, nearest)
+    return found, problems
 
 
-def read_table(path: Path, file: str) -> tuple[Table | None, list[Problem]]:
-    """Read a run sheet; whether it is a workbook is seen from its content.
+def _column_of(name: str, names: Mapping[str, Column]) -> tuple[Column | None, float | None]:
+    """Column that a header names, and what its unit is in that of the column; None: no such unit."""
+    column = names.get(name)
+    if column is not None and not column.units:
+        return column, 1.0
+    parts = _UNIT.fullmatch(name.lower())
+    column = names.get(parts[1]) if parts else None
+    if parts is None or column is None or not column.units:
+        return None, None
+    return column, column.units.get(parts[2] or parts[3])
 
-    `file`: Its name, for problems. Returns `table`: None when nothing can be read.
-    """
-    data = read_bytes(path, file, "sheet", MAX_BYTES)
-    if isinstance(data, Problem):
-        return None, [data]
+
+def _check_beyond(draft: DraftRow, header: Sequence[str], cells: Sequence[str]) -> None:
+    """Note filled cells that stand under no header."""
+    for at, cell in enumerate(cells):
+        if cell and (at >= len(header) or not header[at]):
+            allowed = (
+                "nothing where the header is blank; a comma in a note or a decimal comma cuts a row "
+                "in the wrong place: put such a cell in quotes, write numbers with a point"
+            )
+            draft.note(f"number {at + 1}", "no-header", cell, allowed)
+
+
+# --- text and workbooks
+
+
+def _refusal(
+    schema: Schema,
+    file: str,
+    code: str,
+    allowed: str,
+    found: str | None = None,
+    row: int | None = None,
+) -> CampaignError:
+    return CampaignError([Problem(f"{schema.area}.{code}", Place(file, row), found, allowed)])
+
+
+def _read_table(path: Path, schema: Schema, file: str) -> _Table:
+    data = read_bytes(path, file, schema.area, MAX_BYTES)
+    suffix = path.suffix.lower()
     if data.startswith(_WORKBOOK):
-        # openpyxl is slow to import, and few sheets need it
-
-        return read_workbook(data, file)
+        return _read_workbook(data, schema, file)
     if data.startswith(_OLD_WORKBOOK):
         allowed = "csv, tsv or xlsx; this is an old or encrypted workbook: save it as .xlsx"
-        return None, [Problem(file, None, None, "xls", allowed, "sheet.not-a-workbook")]
-    if path.suffix.lower() in (".xlsx", ".xlsm") and data.strip():
+        raise _refusal(schema, file, "not-a-workbook", allowed, "xls")
+    if suffix in (".xlsx", ".xlsm") and data.strip():
         allowed = "a workbook, as the name says; this file is none: save it again as .xlsx or .csv"
-        return None, [Problem(file, None, None, None, allowed, "sheet.not-a-workbook")]
-    text = decode(data, file, "sheet")
-    if isinstance(text, Problem):
-        return None, [text]
-    return _read_text(text, file, path.suffix.lower())
+        raise _refusal(schema, file, "not-a-workbook", allowed)
+    return _read_csv(decode(data, file, schema.area), schema, file, suffix)
 
 
-def _read_text(text: str, file: str, suffix: str) -> tuple[Table | None, list[Problem]]:
-    table = Table()
-    delimiter = _delimiter(text, suffix)
-    reader = csv.reader(io.StringIO(text), delimiter=delimiter, strict=True)
-    row = 0
+def _too_many_rows(schema: Schema, file: str) -> CampaignError:
+    allowed = f"at most {schema.most_rows} rows are read; delete empty rows below the last"
+    return _refusal(schema, file, "too-many-rows", allowed, row=schema.most_rows)
+
+
+def _read_csv(text: str, schema: Schema, file: str, suffix: str) -> _Table:
+    if schema.comments:
+        text = re.sub(r"(?m)^[ \t]*#.*$", "", text)
+    names = {name: column for column in schema.columns for name in (column.name, *column.also)}
+    head = next((line for line in io.StringIO(text) if line.strip()), "")
+
+    def known(delimiter: str) -> int:
+        cells = (cell.strip().strip('"').strip() for cell in head.split(delimiter))
+        return sum(_column_of(cell, names)[0] is not None for cell in cells)
+
+    # at a draw, that of the file's name
+    order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
+    reader = csv.reader(io.StringIO(text), delimiter=max(order, key=known), strict=True)
+    table, row = _Table(), 0
     try:
         for row, cells in enumerate(reader, start=1):
-            if row > MAX_ROWS:
-                return None, [too_many_rows(file)]
+            if row > schema.most_rows:
+                raise _too_many_rows(schema, file)
             table.add(row, [cell.strip() for cell in cells])
     except csv.Error as error:
         allowed = f"this row cannot be taken apart into cells ({error}); look for a stray quote"
-        return None, [Problem(file, row + 1, None, None, allowed, "sheet.not-csv")]
+        raise _refusal(schema, file, "not-csv", allowed, row=row + 1) from None
     # one long cell that names several columns: cut by something else
-    if len(table.header) == 1 and sum(name in table.header[0] for name in BY_NAME) > 2:
+    several = min(3, len(names))
+    if len(table.header) == 1 and sum(name in table.header[0] for name in names) >= several > 1:
         allowed = f"cells separated by {', '.join(_DELIMITERS.values())}"
-        found = table.header[0]
-        return None, [
-            Problem(file, table.header_row, None, found, allowed, "sheet.wrong-delimiter")
-        ]
-    return table, []
+        raise _refusal(schema, file, "wrong-delimiter", allowed, table.header[0], table.header_row)
+    return table
 
 
-def _delimiter(text: str, suffix: str) -> str:
-    """Choose the delimiter that finds most columns in the header; at a draw, that of the file's name."""
-    header = next((line for line in text.split("\n", 100) if line.strip()), "")
-    order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
-
-    def known(delimiter: str) -> int:
-        names = [name.strip().strip('"').strip() for name in header.split(delimiter)]
-        return sum(name in BY_NAME for name in names)
-
-    return max(order, key=known)
-
-
-# --- The first sheet of an xlsx workbook as a table of text cells.
-
-
-MAX_UNPACKED = 40_000_000
-MAX_TAGS = 3_000_000
-"""Some four a cell: enough for 45,000 runs, and read in seconds whatever they are."""
-
-MAX_COLUMNS = 64
-
-_ERROR_VALUES = ("#N/A", "#REF!", "#DIV/0!", "#NAME?", "#NULL!", "#NUM!", "#VALUE!")
-_DATES = (dt.date, dt.time, dt.timedelta)
-
-
-def read_workbook(data: bytes, file: str) -> tuple[Table | None, list[Problem]]:
-    """Read the first sheet of a workbook.
-
-    `data`: Of the whole file. `file`: Its name, for problems. Returns `table`: Numbers as the
-    shortest text that means them, true and false as words; dates, error values and formulas that
-    were never calculated are in ``odd``. None when nothing can be read.
-    """
+def _read_workbook(data: bytes, schema: Schema, file: str) -> _Table:
+    """Read the first sheet: numbers as the shortest text that means them, true and false as words."""
+    table = _Table()
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            unpacked = sum(info.file_size for info in archive.infolist())
-            if unpacked > MAX_UNPACKED:
-                size, most = unpacked / 1e6, MAX_UNPACKED / 1e6
-                allowed = f"{size:.0f} MB when unpacked are too large; at most {most:g} MB are read"
-                return None, [Problem(file, None, None, None, allowed, "sheet.too-large")]
-            parts = {name: archive.read(name) for name in archive.namelist()}
-            refused = _refused(parts)
-            if refused is not None:
-                return None, [Problem(file, None, None, None, *refused)]
-            formulas = _has_formulas(parts)
-        table = Table()
+        has_formulas = _check_archive(data, schema, file)
         with warnings.catch_warnings():
             # about styles and validation rules, which do not matter here
             warnings.simplefilter("ignore")
-            rows = _rows(data, formulas=False)
-            uncalculated = _rows(data, formulas=True) if formulas else None
-            for row, cells in enumerate(rows, start=1):
-                if row > MAX_ROWS:
-                    return None, [too_many_rows(file)]
-                texts = [_text(value) for value in cells]
-                if uncalculated is not None:
-                    for place, source in enumerate(next(uncalculated, ())):
-                        if cells[place] is None and source is not None:
-                            texts[place] = str(getattr(source, "text", source))
-                            table.odd[row, place] = Odd(
-                                "sheet.formula",
-                                texts[place],
-                                "a value; this formula was never calculated: open the workbook in "
-                                "a spreadsheet and save it, or type the value",
-                            )
+            rows = _rows_of(data, schema.most_rows)
+            sources = _rows_of(data, schema.most_rows, formulas=True) if has_formulas else None
+            for row, values in enumerate(rows, start=1):
+                if row > schema.most_rows:
+                    raise _too_many_rows(schema, file)
+                texts = [_text(value) for value in values]
+                formulas = next(sources, ()) if sources is not None else ()
+                for at, (value, source) in enumerate(zip_longest(values, formulas)):
+                    if bad := _bad_cell(value, source):
+                        table.bad[row, at] = bad
+                        texts[at] = texts[at] or bad[1]
                 table.add(row, texts)
-                _look_closer(table, row, cells)
+    except CampaignError:
+        raise
     # the library raises whatever its parsers do, from KeyError to zlib.error, on a damaged file
-    except Exception as error:  # noqa: BLE001
+    except Exception as error:
         why = str(error) or type(error).__name__
         allowed = f"this workbook cannot be read ({why}); save it again as .xlsx or .csv"
-        return None, [Problem(file, None, None, None, allowed, "sheet.not-a-workbook")]
-    return table, []
+        raise _refusal(schema, file, "not-a-workbook", allowed) from error
+    return table
 
 
-def _refused(parts: dict[str, bytes]) -> tuple[str, str] | None:
-    """Say what no spreadsheet writes: text and code of a problem."""
+def _check_archive(data: bytes, schema: Schema, file: str) -> bool:
+    """Refuse what no spreadsheet writes, before it is parsed; return whether there are formulas."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        unpacked = sum(info.file_size for info in archive.infolist())
+        if unpacked > MAX_UNPACKED:
+            size, most = unpacked / 1e6, MAX_UNPACKED / 1e6
+            allowed = f"{size:.0f} MB when unpacked are too large; at most {most:g} MB are read"
+            raise _refusal(schema, file, "too-large", allowed)
+        parts = {name: archive.read(name) for name in archive.namelist()}
     if any(b"<!DOCTYPE" in part or b"<!ENTITY" in part for part in parts.values()):
         allowed = "a workbook as a spreadsheet saves it; this one declares XML entities"
-        return allowed, "sheet.not-a-workbook"
+        raise _refusal(schema, file, "not-a-workbook", allowed)
     if (tags := sum(part.count(b"<") for part in parts.values())) > MAX_TAGS:
-        allowed = f"{tags / 1e6:.0f} million XML tags are too many; at most {MAX_TAGS / 1e6:g}"
-        return f"{allowed} million are read", "sheet.too-large"
-    return None
-
-
-def _has_formulas(parts: dict[str, bytes]) -> bool:
+        limit = f"at most {MAX_TAGS / 1e6:g} million are read"
+        raise _refusal(
+            schema, file, "too-large", f"{tags / 1e6:.0f} million XML tags are too many; {limit}"
+        )
     sheets = [part for name, part in parts.items() if name.startswith("xl/worksheets/")]
     return any(b"<f>" in part or b"<f " in part for part in sheets)
 
 
-def _rows(data: bytes, *, formulas: bool) -> Any:
+def _rows_of(data: bytes, most: int, *, formulas: bool = False) -> Iterator[tuple[Any, ...]]:
     # imported by name: slow, and without type information
     openpyxl: Any = import_module("openpyxl")
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=not formulas)
     sheet: Any = book.worksheets[0]
     # the stated size of a sheet is often wrong
     sheet.reset_dimensions()
-    rows = sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True)
-    return islice(rows, MAX_ROWS + 1)
+    return islice(sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True), most + 1)
 
 
 def _text(value: Any) -> str:
@@ -241,16 +586,12 @@ def _text(value: Any) -> str:
     return text.strip()
 
 
-def _look_closer(table: Table, row: int, cells: tuple[Any, ...]) -> None:
-    for place, value in enumerate(cells):
-        if isinstance(value, _DATES):
-            table.odd[row, place] = Odd(
-                "sheet.date",
-                f"the date {_text(value)}",
-                "what you typed; the spreadsheet made a date of it: set the cell's format to Text "
-                "and type it again",
-            )
-        elif isinstance(value, str) and value in _ERROR_VALUES:
-            table.odd[row, place] = Odd(
-                "sheet.cell-error", value, "a value; the spreadsheet shows an error here"
-            )
+def _bad_cell(value: Any, source: Any) -> tuple[str, str] | None:
+    """Code and text of a cell that is not what it looks like; `source` is its formula, if any."""
+    if value is None and source is not None:
+        return "formula", str(getattr(source, "text", source))
+    if isinstance(value, _DATES):
+        return "date", f"the date {_text(value)}"
+    if isinstance(value, str) and value in _ERROR_VALUES:
+        return "cell-error", value
+    return None

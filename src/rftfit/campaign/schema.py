@@ -1,4 +1,4 @@
-"""The configuration's JSON schema and its reference page, both generated."""
+"""Every key of a model in words: for messages, the JSON schema and the generated reference page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rftfit.campaign.columns import COLUMNS, DIRECTIONS, KINDS, Column
+from rftfit.campaign.columns import COLUMNS, DIRECTIONS, KINDS, SheetColumn
 from rftfit.campaign.config import Config
 from rftfit.errors import RftfitError
 from rftfit.store import write_text
@@ -17,12 +17,14 @@ from rftfit.store import write_text
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from pydantic import BaseModel
 
-# --- Every key of the configuration in words, taken from the models' own JSON schema.
+KeyPath = tuple[str | int, ...]
+TAG = "shape"
+"""The key that says which of several models a section is."""
 
-
-NAME = "<name>"
-"""Stands for a name that the user chooses, in the path of a key."""
+NAME, NUMBER = "<name>", "<number>"
+"""Stand for a name that the user chooses, and for the entries of a list, in the path of a key."""
 
 _UNITS = (
     ("_N_per_min", "N/min"),
@@ -51,92 +53,94 @@ _TYPES = {
 
 @dataclass(frozen=True)
 class Key:
-    """One key of the configuration.
+    """One key of a model, described in words.
 
-    `path`: With `NAME` where the user chooses the name.
-    `shape`: The shape of intruder that has this key; empty for all other keys.
-    `type`, `unit`, `default`, `allowed`, `description`: In words; `default` is ``required`` where
-        there is none.
+    `path` has `NAME` and `NUMBER` where the user chooses; `tag` is the kind of section that has
+    this key; `default` is ``required`` where there is none.
     """
 
     path: tuple[str, ...]
-    shape: str
+    tag: str
     type: str
     unit: str
     default: str
     allowed: str
     description: str
 
-    def fits(self, path: tuple[str | int, ...]) -> bool:
-        """Whether a path leads to this key.
+    @property
+    def name(self) -> str:
+        """The last part of its path."""
+        return self.path[-1]
 
-        `path`: As met in a file: names of keys, and places in lists.
-        """
+    def fits(self, path: KeyPath) -> bool:
+        """Whether a path, as met in a file, leads to this key."""
         return len(path) == len(self.path) and all(
-            own in (NAME, part) for own, part in zip(self.path, path, strict=True)
+            own in (part, NUMBER if isinstance(part, int) else NAME)
+            for own, part in zip(self.path, path, strict=True)
         )
 
 
 @cache
-def schema() -> dict[str, Any]:
-    """JSON schema of the configuration.
-
-    Returns as made from the models; not to be changed.
-    """
-    return Config.model_json_schema()
+def schema(model: type[BaseModel] = Config) -> dict[str, Any]:
+    """JSON schema of a model, not to be changed."""
+    return model.model_json_schema()
 
 
 @cache
-def all_keys() -> tuple[Key, ...]:
-    """Every key of the configuration, in the order of the models."""
-    return tuple(_walk(schema(), ()))
+def all_keys(model: type[BaseModel] = Config) -> tuple[Key, ...]:
+    """Every key of a model, in its order."""
+    return tuple(_walk(schema(model), (), schema(model).get("$defs", {})))
 
 
-def keys_at(parent: tuple[str | int, ...], shape: str = "") -> list[Key]:
-    """Keys that a section can have.
-
-    `parent`: Path of the section, as met in a file. `shape`: The shape of the intruder, where it
-    is known.
-    """
-    found = [key for key in all_keys() if key.fits((*parent, key.path[-1]))]
-    return [key for key in found if not (shape and key.shape and key.shape != shape)]
+def keys_at(model: type[BaseModel], parent: KeyPath, tag: str = "") -> list[Key]:
+    """Keys that a section can have; `tag` says which sort of section it is, where that is known."""
+    found = [key for key in all_keys(model) if key.fits((*parent, key.name))]
+    return [key for key in found if not (tag and key.tag and key.tag != tag)]
 
 
-def _walk(node: dict[str, Any], path: tuple[str, ...], shape: str = "") -> Iterator[Key]:
+def tags_of(model: type[BaseModel], section: KeyPath) -> list[str]:
+    """Words that the tag of a section can be."""
+    return list(dict.fromkeys(key.tag for key in keys_at(model, section)))
+
+
+def _walk(
+    node: dict[str, Any], path: tuple[str, ...], defs: dict[str, Any], tag: str = ""
+) -> Iterator[Key]:
     for name, field in node.get("properties", {}).items():
-        target = _follow(field)
+        target = _follow(field, defs)
         here = (*path, name)
-        default = "required" if name in node.get("required", ()) else _default(field)
         yield Key(
             here,
-            shape,
+            tag,
             _type(target),
             next((unit for end, unit in _UNITS if name.endswith(end)), ""),
-            default,
+            "required" if name in node.get("required", ()) else _default(field),
             _allowed(target),
             field.get("description", ""),
         )
-        yield from _walk(target, here)
+        yield from _walk(target, here, defs)
+        if "items" in target:
+            yield from _walk(_follow(target["items"], defs), (*here, NUMBER), defs)
         # a section whose names the user chooses
         inner = target.get("additionalProperties") or next(
             iter(target.get("patternProperties", {}).values()), None
         )
         if isinstance(inner, dict):
             for variant in inner.get("oneOf", [inner]):
-                model = _follow(variant)
-                word = model.get("properties", {}).get("shape", {}).get("const", "")
-                yield from _walk(model, (*here, NAME), word)
+                section = _follow(variant, defs)
+                word = section.get("properties", {}).get(TAG, {}).get("const", "")
+                yield from _walk(section, (*here, NAME), defs, word)
 
 
-def _follow(node: dict[str, Any]) -> dict[str, Any]:
+def _follow(node: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
     if "$ref" in node:
-        target: dict[str, Any] = schema()["$defs"][node["$ref"].rsplit("/", 1)[1]]
+        target: dict[str, Any] = defs[node["$ref"].rsplit("/", 1)[1]]
         return target
     # X | None: the X; X | Y: the first
     for option in node.get("anyOf", ()):
         if option.get("type") != "null":
             nullable = any(other.get("type") == "null" for other in node["anyOf"])
-            return {**_follow(option), "nullable": nullable}
+            return {**_follow(option, defs), "nullable": nullable}
     return node
 
 
@@ -170,7 +174,9 @@ def _allowed(node: dict[str, Any]) -> str:
         count = f"{len(items)} {what}" if "prefixItems" in node else f"one or more {what}"
         return f"{count} in [ ], each {_allowed(items[0])}"
     kind = _type(node)
-    text = {"text": "text", "section": "a section with keys of its own"}.get(kind, f"a {kind}")
+    text = {"text": kind, "true or false": kind, "section": "a section with keys of its own"}.get(
+        kind, f"a {kind}"
+    )
     limits = [
         f"{words} {node[name]:.12g}"
         for name, words in (
@@ -183,9 +189,6 @@ def _allowed(node: dict[str, Any]) -> str:
     ]
     text = " ".join([text, " and ".join(limits)]).strip()
     return text + (" or nothing" if node.get("nullable") else "")
-
-
-# --- The configuration's JSON schema and the reference page, both generated.
 
 
 _INTRO = """\
@@ -223,19 +226,16 @@ _NOTES = """\
 """
 
 
-def json_schema() -> str:
-    """JSON schema of ``config.yaml``, for editors that check while one types.
-
-    Returns the same bytes whenever the models are the same.
-    """
-    page = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema()}
+def json_schema(model: type[BaseModel] = Config) -> str:
+    """JSON schema of a model's file, for editors that check while one types; always the same bytes."""
+    page = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema(model)}
     return json.dumps(page, indent=2, ensure_ascii=False, sort_keys=True) + "\n"
 
 
 def reference_markdown() -> str:
     """Describe every key of the configuration and every column of the run sheet.
 
-    Returns markdown, generated from the definitions that also check the files.
+    Made from the definitions that also check the files.
     """
     head = ("key", "type", "unit", "default", "allowed", "meaning")
     keys = _table(head, [_key_row(key) for key in all_keys()])
@@ -248,17 +248,14 @@ def reference_markdown() -> str:
 
 
 def _key_row(key: Key) -> tuple[str, ...]:
-    path = f"`{'.'.join(key.path)}`"
-    if key.shape:
-        path += f" ({key.shape})"
+    path = f"`{'.'.join(key.path)}`" + (f" ({key.tag})" if key.tag else "")
     return path, key.type, key.unit, key.default, key.allowed, key.description
 
 
-def _column_row(column: Column) -> tuple[str, ...]:
+def _column_row(column: SheetColumn) -> tuple[str, ...]:
     used = "all" if column.kinds == KINDS else ", ".join(column.kinds)
-    if column.direction:
-        used += f"; {column.direction} only"
-    needed = {"always": "all", "if used": used, "no": "may be blank"}[column.need]
+    used += f"; {column.direction} only" if column.direction else ""
+    needed = used if column.needed else "may be blank"
     if column.name == "reason":
         needed = "excluded runs"
     return f"`{column.name}`", needed, used, column.unit, column.allowed, column.meaning
@@ -270,10 +267,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 
 def main(folder: Path) -> None:
-    """Write schema and reference page.
-
-    `folder`: Usually ``config``.
-    """
+    """Write schema and reference page into a folder, usually ``config``."""
     write_text(folder / "config.schema.json", json_schema())
     write_text(folder / "README.md", reference_markdown())
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,76 +9,11 @@ import typer
 
 from rftfit.cli.main import INPUT_NOT_VALID
 from rftfit.cli.output import count, megabytes, say, table
-from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.problems import Problem
-    from rftfit.robot.tracks import Checked
-
-
-# --- The config alone, and where its raw folder and run sheet lie: they may not exist yet.
-
-
-@dataclass(frozen=True)
-class Places:
-    """A checked configuration and its folders.
-
-    `root`: The campaign's folder.
-    `raw`, `sheet`: Inside the root; need not exist.
-    """
-
-    config: Config
-    root: Path
-    raw: Path
-    sheet: Path
-
-
-def campaign_root(config_path: Path) -> Path:
-    """Folder of a campaign: that of its config, or the one above where that is named ``config``.
-
-    Returns absolute.
-    """
-    folder = config_path.absolute().parent
-    return (folder.parent if folder.name == "config" else folder).resolve()
-
-
-def read_places(config_path: Path) -> Places:
-    """Read and check the configuration without its run sheet."""
-    from rftfit.campaign.problems import CampaignError
-    from rftfit.campaign.reading import read_config
-
-    file, problems = read_config(config_path, config_path.as_posix())
-    if file.config is None:
-        raise CampaignError(problems)
-    root = campaign_root(config_path)
-    raw = _inside(root, "raw", file.config.raw)
-    sheet = _inside(root, "run_sheet", file.config.run_sheet)
-    if raw == root:
-        raise InputError(
-            f"{config_path}, key raw: found '{file.config.raw}'; allowed: a folder below the "
-            "campaign's own"
-        )
-    return Places(file.config, root, raw, sheet)
-
-
-def _inside(root: Path, key: str, written: str) -> Path:
-    from rftfit.campaign.reading import plain_path
-
-    path, fault, nearest = plain_path(written)
-    whole = (root / path).resolve()
-    if fault or not whole.is_relative_to(root):
-        why = fault.partition(": ")[2] or "a link leads out of it"
-        hint = f"; did you mean '{nearest}'?" if nearest else ""
-        raise InputError(
-            f"config, key {key}: found '{written}'; allowed: a path inside the campaign's folder; "
-            f"{why}{hint}"
-        )
-    return whole
-
-
-# --- ``rftfit check``: everything that is wrong with config and run sheet, or what the campaign holds.
+    from rftfit.robot.tracks import RobotCheck
 
 
 _KINDS = ("plate", "rod", "leg", "leg_air")
@@ -124,20 +58,18 @@ def _print_problems(problems: list[Problem], severity: str) -> int:
 
 
 def summary(campaign: Campaign) -> str:
-    """Describe a campaign: runs and logs of each medium.
-
-    Returns A heading and a table.
-    """
-    sizes = log_sizes(campaign)
+    """Describe a campaign: a heading, and a table of the runs and logs of each medium."""
     rows = []
-    total = 0
+    sizes: dict[str, int | None] = {}
     for medium in (*campaign.media_with_runs, ""):
-        if not medium and "" not in {run.medium for run in campaign.runs}:
-            continue
         runs = [run for run in campaign.runs if run.medium == medium]
-        found = [sizes[file] for run in runs for file in (run.force_log, run.motion_log)]
-        there = [size for size in found if size is not None]
-        total += sum(there)
+        if not runs:
+            continue
+        # one file may hold force and motion of a run; two runs never share one
+        names = {name for run in runs for name in (run.force_log, run.motion_log)}
+        found = {name: _size(campaign.raw / name) for name in names}
+        there = [size for size in found.values() if size is not None]
+        sizes |= found
         rows.append(
             [
                 medium or "(in air)",
@@ -149,33 +81,22 @@ def summary(campaign: Campaign) -> str:
             ]
         )
     header = ["medium", *_KINDS, "excluded", "logs", "missing", "MB"]
-    title = campaign.config.title
+    total = sum(size for size in sizes.values() if size is not None)
     runs_and_logs = f"{count(len(campaign.runs), 'run')}, {count(len(sizes), 'log')}"
-    return f"{title}: {runs_and_logs}, {megabytes(total)}\n{table(header, rows)}"
+    return f"{campaign.config.title}: {runs_and_logs}, {megabytes(total)}\n{table(header, rows)}"
 
 
-def of_robot(robot: Checked) -> str:
-    """Describe the campaign's robot.
+def _size(log: Path) -> int | None:
+    try:
+        return log.stat().st_size
+    except OSError:
+        return None
 
-    Returns one line.
-    """
+
+def of_robot(robot: RobotCheck) -> str:
+    """Describe the campaign's robot in one line."""
     trials = robot.trials
     if not trials:
         return f"robot on {robot.medium}: no trials of its own"
     conditions = len({trial.condition for trial in trials})
     return f"robot on {robot.medium}: {count(len(trials), 'trial')} of {count(conditions, 'condition')}"
-
-
-def log_sizes(campaign: Campaign) -> dict[str, int | None]:
-    """Sizes of all logs that the run sheet names.
-
-    Returns path relative to the raw folder to bytes; None where there is no such file.
-    """
-    names = [name for run in campaign.runs for name in (run.force_log, run.motion_log)]
-    sizes: dict[str, int | None] = {}
-    for name in names:
-        try:
-            sizes[name] = (campaign.raw / name).stat().st_size
-        except OSError:
-            sizes[name] = None
-    return sizes

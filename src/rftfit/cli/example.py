@@ -578,12 +578,10 @@ def example(
     cmu-sand: nine penetrations of circular plates of three sizes into sand, force in ROS bags and
     motion in text files on another clock (23 MB).
     """
-    from rftfit.campaign.problems import did_you_mean
+    from rftfit.campaign.problems import unknown_word
 
     if name not in EXAMPLES:
-        nearest = did_you_mean(name, tuple(EXAMPLES))
-        hint = f"; did you mean {nearest}?" if nearest else ""
-        raise InputError(f"no example {name!r}; allowed: {', '.join(EXAMPLES)}{hint}")
+        raise InputError(unknown_word("example", name, EXAMPLES))
     chosen = EXAMPLES[name]
     target = Path(name) if folder is None else folder
     say(f"{chosen.title.capitalize()}, in {target}")

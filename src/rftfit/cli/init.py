@@ -15,15 +15,12 @@ from rftfit.cli.output import say
 from rftfit.errors import InputError
 from rftfit.store import write_text
 
-# --- A new campaign from a template, never over anything that is there.
-
 
 def init_campaign(folder: Path) -> list[Path]:
-    """Write the files of a new campaign.
+    """Write the files of a new campaign into a folder, which may hold other files, and list them.
 
-    `folder`: Made if need be. It may hold other files. Returns what was written: the configuration
-    with its schema and reference, an empty run sheet, and two READMEs, one of them with example
-    rows.
+    They are the configuration with its schema and reference, an empty run sheet, and two READMEs,
+    one of them with example rows. Nothing that is there is overwritten.
     """
     header = ",".join(column.name for column in COLUMNS)
     # the configuration last: with it the folder is a campaign
@@ -51,9 +48,6 @@ def init_campaign(folder: Path) -> list[Path]:
 
 def _template(name: str) -> str:
     return files("rftfit.campaign").joinpath("template", name).read_text(encoding="utf-8")
-
-
-# --- ``rftfit init``: a new campaign from the template.
 
 
 def init(

@@ -58,20 +58,12 @@ class Source:
 
 
 def choose(option: str, word: str, allowed: Sequence[str], more: str = "") -> str:
-    """Check a word of the command line.
+    """Check a word of the command line and return it; `more` is said after the allowed words."""
+    from rftfit.campaign.problems import unknown_word
 
-    `option`: Its option, with the dashes. `more`: Said after the allowed words. Returns the same
-    word.
-    """
-    from rftfit.campaign.problems import did_you_mean, listed, shown
-
-    if word in allowed:
-        return word
-    nearest = did_you_mean(word, allowed)
-    hint = f"; did you mean '{nearest}'?" if nearest else ""
-    raise InputError(
-        f"{option}: found '{shown(word)}'; allowed: {listed(allowed)}{hint}{more and f' ({more})'}"
-    )
+    if word not in allowed:
+        raise InputError(unknown_word(option, word, allowed) + (more and f" ({more})"))
+    return word
 
 
 def from_print(medium: str, kind: str) -> Source:

@@ -20,7 +20,7 @@ from rftfit.store import write_text
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rftfit.cli.check import Places
+    from rftfit.campaign.load import Layout
 
 
 # --- The file that tells re-enacted logs from original ones, and the care that hangs on it.
@@ -226,9 +226,9 @@ def reenact(
     if list_faults:
         say(faults_table())
         return
-    from rftfit.cli.check import read_places
+    from rftfit.campaign.load import read_layout
 
-    places = read_places(config)
+    places = read_layout(config)
     # the sheet is written last and cleared first, so where it is, the logs are
     if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
         say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
@@ -236,7 +236,7 @@ def reenact(
     _write(places, seed, media or None, tuple(fault or ()), workers or _cores(), spread)
 
 
-def _lacks_tracks(places: Places) -> bool:
+def _lacks_tracks(places: Layout) -> bool:
     """Whether the medium of the robot was re-enacted before the robot itself could be."""
     robot = places.config.robot
     if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
@@ -253,7 +253,7 @@ def faults_table() -> str:
 
 
 def _write(
-    places: Places,
+    places: Layout,
     seed: int,
     media: list[str] | None,
     faults: tuple[str, ...],
@@ -308,7 +308,7 @@ def _write(
     say(f"{_from_root(places, places.raw / MARKER)} says the same.")
 
 
-def _from_root(places: Places, path: Path) -> str:
+def _from_root(places: Layout, path: Path) -> str:
     return path.relative_to(places.root).as_posix()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Leg, Plate
+from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -121,12 +121,7 @@ def media_of(config: Config, media: Sequence[str] | None = None) -> list[str]:
     ]
     for name in media or ():
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
-            raise InputError(
-                f"medium {name!r} cannot be re-enacted: allowed are those of the config with "
-                f"published measurements, {', '.join(known)}{hint}"
-            )
+            raise InputError(unknown_word("medium with published measurements", name, known))
     return [name for name in known if media is None or name in media]
 
 

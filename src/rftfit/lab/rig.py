@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import math
 from dataclasses import dataclass, replace
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
 from rftfit.lab.plan import FloatArray, Motion, duration, motion_at, segments
 from rftfit.lab.truth import felt, granular_law, rod_law
@@ -307,10 +307,7 @@ class Fault:
 
 def _known(word: str, what: str, allowed: Sequence[str]) -> None:
     if word not in allowed:
-        near = difflib.get_close_matches(word, allowed, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        listing = f": allowed are {', '.join(allowed)}" if len(allowed) <= len(FAULTS) else ""
-        raise InputError(f"no {what} {word!r}{listing}{hint}")
+        raise InputError(unknown_word(what, word, allowed))
 
 
 def _other_tare(run: Run, runs: Mapping[str, Run]) -> str:
@@ -339,7 +336,7 @@ def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) ->
             if run_id not in runs:
                 own = (r for r in runs.values() if r.medium == first_medium and r.kind == "plate")
                 run_id = next((run.run_id for run in own), run_id)
-        _known(run_id, f"run for the fault {name}:", list(runs))
+        _known(run_id, f"run for the fault {name}", list(runs))
         run = runs[run_id]
         if name == "flipped_beta" and run.beta_deg in (None, 0.0, 90.0):
             raise InputError(f"fault flipped_beta: {run_id} looks the same with -beta")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rftfit.campaign.problems import did_you_mean
+from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
 from rftfit.logs.ati import AtiDaqReader, AtiNetftReader
 from rftfit.logs.base import HEAD_BYTES, Log, LogError, Reader
@@ -218,9 +218,7 @@ def dialect(name: str) -> Reader:
         return known[name]
     if name in plugins().faults:
         raise InputError(plugins().faults[name])
-    near = did_you_mean(name, known)
-    hint = f"; did you mean {near!r}?" if near else ""
-    raise InputError(f"no log dialect {name!r}; allowed: {', '.join(sorted(known))}{hint}")
+    raise InputError(unknown_word("log dialect", name, sorted(known)))
 
 
 def source_reader(source: AnyLog, default: str, key: str) -> Reader:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.campaign.config import ForceLog
-from rftfit.campaign.problems import did_you_mean, listed
+from rftfit.campaign.problems import unknown_word
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.registry import source_reader
 
@@ -117,9 +117,7 @@ def _column(log: Log, quantity: str, chosen: Column, wanted: str) -> tuple[Float
     else:
         name = _name(chosen)
         if name not in log.columns:
-            near = did_you_mean(name, log.columns)
-            hint = f"; did you mean {near!r}?" if near else ""
-            raise ValueError(f"found no column {name!r}; allowed: {listed(log.columns)}{hint}")
+            raise ValueError(unknown_word("column", name, log.columns))
         values, stated = log.columns[name], log.units.get(name, "")
     if chosen.factor != 1:
         values = values * chosen.factor

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.problems import CampaignError, Problem
+from rftfit.campaign.problems import CampaignError, Place, Problem
+from rftfit.campaign.rows import Column, Schema, read_rows
 from rftfit.model.forces import Forces, force_draws, forces_on
-from rftfit.model.outlines import read_points
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -85,7 +86,18 @@ def sweep_draws(
 # --- A body moved along any path: a csv of time, place and angle.
 
 
-COLUMNS = ("t_s", "x_cm", "z_cm", "angle_deg")
+SCHEMA = Schema(
+    "path",
+    (
+        Column("t_s", meaning="time"),
+        Column("x_cm", meaning="x of the reference point"),
+        Column("z_cm", meaning="z of the reference point, 0 at the surface"),
+        Column("angle_deg", meaning="angle from z toward x"),
+    ),
+    comments=True,
+    others=True,
+    most_rows=2_000_000,
+)
 _MOST_SHOWN = 20
 
 
@@ -108,32 +120,25 @@ def path_poses(
 
 
 def read_path(path: Path) -> tuple[FloatArray, FloatArray]:
-    """Read a path from a csv with the columns ``t_s``, ``x_cm``, ``z_cm``, ``angle_deg``.
+    """Read a path from a table with the columns ``t_s``, ``x_cm``, ``z_cm``, ``angle_deg``.
 
-    Returns `time_s` of shape (p,). Returns `poses` of shape (p, 6).
+    Returns times of shape (p,) and poses of shape (p, 6).
     """
-    values, rows, problems = read_points(path, COLUMNS, "path")
-    time, file = values[:, 0], str(path)
+    rows, problems = read_rows(path, SCHEMA)
+    file = str(path)
     if not problems and len(rows) < 2:
-        text = f"{len(rows)} row{'' if len(rows) == 1 else 's'}; a velocity needs at least two"
-        problems.append(
-            Problem(file, rows[0] if rows else None, None, None, text, "path.too-short")
-        )
-    for index in np.flatnonzero(np.diff(time) <= 0):
-        same = time[index] == time[index + 1]
-        problems.append(
-            Problem(
-                file,
-                rows[index + 1],
-                "t_s",
-                f"{time[index + 1]:.10g}",
-                f"later than the {time[index]:.10g} s of row {rows[index]}",
-                "path.repeated-time" if same else "path.backward-time",
-            )
-        )
+        text = f"{len(rows)} row; a velocity needs at least two"
+        problems = [Problem("path.too-short", Place(file, rows[0].row), None, text)]
+    for before, row in pairwise([row for row in rows if not row.bad]):
+        time, earlier = row.number["t_s"], before.number["t_s"]
+        if time <= earlier:
+            code = "path.repeated-time" if time == earlier else "path.backward-time"
+            text = f"later than the {earlier:.10g} s of row {before.row}"
+            problems.append(Problem(code, Place(file, row.row, "t_s"), f"{time:.10g}", text))
     if problems:
         raise CampaignError(problems[:_MOST_SHOWN])
-    return time, path_poses(time, values[:, 1], values[:, 2], np.radians(values[:, 3]))
+    time, x, z, angle = np.array([[row.number[c.name] for c in SCHEMA.columns] for row in rows]).T
+    return time, path_poses(time, x, z, np.radians(angle))
 
 
 def along_path(

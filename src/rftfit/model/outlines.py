@@ -2,107 +2,21 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.problems import CampaignError, Problem, did_you_mean
-from rftfit.campaign.reading import decode, read_bytes
+from rftfit.campaign.problems import CampaignError, Place, Problem
+from rftfit.campaign.rows import Column, Schema, read_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     import numpy.typing as npt
 
     from rftfit.campaign.config import Leg
     from rftfit.conventions import FloatArray
-
-
-# --- Small csv files of numbers that a user makes by hand: outlines and paths.
-
-
-_MAX_BYTES = 50_000_000
-_DELIMITERS = (",", ";", "\t")
-
-
-def read_points(
-    path: Path, columns: Sequence[str], kind: str
-) -> tuple[FloatArray, list[int], list[Problem]]:
-    """Read named columns of finite numbers.
-
-    `path`: csv: lines starting with ``#`` are comments, then one header row; comma, semicolon or
-    tab. `columns`: Wanted; others are left alone. `kind`: First part of the code of problems, for
-    example ``outline``. Returns `values` of shape (n, len(columns): The rows without a problem.
-    Returns `rows`: Their numbers, as a spreadsheet counts. Returns `problems`: One for each bad
-    cell.
-    """
-    file = str(path)
-    data = read_bytes(path, file, kind, _MAX_BYTES)
-    text = data if isinstance(data, Problem) else decode(data, file, kind)
-    if isinstance(text, Problem):
-        raise CampaignError([text])
-    lines = [
-        (row, line)
-        for row, line in enumerate(text.split("\n"), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    header_row, header = lines[0] if lines else (1, "")
-    delimiter = max(_DELIMITERS, key=lambda mark: sum(c in _cells(header, mark) for c in columns))
-    names = _cells(header, delimiter)
-    missing = [column for column in columns if column not in names]
-    if missing:
-        allowed = f"a header row with the columns {', '.join(columns)}"
-        raise CampaignError(
-            [
-                Problem(
-                    file,
-                    header_row,
-                    column,
-                    None,
-                    f"missing; {allowed}",
-                    f"{kind}.no-column",
-                    nearest=did_you_mean(column, [n for n in names if n not in columns]),
-                )
-                for column in missing
-            ]
-        )
-    places = [names.index(column) for column in columns]
-    good: list[list[float]] = []
-    rows: list[int] = []
-    problems: list[Problem] = []
-    for row, line in lines[1:]:
-        cells = _cells(line, delimiter)
-        values = []
-        for column, index in zip(columns, places, strict=True):
-            found = cells[index] if index < len(cells) else ""
-            value = _number(found)
-            if value is None:
-                allowed = "a finite number with a decimal point"
-                problems.append(Problem(file, row, column, found, allowed, f"{kind}.not-a-number"))
-            else:
-                values.append(value)
-        if len(values) == len(columns):
-            good.append(values)
-            rows.append(row)
-    return np.array(good, dtype=float).reshape(-1, len(columns)), rows, problems
-
-
-def _cells(line: str, delimiter: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=delimiter), [])]
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    # Python would take 1_0 for 10
-    return value if math.isfinite(value) and "_" not in text else None
 
 
 # --- Thin outlines in the plane: arcs of any curvature, the model legs, any line of points.
@@ -306,25 +220,31 @@ def _turns_clockwise(points: FloatArray) -> bool:
 # --- A user's own outline from a csv of points, checked before it is used.
 
 
-COLUMNS = ("x_cm", "z_cm")
+SCHEMA = Schema(
+    "outline",
+    (Column("x_cm", meaning="x of a point"), Column("z_cm", meaning="z of a point, upward")),
+    rows="points",
+    comments=True,
+    others=True,
+)
 MAX_POINTS = 5000
 _MOST_SHOWN = 20
 
 
 def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outline:
-    """Read an outline from a csv with the columns ``x_cm``, ``z_cm``, points in order.
+    """Read an outline from a table with the columns ``x_cm``, ``z_cm``, points in order.
 
     The reference point, about which the outline turns, is (0, 0) of the file. Where the last row
-    repeats the first, the outline is the skin of a solid body.
+    repeats the first, the outline is the skin of a solid body. It is named after the file.
 
     `width_cm`: Across the plane, positive. `elements`: About how many; every straight piece has at
-    least one. Returns named after the file.
+    least one.
     """
-    points, rows, problems = read_points(path, COLUMNS, "outline")
-    file = str(path)
+    rows, problems = read_rows(path, SCHEMA)
     if not problems:
         # a fault of the shape means nothing while a row is missing from it
-        problems = _faults(points, rows, file)
+        points = np.array([[row.number["x_cm"], row.number["z_cm"]] for row in rows])
+        problems = _faults(points, [row.row for row in rows], str(path))
     if problems:
         raise CampaignError(problems[:_MOST_SHOWN])
     return polyline(points, width_cm, elements, path.stem)
@@ -333,21 +253,20 @@ def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outli
 def _faults(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
     count = len(points)
     if count < 2:
-        text = f"{count} point{'' if count == 1 else 's'}; an outline has at least two"
-        return [Problem(file, rows[0] if rows else None, None, None, text, "outline.too-short")]
+        text = f"{count} point; an outline has at least two"
+        return [Problem("outline.too-short", Place(file, rows[0]), None, text)]
     if count > MAX_POINTS:
         text = f"{count} points; at most {MAX_POINTS} are read"
-        return [Problem(file, rows[MAX_POINTS], None, None, text, "outline.too-long")]
+        return [Problem("outline.too-long", Place(file, rows[MAX_POINTS]), None, text)]
     closed = count > 3 and bool((points[0] == points[-1]).all())
     problems = []
     seen: dict[tuple[float, float], int] = {}
     for index, (x, z) in enumerate((points[:-1] if closed else points).tolist()):
-        first = seen.setdefault((x + 0.0, z + 0.0), index)
+        first = seen.setdefault((x, z), index)
         if first != index:
             text = f"every point once; this is the point of row {rows[first]} again"
-            problems.append(
-                Problem(file, rows[index], None, f"{x:g}, {z:g}", text, "outline.repeated")
-            )
+            place = Place(file, rows[index])
+            problems.append(Problem("outline.repeated", place, f"{x:g}, {z:g}", text))
     if problems:
         return problems
     for one, other in crossings(points):
@@ -355,7 +274,7 @@ def _faults(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
             f"the outline crosses or touches itself: the line from row {rows[one]} to "
             f"{rows[one + 1]} meets the one from row {rows[other]} to {rows[other + 1]}"
         )
-        problems.append(Problem(file, rows[other], None, None, text, "outline.crossing"))
+        problems.append(Problem("outline.crossing", Place(file, rows[other]), None, text))
     return problems
 
 

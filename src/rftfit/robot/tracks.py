@@ -2,48 +2,58 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-import re
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.campaign.config import Config
+from rftfit.campaign.files import Folder, folded
 from rftfit.campaign.load import root_of
-from rftfit.campaign.problems import CampaignError, Problem, did_you_mean
-from rftfit.campaign.reading import Folder, decode, plain_path, read_bytes, read_config
-from rftfit.campaign.rows import read_table
+from rftfit.campaign.problems import CampaignError
+from rftfit.campaign.reading import read_model
+from rftfit.campaign.rows import Column, Schema, read_rows
 from rftfit.errors import InputError
 from rftfit.robot.config import read_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
+    from collections.abc import Collection
     from pathlib import Path
 
     from rftfit.campaign.config import RobotRuns
-    from rftfit.campaign.rows import Table
+    from rftfit.campaign.problems import Problem
+    from rftfit.campaign.rows import DraftRow
     from rftfit.conventions import FloatArray
 
 
 # --- The robot's run sheet: which marker track is a trial of which condition.
 
 
-COLUMNS = {
-    "run_id": "unique name of the trial",
-    "condition": "name shared by the trials of one condition",
-    "medium": "the medium that the config's robot runs on",
-    "curvature_times_R": "R'/r of the legs, -1 (reversed c-leg) to 1 (c-leg)",
-    "frequency_Hz": "stride frequency; blank: taken from the track",
-    "track": "file of the marker track, relative to the folder of this sheet",
-    "note": "free text",
-}
-"""Columns of the sheet, with their meanings."""
-
-_NEEDED = ("run_id", "condition", "medium", "curvature_times_R", "track")
-_HIGHEST_HZ = 100.0
+_FILE = Column("track", "path", "file of the marker track, relative to the folder of this sheet")
+COLUMNS = (
+    Column("run_id", "text", "unique name of the trial"),
+    Column("condition", "text", "name shared by the trials of one condition"),
+    Column("medium", "choice", "the medium that the config's robot runs on"),
+    Column(
+        "curvature_times_R",
+        meaning="R'/r of the legs, -1 (reversed c-leg) to 1 (c-leg)",
+        low=-1,
+        high=1,
+    ),
+    Column(
+        "frequency_Hz",
+        meaning="stride frequency; blank: taken from the track",
+        needed=False,
+        above=0,
+        high=100,
+        unit="Hz",
+    ),
+    _FILE,
+    Column("note", "text", "free text", needed=False),
+)
+"""Columns of the sheet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,137 +77,56 @@ class Trial:
 
 
 def read_trials(
-    path: Path, file: str, medium: str, taken: Collection[str] = ()
+    path: Path,
+    file: str,
+    medium: str,
+    taken: Collection[str] = (),
+    tracks: tuple[Folder, str] | None = None,
 ) -> tuple[list[Trial], list[Problem]]:
-    """Read and check a robot run sheet.
+    """Read and check a robot's run sheet.
 
-    `path`: csv, tsv or xlsx. `file`: Its name, for problems. `medium`: The one that the robot runs
-    on. `taken`: Names of the runs of the campaign's own run sheet, which a trial may not have too.
-    Returns `trials`: The rows without an error, in the order of the sheet. Returns `problems`: All
-    of them, in the order of the rows.
+    `medium`: The one that the robot runs on. `taken`: Names of the runs of the campaign's own run
+    sheet, which a trial may not have too. `tracks`: The raw folder and the sheet's own folder in it,
+    to look for the tracks. Returns the rows without an error, and all problems, in the order of the
+    sheet.
     """
-    table, problems = read_table(path, file)
-    if table is None:
-        return [], problems
-    problems += _header(table, file)
-    if any(problem.severity == "error" for problem in problems):
-        return [], problems
-    places = {name: at for at, name in enumerate(table.header) if name in COLUMNS}
-    rows = [
-        (row, {name: cells[at] if at < len(cells) else "" for name, at in places.items()})
-        for row, cells in table.rows
-    ]
-    if not rows:
-        allowed = "no trials yet: the sheet needs one row for each track below its header"
-        problems.append(Problem(file, None, None, None, allowed, "robot-sheet.empty"))
-    found: list[Trial] = []
-    seen: dict[tuple[str, str], int] = {}
-    conditions: dict[str, Trial] = {}
-    for row, cells in rows:
-        check = _Row(file, row, cells)
-        trial = check.trial(medium, taken, seen, conditions)
-        problems += check.problems
-        if trial is not None:
-            found.append(trial)
-    return found, problems
+    columns = [replace(one, choices=(medium,)) if one.form == "choice" else one for one in COLUMNS]
+    drafts, problems = read_rows(path, Schema("robot-sheet", tuple(columns), "trials"), file)
+    first: dict[tuple[str, str], int] = {}
+    conditions: dict[str, DraftRow] = {}
+    for draft in drafts:
+        for name in ("run_id", "track"):
+            word = draft.text[name]
+            # names become part of file names and ledgers: case alone must not tell them apart
+            row = first.setdefault((name, folded(word)), draft.row)
+            if word and row != draft.row:
+                allowed = f"a {name} of its own; row {row} has this one"
+                draft.note(name, "repeated", word, allowed)
+        if draft.text["run_id"] in taken:
+            allowed = "a name that no run of the campaign's run sheet has"
+            draft.note("run_id", "taken", draft.text["run_id"], allowed)
+        if not draft.bad:
+            _check_condition(draft, conditions)
+        if tracks is not None:
+            draft.check_file(_FILE, tracks[0], "this trial will be dropped", tracks[1])
+    problems.sort(key=lambda problem: problem.place.row or 0)
+    return [_trial(draft) for draft in drafts if not draft.bad], problems
 
 
-def _header(table: Table, file: str) -> list[Problem]:
-    row, problems = table.header_row, []
-    missing = [name for name in COLUMNS if name not in table.header]
-    for at, name in enumerate(table.header):
-        if name in table.header[:at] and name:
-            allowed = "each column once"
-            problems.append(Problem(file, row, name, name, allowed, "robot-sheet.duplicate-column"))
-        elif name and name not in COLUMNS:
-            allowed, near = f"one of {', '.join(COLUMNS)}", did_you_mean(name, missing)
-            problems.append(
-                Problem(file, row, name, name, allowed, "robot-sheet.unknown-column", nearest=near)
-            )
-    for name in missing:
-        if name in _NEEDED:
-            allowed = f"this column is missing; it is needed: {COLUMNS[name]}"
-            problems.append(Problem(file, row, name, None, allowed, "robot-sheet.missing-column"))
-    return problems
+def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
+    name = "curvature_times_R"
+    first = conditions.setdefault(draft.text["condition"], draft)
+    if first.number[name] != draft.number[name]:
+        allowed = f"{first.number[name]:g}, as in row {first.row} of the same condition"
+        draft.note(name, "condition", draft.text[name], f"{allowed} {draft.text['condition']}")
 
 
-class _Row:
-    """Checks the cells of one row."""
-
-    def __init__(self, file: str, row: int, cells: dict[str, str]) -> None:
-        self.file, self.row, self.cells = file, row, cells
-        self.problems: list[Problem] = []
-
-    def error(self, column: str, allowed: str, code: str, nearest: str | None = None) -> None:
-        found = self.cells.get(column) or None
-        allowed = allowed if found else f"this cell is blank; it is needed: {allowed}"
-        code = code if found else "blank"
-        self.problems.append(
-            Problem(self.file, self.row, column, found, allowed, f"robot-sheet.{code}",
-                    nearest=nearest)
-        )  # fmt: skip
-
-    def number(self, column: str, low: float, high: float, allowed: str) -> float:
-        text = self.cells.get(column, "")
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if "_" in text or not low <= value <= high:
-            self.error(column, allowed, "number")
-            return math.nan
-        return value
-
-    def trial(
-        self,
-        medium: str,
-        taken: Collection[str],
-        seen: dict[tuple[str, str], int],
-        conditions: dict[str, Trial],
-    ) -> Trial | None:
-        text = self.cells.get
-        for name in ("run_id", "condition"):
-            if not text(name):
-                self.error(name, COLUMNS[name], "blank")
-        if text("medium") != medium:
-            self.error("medium", f"{medium}, the config's robot.medium", "medium", medium)
-        curvature = self.number("curvature_times_R", -1, 1, "-1 to 1")
-        frequency = math.nan
-        if text("frequency_Hz"):
-            lowest = math.ulp(0.0)
-            allowed = f"above 0, up to {_HIGHEST_HZ:g} Hz, or blank: taken from the track"
-            frequency = self.number("frequency_Hz", lowest, _HIGHEST_HZ, allowed)
-        track, fault, nearest = plain_path(text("track") or "")
-        if fault or not text("track"):
-            wanted = "the path of a file in the folder of this sheet or below, with /"
-            self.error("track", wanted, "path", nearest)
-        self.once("run_id", text("run_id") or "", seen)
-        self.once("track", track, seen)
-        if text("run_id") in taken:
-            self.error("run_id", "a name that no run of the campaign's run sheet has", "taken")
-        if self.problems:
-            return None
-        found = Trial(
-            text("run_id") or "", text("condition") or "", medium, curvature, frequency, track,
-            text("note") or "", self.row,
-        )  # fmt: skip
-        first = conditions.setdefault(found.condition, found)
-        if first.curvature_times_R != curvature:
-            self.error(
-                "curvature_times_R",
-                f"{first.curvature_times_R:g}, as in row {first.row} of the same condition "
-                f"{found.condition}",
-                "condition",
-            )
-            return None
-        return found
-
-    def once(self, column: str, word: str, seen: dict[tuple[str, str], int]) -> None:
-        # names become part of file names and ledgers: case alone must not tell them apart
-        first = seen.setdefault((column, word.casefold()), self.row)
-        if word and first != self.row:
-            what = "a name" if column == "run_id" else "a track"
-            self.error(column, f"{what} of its own; row {first} has this one", "repeated")
+def _trial(draft: DraftRow) -> Trial:
+    text, number = draft.text, draft.number
+    return Trial(
+        text["run_id"], text["condition"], text["medium"], number["curvature_times_R"],
+        number.get("frequency_Hz", math.nan), text["track"], text["note"], draft.row,
+    )  # fmt: skip
 
 
 # --- Marker tracks of the robot: read with every row accounted for, or refused with a reason.
@@ -206,13 +135,17 @@ class _Row:
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
 CENTIMETRES = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
 
-_MAX_BYTES = 50_000_000
-_HEADER = re.compile(
-    r"^(?P<what>time|t|x|z)(?:_(?P<unit>[a-z]+)|\s*[\[(]\s*(?P<in>[a-z]+)\s*[\])])$"
-)
-_ALLOWED = (
-    "a header row with a time, x and z, each with its unit, such as time_s,x_cm,z_cm "
-    f"(time: {', '.join(SECONDS)}; x, z: {', '.join(CENTIMETRES)})"
+_TRACK = Schema(
+    "track",
+    (
+        Column("time", meaning="time", unit="s", units=SECONDS, also=("t",)),
+        Column("x", meaning="x of the marker", unit="cm", units=CENTIMETRES),
+        Column("z", meaning="z of the marker, upward", unit="cm", units=CENTIMETRES),
+    ),
+    comments=True,
+    others=True,
+    lenient=True,
+    most_rows=2_000_000,
 )
 
 
@@ -246,96 +179,33 @@ class Track:
 
 
 def read_track(path: Path) -> Track:
-    """Read a marker track.
+    """Read a marker track: a table of time, x and z, each with its unit in the header.
 
-    Comma-, semicolon- or tab-separated text, UTF-8; lines that start with ``#`` are comments. A row
-    with a cell that is blank or no number is left out and counted.
+    Lines that start with ``#`` are comments. A row with a cell that is blank or no number is left
+    out and counted.
     """
-    file = path.name
-    data = read_bytes(path, file, "track", _MAX_BYTES)
-    text = data if isinstance(data, Problem) else decode(data, file, "track")
-    if isinstance(text, Problem):
-        raise TrackError(text.allowed if text.found is None else f"found {text.found}", file)
-    lines = [
-        (row, line)
-        for row, line in enumerate(text.split("\n"), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not lines:
-        raise TrackError("the file has no rows; export the track again", file)
-    delimiter = max(",;\t", key=lines[0][1].count)
-    places, scales = _columns(_cells(lines[0][1], delimiter), file, lines[0][0], len(lines) - 1)
-    good: list[list[float]] = []
-    numbers: list[int] = []
-    dropped: Counter[str] = Counter()
-    for row, line in lines[1:]:
-        cells = _cells(line, delimiter)
-        values = [_number(cells[at]) if at < len(cells) else math.nan for at in places]
-        missing = [name for name, value in zip("txz", values, strict=True) if math.isnan(value)]
-        if missing:
-            what = "time" if missing[0] == "t" else missing[0]
-            dropped[f"no number for {what}"] += 1
-        else:
-            good.append(values)
-            numbers.append(row)
-    rows = len(lines) - 1
+    names = [column.name for column in _TRACK.columns]
+    rows, problems = read_rows(path, _TRACK, "")
+    if problems:
+        raise TrackError("; ".join(map(str, problems)), path.name, len(rows))
+    good = [row for row in rows if not row.bad]
     if not good:
-        raise TrackError(f"none of the {rows} rows has a time, x and z", file, rows)
-    table = np.array(good) * scales
-    back = np.flatnonzero(np.diff(table[:, 0]) <= 0)
+        raise TrackError(f"none of the {len(rows)} rows has a time, x and z", path.name, len(rows))
+    lacking = (next(name for name in names if name in row.bad) for row in rows if row.bad)
+    dropped = Counter(f"no number for {name}" for name in lacking)
+    time, x, z = np.array([[row.number[name] for name in names] for row in good]).T
+    back = np.flatnonzero(np.diff(time) <= 0)
     if back.size:
-        first = int(back[0])
-        how = "stands still" if table[first + 1, 0] == table[first, 0] else "runs backwards"
+        before, row = good[back[0]], good[back[0] + 1]
+        how = "stands still" if time[back[0] + 1] == time[back[0]] else "runs backwards"
         more = f", and {back.size - 1} times more" if back.size > 1 else ""
         raise TrackError(
-            f"time {how} in row {numbers[first + 1]}: {good[first + 1][0]:g} after "
-            f"{good[first][0]:g}{more}; allowed: time that grows from row to row",
-            file,
-            rows,
+            f"time {how} in row {row.row}: {row.text['time']} after {before.text['time']}{more}; "
+            "allowed: time that grows from row to row",
+            path.name,
+            len(rows),
         )
-    time = table[:, 0] - table[0, 0]
-    return Track(time, table[:, 1], table[:, 2], rows, dict(dropped))
-
-
-def _columns(names: list[str], file: str, row: int, rows: int) -> tuple[list[int], FloatArray]:
-    """Places of time, x and z, and what their units are in s and cm."""
-    places: dict[str, tuple[int, float]] = {}
-    for at, name in enumerate(names):
-        found = _HEADER.match(name.strip().lower())
-        if not found:
-            continue
-        what = "t" if found["what"] in ("t", "time") else found["what"]
-        units = SECONDS if what == "t" else CENTIMETRES
-        unit = found["unit"] or found["in"]
-        if unit not in units:
-            raise TrackError(
-                f"row {row}, column {name}: no such unit; allowed: {_ALLOWED}", file, rows
-            )
-        if what in places:
-            raise TrackError(f"row {row}: two columns for {what}; allowed: {_ALLOWED}", file, rows)
-        places[what] = at, units[unit]
-    lacking = [{"t": "time"}.get(name, name) for name in "txz" if name not in places]
-    if lacking:
-        found_names = ", ".join(names)[:80]
-        raise TrackError(
-            f"row {row}: no column for {' and '.join(lacking)} in '{found_names}'; allowed: {_ALLOWED}",
-            file,
-            rows,
-        )
-    ordered = [places[name] for name in "txz"]
-    return [at for at, _ in ordered], np.array([scale for _, scale in ordered])
-
-
-def _cells(line: str, delimiter: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=delimiter), [])]
-
-
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        return math.nan
-    return value if math.isfinite(value) and "_" not in text else math.nan
+    return Track(time - time[0], x, z, len(rows), dict(dropped))
 
 
 # --- Stride frequency and mean speed of a trial, from its marker track.
@@ -514,7 +384,7 @@ def _gaps(track: Track, frequency: float) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Checked:
+class RobotCheck:
     """What was found.
 
     `medium`: The one that the robot runs on; empty where the campaign has no robot.
@@ -527,88 +397,49 @@ class Checked:
     problems: tuple[Problem, ...] = ()
 
 
-def check_robot(config: Path) -> Checked:
+def check_robot(config_path: Path) -> RobotCheck:
     """Check the robot of a campaign, whatever else is wrong with the campaign.
 
-    `config`: ``config.yaml``. Errors of its own are not repeated; files that its section ``robot``
-    names and that are not there are errors of the configuration too (`rftfit.campaign.load`).
+    Errors of the configuration are not repeated; files that its section ``robot`` names and that
+    are not there are errors of the configuration too (`rftfit.campaign.load`).
     """
-    root = root_of(config)
-    file, _ = read_config(config, config.name)
-    section = file.config.robot if file.config is not None else None
-    if file.config is None or section is None:
-        return Checked()
-    runs, media = _of_campaign(root, file.config.run_sheet)
+    root = root_of(config_path)
+    config = read_model(config_path, Config).model
+    section = config.robot if config is not None else None
+    if config is None or section is None:
+        return RobotCheck()
+    names, media = _words_of_sheet(root, config.run_sheet)
     # a campaign without runs on its medium (a part of a re-enactment) has no robot either
     if media and section.medium not in media:
-        return Checked()
-    problems = _own_file(root, section)
-    if section.runs is None:
-        return Checked(section.medium, (), tuple(problems))
-    raw, (sheet, fault, _) = root / file.config.raw, plain_path(section.runs)
-    if fault or Folder(raw).status(sheet) != "file":
-        return Checked(section.medium, (), tuple(problems))
-    name = f"{file.config.raw.rstrip('/')}/{sheet}"
-    trials, found = read_trials(raw / sheet, name, section.medium, runs)
-    problems += found
-    problems += _tracks(trials, raw, sheet, name)
-    ordered = sorted(problems, key=lambda one: (one.file, one.row or 0))
-    return Checked(section.medium, tuple(trials), tuple(ordered))
+        return RobotCheck()
+    problems = _problems_of_file(root, section)
+    trials: list[Trial] = []
+    raw = Folder(root / config.raw)
+    sheet = raw.look_up(section.runs or "")
+    if sheet.status == "file":
+        path, above = root / config.raw / sheet.path, sheet.path.rpartition("/")[0]
+        name = f"{config.raw.rstrip('/')}/{sheet.path}"
+        trials, found = read_trials(path, name, section.medium, names, (raw, above))
+        problems = sorted(problems + found, key=lambda one: one.place.file)
+    return RobotCheck(section.medium, tuple(trials), tuple(problems))
 
 
-def _of_campaign(root: Path, run_sheet: str) -> tuple[set[str], set[str]]:
+def _words_of_sheet(root: Path, run_sheet: str) -> tuple[set[str], set[str]]:
     """Names of runs and media in the campaign's own sheet, right or wrong."""
-    path, fault, _ = plain_path(run_sheet)
-    if fault or Folder(root).status(path) != "file":
+    entry = Folder(root).look_up(run_sheet)
+    if entry.status != "file":
         return set(), set()
-    table, _ = read_table(root / path, path)
-    if table is None:
-        return set(), set()
-    at = {name: place for place, name in enumerate(table.header)}
-    cells = {
-        name: {row[at[name]] for _, row in table.rows if at[name] < len(row)} if name in at else set()
-        for name in ("run_id", "medium")
-    }  # fmt: skip
-    return cells["run_id"] - {""}, cells["medium"] - {""}
+    columns = Column("run_id", "text"), Column("medium", "text", needed=False)
+    rows, _ = read_rows(root / entry.path, Schema("sheet", columns, others=True, lenient=True))
+    ids, media = ({row.text[column.name] for row in rows} - {""} for column in columns)
+    return ids, media
 
 
-def _own_file(root: Path, section: RobotRuns) -> list[Problem]:
-    path, fault, _ = plain_path(section.file or "")
-    if section.file is None or fault or Folder(root).status(path) != "file":
-        return []
-    try:
-        read_robot(root / path, path)
-    except CampaignError as error:
-        return list(error.problems)
+def _problems_of_file(root: Path, section: RobotRuns) -> list[Problem]:
+    entry = Folder(root).look_up(section.file or "")
+    if entry.status == "file":
+        try:
+            read_robot(root / entry.path, entry.path)
+        except CampaignError as error:
+            return list(error.problems)
     return []
-
-
-def _tracks(trials: Iterable[Trial], raw: Path, sheet: str, name: str) -> list[Problem]:
-    inside = Folder(raw)
-    above = sheet.rpartition("/")[0]
-    found = []
-    for trial in trials:
-        path = f"{above}/{trial.track}" if above else trial.track
-        status = inside.status(path)
-        if status == "file":
-            continue
-        outside = status == "outside"
-        allowed = (
-            "a file inside the raw folder; a link leads out of it"
-            if outside
-            else "a file that exists; the trial is dropped while its track is missing"
-        )
-        found.append(
-            Problem(
-                name, trial.row, "track", trial.track, allowed,
-                "robot-sheet.track-outside" if outside else "robot-sheet.track-missing",
-                "error" if outside else "warning",
-                nearest=None if outside else _beside(inside.nearest(path), above),
-            )
-        )  # fmt: skip
-    return found
-
-
-def _beside(path: str | None, above: str) -> str | None:
-    """Write a path as the sheet would, from the sheet's own folder."""
-    return path.removeprefix(f"{above}/") if path and above else path

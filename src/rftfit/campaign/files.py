@@ -1,0 +1,191 @@
+"""Files that a user names: read without harm, their paths kept where they belong."""
+
+from __future__ import annotations
+
+import os
+import posixpath
+import re
+import stat
+import unicodedata
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+Status = Literal["file", "folder", "other", "missing", "outside", "refused"]
+
+DEVICE = "a name that is no device of Windows, where it could not be a file"
+"""What is allowed instead of a name that `is_device`."""
+
+_DEVICES = frozenset(
+    ["con", "prn", "aux", "nul", "conin$", "conout$"]
+    + [f"{port}{number}" for port in ("com", "lpt") for number in "0123456789\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"]
+)  # fmt: skip
+_NEAREST_SEARCHES = 20
+_MOST_NAMES = 2000
+
+
+def read_text(path: Path, file: str, area: str, limit: int) -> str:
+    """Read a file of UTF-8 text; see `read_bytes` and `decode`."""
+    return decode(read_bytes(path, file, area, limit), file, area)
+
+
+def read_bytes(path: Path, file: str, area: str, limit: int) -> bytes:
+    """Read a regular file of at most `limit` bytes; `area` is the first part of a problem's code."""
+
+    def refusal(code: str, text: str) -> CampaignError:
+        return CampaignError([Problem(f"{area}.{code}", Place(file), None, text)])
+
+    try:
+        state = path.stat()
+        # a pipe or device would be read for ever
+        if not stat.S_ISREG(state.st_mode):
+            raise refusal("not-a-file", "this is a folder or device, not a file")
+        if state.st_size > limit:
+            text = (
+                f"{state.st_size / 1e6:.1f} MB are too large; at most {limit / 1e6:g} MB are read"
+            )
+            raise refusal("too-large", text)
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise refusal("missing", "the file does not exist") from None
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise refusal("unreadable", f"the file cannot be read: {why}") from error
+
+
+def decode(data: bytes, file: str, area: str) -> str:
+    """Decode UTF-8, with or without a byte order mark; all line ends become line feeds."""
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line, found = None, "UTF-16"
+        if not data.startswith((b"\xff\xfe", b"\xfe\xff")):
+            line = len(re.findall(rb"\r\n|\r|\n", data[: error.start])) + 1
+            found = f"byte {data[error.start]:#04x}"
+        allowed = "UTF-8 text; in a spreadsheet save as 'CSV UTF-8', in an editor choose UTF-8"
+        problem = Problem(f"{area}.not-utf8", Place(file, line=line), found, allowed)
+        raise CampaignError([problem]) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def is_device(name: str) -> bool:
+    """Whether Windows takes a name, whatever its ending, for a device and not a file."""
+    return name.partition(".")[0].rstrip(" ").casefold() in _DEVICES
+
+
+def folded(path: str) -> str:
+    """Drop what some disks do not tell apart: case, and accents written in one or two signs."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())
+
+
+def unshowable(text: str) -> str:
+    """Find the first sign that neither a page nor a drawing can show; empty if there is none."""
+    if text.isprintable():
+        return ""
+    signs = (
+        sign for sign in text if sign not in "\t\n" and unicodedata.category(sign) in ("Cc", "Cs")
+    )
+    return next(signs, "")
+
+
+class BadPath(Exception):
+    """A path that is refused as it is written; `code` is the last part of a problem's code."""
+
+    def __init__(self, code: str, allowed: str, nearest: str | None = None) -> None:
+        super().__init__(allowed)
+        self.code, self.allowed, self.nearest = code, allowed, nearest
+
+
+def plain_path(text: str) -> str:
+    """Return a relative path without its ``.`` parts, or raise `BadPath`."""
+    if "\\" in text:
+        raise BadPath("backslash", "write / and not backslashes", text.replace("\\", "/"))
+    if not text.strip() or not text.isprintable():
+        raise BadPath("path", "without control characters" if text.strip() else "not blank")
+    if text.startswith(("/", "~")) or re.match(r"[A-Za-z]:", text):
+        raise BadPath("path-outside", "a relative path, not an absolute one")
+    if ".." in text.split("/"):
+        raise BadPath("path-outside", "it must stay inside, without ..")
+    if any(is_device(part) for part in text.split("/")):
+        raise BadPath("reserved-name", DEVICE)
+    return posixpath.normpath(text)
+
+
+class Entry(NamedTuple):
+    """What a path leads to: where it cannot be used, `code`, `why` and `nearest` say more."""
+
+    path: str
+    status: Status
+    code: str = ""
+    why: str = ""
+    nearest: str | None = None
+
+
+class Folder:
+    """A folder and what lies inside it, with the look-ups remembered."""
+
+    def __init__(self, base: Path | str) -> None:
+        self.base = os.path.realpath(base)
+        self._parents: dict[str, str] = {}
+        self._names: dict[str, tuple[str, ...]] = {}
+        self._searches = 0
+
+    def look_up(self, written: str) -> Entry:
+        """Judge a path as it is written, and say what lies there."""
+        try:
+            path = plain_path(written)
+        except BadPath as bad:
+            return Entry(written, "refused", bad.code, bad.allowed, bad.nearest)
+        status = self.status(path)
+        if status == "outside":
+            return Entry(path, status, "path-outside", "a link leads out of it")
+        return Entry(path, status, nearest=self.nearest(path) if status == "missing" else None)
+
+    def status(self, path: str) -> Status:
+        """Say what lies at a path from `plain_path`; ``outside`` if links lead out of the folder."""
+        head, _, name = path.rpartition("/")
+        # one resolution per folder, not per file: a campaign has thousands of logs in a few folders
+        if head not in self._parents:
+            self._parents[head] = os.path.realpath(f"{self.base}/{head}") if head else self.base
+        full = f"{self._parents[head]}/{name}"
+        try:
+            mode = os.lstat(full).st_mode
+            if stat.S_ISLNK(mode):
+                full = os.path.realpath(full)
+                mode = os.stat(full).st_mode if self._inside(full) else 0  # noqa: PTH116
+        except (OSError, ValueError):
+            mode = None
+        if not self._inside(full):
+            return "outside"
+        if mode is None:
+            return "missing"
+        if stat.S_ISREG(mode):
+            return "file"
+        return "folder" if stat.S_ISDIR(mode) else "other"
+
+    def nearest(self, path: str) -> str | None:
+        """Find the file beside a missing one that was probably meant.
+
+        None too after many searches: a folder with nothing in it needs one message, not hints.
+        """
+        self._searches += 1
+        if self._searches > _NEAREST_SEARCHES:
+            return None
+        head, _, name = path.rpartition("/")
+        if head not in self._names:
+            self._names[head] = self._list(head)
+        found = did_you_mean(name, self._names[head])
+        return None if found is None else f"{head}/{found}" if head else found
+
+    def _inside(self, full: str) -> bool:
+        return full == self.base or full.startswith(self.base.rstrip("/\\") + os.sep)
+
+    def _list(self, head: str) -> tuple[str, ...]:
+        try:
+            names = sorted(os.listdir(f"{self.base}/{head}"))  # noqa: PTH208
+        except (OSError, ValueError):
+            return ()
+        return tuple(names) if len(names) <= _MOST_NAMES else ()

@@ -1,0 +1,118 @@
+"""The reader of rows: whatever a column asks for, in csv, tsv and workbooks."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from rftfit.campaign.problems import Place
+from rftfit.campaign.rows import Column, Schema, read_rows
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+LENGTHS = {"mm": 0.1, "cm": 1.0, "in": 2.54}
+SCHEMA = Schema(
+    "table",
+    (
+        Column("depth", meaning="depth", unit="cm", units=LENGTHS, also=("z",), low=0, high=50),
+        Column("side", "choice", "which side", choices=("left", "right")),
+        Column("load_N", needed=False, above=0),
+        Column("used", "flag", needed=False),
+    ),
+    comments=True,
+    others=True,
+)
+
+
+def written(folder: Path, text: str, name: str = "t.csv") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("header", "cell", "depth"),
+    [
+        ("depth_cm", "2.5", 2.5),
+        ("depth_mm", "25", 2.5),
+        ("Depth [mm]", "25", 2.5),
+        ("z (in)", "-0", 0.0),
+        ("z_in", "1e1", 25.4),
+    ],
+)
+def test_units_of_the_header(tmp_path: Path, header: str, cell: str, depth: float) -> None:
+    rows, problems = read_rows(
+        written(tmp_path, f"# a\n{header},note,side\n{cell},x,left\n"), SCHEMA
+    )
+    assert problems == []
+    assert rows[0].number["depth"] == pytest.approx(depth)
+    assert str(rows[0].number["depth"])[0] != "-"
+    assert (rows[0].text["side"], rows[0].row, rows[0].yes("used")) == ("left", 3, False)
+    assert "load_N" not in rows[0].number
+
+
+def test_a_range_is_in_the_columns_own_unit(tmp_path: Path) -> None:
+    rows, problems = read_rows(written(tmp_path, "depth_in,side\n10,left\n20,left\n"), SCHEMA)
+    assert rows[0].number["depth"] == pytest.approx(25.4)
+    assert [(one.place.row, one.code) for one in problems] == [(3, "table.out-of-range")]
+
+
+def test_every_problem_of_a_table_at_once(tmp_path: Path) -> None:
+    text = "depth_cm;side;load_N;used;load_N\n1,5;left;0;yes;\n\n51;lift;nan;oui;\n;right;1_0;no;\n"
+    path = written(tmp_path, text)
+    _, problems = read_rows(path, SCHEMA, "t.csv")
+    found = {(one.place, one.code.removeprefix("table.")): one.nearest for one in problems}
+    assert found == {
+        (Place("t.csv", 1, "load_N"), "duplicate-column"): None,
+        (Place("t.csv", 2, "depth"), "decimal-comma"): "1.5",
+        (Place("t.csv", 2, "load_N"), "out-of-range"): None,
+        (Place("t.csv", 4, "depth"), "out-of-range"): None,
+        (Place("t.csv", 4, "side"), "unknown-word"): "left",
+        (Place("t.csv", 4, "load_N"), "not-finite"): None,
+        (Place("t.csv", 4, "used"), "bad-flag"): None,
+        (Place("t.csv", 5, "depth"), "required"): None,
+        (Place("t.csv", 5, "load_N"), "not-a-number"): None,
+    }
+
+
+@pytest.mark.parametrize(
+    ("header", "codes"),
+    [
+        ("depth_ft,side", {"unknown-unit"}),
+        ("depth,side", {"missing-column"}),
+        ("depth_cm,z_mm,side", {"duplicate-column"}),
+        ("depth_cm", {"missing-column"}),
+        ("depth_cm|side|load_N", {"wrong-delimiter"}),
+    ],
+)
+def test_headers_that_cannot_be_used(tmp_path: Path, header: str, codes: set[str]) -> None:
+    path = written(tmp_path, f"{header}\n1,left\n")
+    _, problems = read_rows(path, SCHEMA)
+    header_codes = [one.code for one in problems if one.place.row == 1]
+    assert {code.removeprefix("table.") for code in header_codes} == codes
+    # a column without a known unit is one problem, not one of each row
+    assert "unknown-unit" not in codes or len(problems) == 1
+
+
+def test_a_lenient_table_marks_bad_cells_without_a_word(tmp_path: Path) -> None:
+    lenient = Schema("table", SCHEMA.columns, others=True, lenient=True)
+    path = written(tmp_path, "depth_cm,side\n1,left\nx,left\n2,up\n")
+    rows, problems = read_rows(path, lenient)
+    assert problems == []
+    assert [row.bad for row in rows] == [set(), {"depth"}, {"side"}]
+
+
+def test_any_table_may_be_a_workbook_or_tab_separated(tmp_path: Path) -> None:
+    openpyxl: Any = importlib.import_module("openpyxl")
+    book = openpyxl.Workbook()
+    for cells in (["depth (mm)", "side", "used"], [25, "right", True], [None, None, None]):
+        book.active.append(cells)
+    book.save(tmp_path / "t.xlsx")
+    text = "depth (mm)\tside\tused\n25\tright\ttrue\n"
+    for path in (tmp_path / "t.xlsx", written(tmp_path, text, "t.tsv")):
+        (row,), problems = read_rows(path, SCHEMA)
+        assert problems == []
+        assert (row.number["depth"], row.text["side"], row.yes("used")) == (2.5, "right", True)
