@@ -14,7 +14,7 @@ import pytest
 from rftfit.errors import InputError
 from rftfit.logs import registry as plugins_module
 from rftfit.logs.base import LogError
-from rftfit.logs.registry import DIALECTS, detect, dialect, dialects, faults
+from rftfit.logs.registry import DIALECTS, claimants, dialect, dialects, faults, head_of
 from rftfit.store import digests
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.provenance import changes_between, present_state
@@ -70,8 +70,7 @@ def test_the_example_of_the_documentation(install: Callable[..., None], tmp_path
     (log_text,) = blocks("text")
     path = tmp_path / "run1.olf"
     path.write_text(log_text, encoding="utf-8")
-    reader = detect(path)
-    assert reader is not None
+    (reader,) = claimants(head_of(path))
     assert reader.name == name
     assert "package ourlab-dialect" in reader.describe()
     log = reader.load(path)
@@ -114,8 +113,7 @@ def test_broken_ones_say_so_and_harm_nobody(install: Callable[..., None], tmp_pa
         dialect("a-broken")
     path = tmp_path / "log"
     path.write_bytes(b"OURS 1\n")
-    reader = detect(path)
-    assert reader is not None
+    reader = claimants(head_of(path))[0]
     assert reader.name == "failing"
     with pytest.raises(
         LogError, match="failing of package ourlab-failing failed: ZeroDivisionError"
