@@ -13,10 +13,11 @@ from page_inputs import HOLED, page_inputs
 from rftfit.campaign.config import Leg
 from rftfit.cli.scale import alpha_with_interval, coefficients_with_interval, scale_from
 from rftfit.measure.slopes import student_quantile
-from rftfit.model.forces import forces_on_elements
+from rftfit.model.forces import forces_on
 from rftfit.model.motion import THETA_DEG, rotation_poses, sweep, sweep_draws
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
+from rftfit.model.reference_kernel import element_forces, place
 from rftfit.model.scaling import published, with_interval
 from rftfit.page.live import references_of, used_coefficients, zeta_of
 from rftfit.page.page import render, write_page
@@ -90,7 +91,9 @@ def test_forces_on_every_element_equal_those_of_the_library(
             continue
         poses = rotation_poses(theta, item.hip_height_cm)
         for profile, ours in profiles(inputs, medium).items():
-            net, each = forces_on_elements(ours, leg_outline(item), poses)
+            leg = leg_outline(item)
+            net = forces_on(ours, leg, poses)
+            each = element_forces(ours, place(leg.body, leg.width_cm, poses))
             found = browser.evaluate(
                 f"(() => {{ const r = window.rftfit, p = r.data.profiles['{medium}']['{profile}'];"
                 f" const leg = r.data.legs['{name}'];"
