@@ -24,14 +24,9 @@ PROFILES = {
 LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
 
 
-def leg_name(leg: str) -> str:
-    """Name of a leg for people."""
-    return LEGS.get(leg, leg)
-
-
-def profile_name(profile: str) -> str:
-    """Name of a profile for people."""
-    return PROFILES.get(profile, profile)
+def name_of(key: str) -> str:
+    """Name of a profile or of a leg for people."""
+    return (PROFILES | LEGS).get(key, key)
 
 
 def value(x: float | None, digits: int = 3) -> str:
@@ -140,21 +135,22 @@ def number_column(
     heading: str,
     name: str,
     digits: int = 4,
-    ends: tuple[str, str] | None = None,
+    ends: str = "",
     note: str = "",
     show: Callable[[float | None], str] | None = None,
     **more: str,
 ) -> Column:
     """Column of numbers: a column of the results, with its interval.
 
-    `ends`: Columns of the results with the ends of the interval. `note`: Another that is printed
-    small. `show`: Prints the number, instead of `digits` after the point. `more`: Of `Column`.
+    `ends`: Columns of the results with the ends of the interval, braces in place of ``lo`` and ``hi``.
+    `note`: Another that is printed small. `show`: Prints the number, instead of `digits` after the
+    point. `more`: Of `Column`.
     """
 
     def cell(row: Row) -> Cell:
         text = show(row.get(name)) if show else value(row.get(name), digits)
-        interval = span(row.get(ends[0]), row.get(ends[1]), digits) if ends else ""
-        return Cell(text, (interval, *_note(row, note)))
+        lo, hi = (row.get(ends.format(end)) if ends else None for end in ("lo", "hi"))
+        return Cell(text, (span(lo, hi, digits), *_note(row, note)))
 
     return Column(heading, cell, "num", **more)
 

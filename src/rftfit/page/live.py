@@ -14,8 +14,7 @@ from rftfit.model.fourier import TERMS
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 from rftfit.model.scaling import GENERIC, Reference, published, reference_from, routine, routines
-from rftfit.page.cells import PROFILES, leg_name
-from rftfit.page.robot import robot_data
+from rftfit.page.cells import PROFILES, name_of
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ def live_data(results: Results) -> dict[str, Any]:
         ],
         "terms": list(TERMS),
         "legs": {name: _leg(leg) for name, leg in legs.items()},
-        "leg_names": {name: leg_name(name) for name in config.intruders},
+        "leg_names": {name: name_of(name) for name in config.intruders},
         "profile_names": PROFILES,
         "rate": config.arm.leg_speed_rad_per_s,
         "beta_deg": BETA_DEG.tolist(),
@@ -129,7 +128,6 @@ def live_data(results: Results) -> dict[str, Any]:
             }
             for medium, rows in predicted.groupby("medium")
         },
-        "robot": robot_data(results),
         "references": [
             {
                 "name": reference.name,
@@ -156,8 +154,8 @@ def _parameters(profile: Profile) -> dict[str, Any]:
             "kind": "table",
             "beta": profile.beta.tolist(),
             "gamma": profile.gamma.tolist(),
-            "z": _plain(profile.alpha_z),
-            "x": _plain(profile.alpha_x),
+            "z": as_lists(profile.alpha_z),
+            "x": as_lists(profile.alpha_x),
             "reason": profile.reason,
         }
     if isinstance(profile, DepthOnlyProfile):
@@ -166,10 +164,10 @@ def _parameters(profile: Profile) -> dict[str, Any]:
     return {"kind": "fourier", "values": profile.coefficients.tolist()}
 
 
-def _plain(values: FloatArray, digits: int | None = None) -> list[Any]:
-    """An array as nested lists, NaN as None; `digits` are the significant ones to keep."""
+def as_lists(values: FloatArray, digits: int | None = None) -> list[Any]:
+    """Turn an array into nested lists, NaN into None; `digits` are the significant ones to keep."""
     if values.ndim > 1:
-        return [_plain(row, digits) for row in values]
+        return [as_lists(row, digits) for row in values]
     return [_number(float(value), digits) for value in values]
 
 
@@ -197,13 +195,10 @@ def _cells(table: pd.DataFrame) -> dict[str, Any]:
     notes = {}
     for row in table.to_dict("records"):
         if note := "; ".join(text for text in (row["reason"], row["flags"]) if text):
-            place = (
-                np.abs(BETA_DEG - row["beta_deg"]).argmin(),
-                np.abs(GAMMA_DEG - row["gamma_deg"]).argmin(),
-            )
-            notes[f"{place[0]},{place[1]}"] = note
+            beta, gamma = np.abs(BETA_DEG - row["beta_deg"]), np.abs(GAMMA_DEG - row["gamma_deg"])
+            notes[f"{beta.argmin()},{gamma.argmin()}"] = note
     return {
-        f"{c}{end}": _plain(grid(table, column(c, end)), CURVE_DIGITS)
+        f"{c}{end}": as_lists(grid(table, column(c, end)), CURVE_DIGITS)
         for c in "zx"
         for end in ("", "_lo", "_hi")
     } | {"notes": notes}
@@ -214,7 +209,7 @@ def _curve(rows: pd.DataFrame) -> dict[str, Any]:
     rows = rows.sort_values("theta_deg")
     names = [f"force_{c}{end}_N" for c in "zx" for end in ("", "_lo", "_hi")]
     return {
-        name: _plain(rows[name].to_numpy(float), CURVE_DIGITS)
+        name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS)
         for name in ("theta_deg", *names)
         if name in rows
     }

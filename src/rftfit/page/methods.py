@@ -10,7 +10,7 @@ import rftfit
 from rftfit.campaign.config import Leg, Plate
 from rftfit.model.outlines import ELEMENTS
 from rftfit.model.scaling import published
-from rftfit.page.cells import leg_name, value
+from rftfit.page.cells import name_of, value
 from rftfit.page.live import scaled_from_print
 from rftfit.store.digests import digest_of
 
@@ -142,7 +142,7 @@ def _trial(results: Results) -> str:
     if not legs:
         return software
     first = next(iter(legs.values()))
-    names = ", ".join(leg_name(name) for name in legs)
+    names = ", ".join(name_of(name) for name in legs)
     source = (
         "interpolated from the measured table"
         if results.laboratory

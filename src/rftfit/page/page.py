@@ -11,23 +11,15 @@ from rftfit.page import tables
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest, versions
 from rftfit.page.outcome import outcome_of_runs
-from rftfit.page.robot import robot_tables
+from rftfit.page.robot import robot_data, robot_tables
 
 if TYPE_CHECKING:
     from rftfit.results import Results
 
 SCRIPTS = (
-    "kernel.js",
-    "student.js",
-    "scaling.js",
-    "drawing.js",
-    "maps.js",
-    "curves.js",
-    "viewer.js",
-    "calculator.js",
-    "robot.js",
-    "page.js",
-)
+    "kernel.js", "student.js", "scaling.js", "drawing.js", "maps.js", "curves.js", "viewer.js",
+    "calculator.js", "robot.js", "page.js",
+)  # fmt: skip
 """Parts of the script, in this order."""
 
 
@@ -48,7 +40,7 @@ def page(results: Results) -> str:
         context(results),
         style=style,
         script=script,
-        data=as_json(live_data(results)),
+        data=as_json(live_data(results) | {"robot": robot_data(results)}),
         policy=(
             f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
             "img-src data:; base-uri 'none'; form-action 'none'"

@@ -14,14 +14,15 @@ from rftfit.page.cells import (
     Column,
     Row,
     Table,
+    name_of,
     number_column,
     percent,
-    profile_name,
     records,
     span,
     text_column,
     value,
 )
+from rftfit.page.live import as_lists
 from rftfit.robot.speeds import share_within
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ def _best(optimum: pd.DataFrame) -> Table:
             number_column("Stride frequency, Hz", "frequency_Hz", 1),
             number_column(
                 f"Fastest {CURVATURE}", "best_curvature_times_R", 2,
-                ends=("best_curvature_lo", "best_curvature_hi"),
+                ends="best_curvature_{}",
             ),
             number_column("Its speed, cm/s", "speed_cm_per_s", 1),
             text_column("Calibrated", "calibrated"),
@@ -117,7 +118,7 @@ def _conditions(errors: pd.DataFrame) -> Table:
             )
             return Cell(value(one.get("simulated_cm_per_s"), 1), (interval, note))
 
-        return Column(f"{profile_name(profile)}, cm/s", cell, "num")
+        return Column(f"{name_of(profile)}, cm/s", cell, "num")
 
     return Table(
         "Measured and simulated speeds",
@@ -134,7 +135,7 @@ def _conditions(errors: pd.DataFrame) -> Table:
 
 
 def _profile() -> Column:
-    return text_column("Profile", lambda row: profile_name(row["profile"]))
+    return text_column("Profile", lambda row: name_of(row["profile"]))
 
 
 def robot_data(results: Results) -> dict[str, Any] | None:
@@ -149,13 +150,15 @@ def robot_data(results: Results) -> dict[str, Any] | None:
         for curvature in curvatures:
             own = part[np.isclose(part["curvature_times_R"], curvature)]
             mean = own.groupby("frequency_Hz")["speed_cm_per_s"].mean()
-            f, v = _plain(mean.index.to_series()), _plain(mean)
-            curves[str(name)].append({"curvature": curvature, "f": f, "v": v})
+            f, v = mean.index.to_numpy(float), mean.to_numpy(float)
+            curves[str(name)].append(
+                {"curvature": curvature, "f": as_lists(f, DIGITS), "v": as_lists(v, DIGITS)}
+            )
     names = ("curvature_times_R", "frequency_Hz", "measured_cm_per_s", "measured_sd_cm_per_s")
-    points: dict[str, list[Any]] = {name: _plain(measured[name]) for name in names}
+    points = {name: as_lists(measured[name].to_numpy(float), DIGITS) for name in names}
     points["calibrated"] = (measured["calibrated"] == "yes").tolist()
     return {
-        "profiles": {name: profile_name(name) for name in curves},
+        "profiles": {name: name_of(name) for name in curves},
         "curves": curves,
         "measured": points,
         "frames": _frames(results),
@@ -169,8 +172,3 @@ def _frames(results: Results) -> Any:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read: {error}") from error
-
-
-def _plain(values: pd.Series) -> list[float | None]:
-    numbers = values.to_numpy(float).tolist()
-    return [float(f"{one:.{DIGITS}g}") if np.isfinite(one) else None for one in numbers]

@@ -17,10 +17,9 @@ from rftfit.page.cells import (
     Column,
     Row,
     Table,
-    leg_name,
+    name_of,
     number_column,
     percent,
-    profile_name,
     records,
     share,
     span,
@@ -43,14 +42,10 @@ DEGREE = "\N{DEGREE SIGN}"
 VERDICTS = ("same", "differs", "paper inconsistent")
 
 
-def legs_of(results: Results) -> list[str]:
-    """Legs of the configuration."""
-    return [name for name, item in results.config.intruders.items() if isinstance(item, Leg)]
-
-
-def title_of(results: Results, medium: str, other: str = "") -> str:
-    """Title of a medium as the user wrote it, or else `other` or the name itself."""
-    return results.campaign.titles.get(medium, other or medium)
+def title_of(results: Results, medium: str) -> str:
+    """Title of a medium as the user wrote it."""
+    own = {"": "in air", GENERIC: "generic, no unit"}
+    return (own | results.campaign.titles).get(medium, medium)
 
 
 def summary(results: Results, outcome: Outcome) -> Table:
@@ -78,7 +73,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
             profile = "generic" if row["sand"] else "table"
             return Cell(lift.get((row["medium"], leg, profile), "not measured"))
 
-        name = leg_name(leg)
+        name = name_of(leg)
         return Column(name, cell, "num", "Error of peak lift", f"peak lift, {name}")
 
     def doubt(row: Row) -> Cell:
@@ -97,9 +92,9 @@ def summary(results: Results, outcome: Outcome) -> Table:
                 look="num", group="Runs", label="runs used",
             ),
             Column("dropped", runs_dropped, "num", "Runs", "runs dropped"),
-            number_column("zeta", "zeta", ends=("zeta_lo", "zeta_hi")),
-            number_column("chi", "chi", ends=("chi_lo", "chi_hi")),
-            *(peak(leg) for leg in legs_of(results)),
+            number_column("zeta", "zeta", ends="zeta_{}"),
+            number_column("chi", "chi", ends="chi_{}"),
+            *(peak(name) for name, item in results.config.intruders.items() if isinstance(item, Leg)),
             Column("Worst quality flag", doubt, "why", label="worst flag"),
         ],
         [
@@ -125,8 +120,7 @@ def coefficients(results: Results, method: str) -> Table:
                 return Cell(text, (note,))
             return Cell(f"[{text}]", (note,), "faint")
 
-        other = "generic, no unit" if medium == GENERIC else ""
-        return Column(title_of(results, medium, other), cell, "num")
+        return Column(title_of(results, medium), cell, "num")
 
     media = dict.fromkeys(str(row["medium"]) for row in rows)
     columns = [text_column("Term", "term"), *(of(medium) for medium in media)]
@@ -147,20 +141,17 @@ def scaling(results: Results) -> tuple[Table, Table]:
             return Cell("not fitted: one test only")
         return fitted.cell(row)
 
-    fitted = number_column(
-        "", "alpha_z_fit_N_per_cm3",
-        ends=("alpha_z_fit_lo_N_per_cm3", "alpha_z_fit_hi_N_per_cm3"),
-    )  # fmt: skip
+    fitted = number_column("", "alpha_z_fit_N_per_cm3", ends="alpha_z_fit_{}_N_per_cm3")
     columns = [
-        text_column("Medium", lambda row: title_of(results, row["medium"])),
+        _medium(results),
         text_column("Method", "method", note="reason"),
         number_column(
             ALPHA_Z + f" measured, {PER_CM3}", "alpha_z_measured_N_per_cm3",
-            ends=("alpha_z_measured_lo_N_per_cm3", "alpha_z_measured_hi_N_per_cm3"),
+            ends="alpha_z_measured_{}_N_per_cm3",
         ),
         Column(ALPHA_Z + f" fit, {PER_CM3}", fit, "num"),
-        number_column("chi", "chi", ends=("chi_lo", "chi_hi")),
-        number_column("zeta", "zeta", ends=("zeta_lo", "zeta_hi")),
+        number_column("chi", "chi", ends="chi_{}"),
+        number_column("zeta", "zeta", ends="zeta_{}"),
     ]  # fmt: skip
     method = results.config.fourier.method
     table = results.table("penetration.csv")
@@ -204,12 +195,8 @@ def reversal(results: Results) -> Table:
     ]
     return Table(
         "Peak lift of flat and reversed leg",
-        [
-            text_column("Medium", lambda row: title_of(results, row["found"].medium)),
-            *pairs,
-            Column("Deepest third of the reversed c-leg", deep, "why"),
-        ],
-        [{"found": found} for found in reversals(results)],
+        [_medium(results), *pairs, Column("Deepest third of the reversed c-leg", deep, "why")],
+        [{"medium": found.medium, "found": found} for found in reversals(results)],
     )
 
 
@@ -236,14 +223,14 @@ def leg_errors(results: Results) -> Table:
     return Table(
         "Leg errors",
         [
-            text_column("Medium", lambda row: title_of(results, row["medium"])),
-            text_column("Leg", lambda row: leg_name(row["leg"])),
-            text_column("Profile", lambda row: profile_name(row["profile"])),
+            _medium(results),
+            text_column("Leg", lambda row: name_of(row["leg"])),
+            text_column("Profile", lambda row: name_of(row["profile"])),
             text_column("Force", lambda row: f"F_{row['component']}"),
             number_column("Peak measured, N", "peak_measured_N", 2, note="reason"),
             number_column(
                 "Peak predicted, N", "peak_predicted_N", 2,
-                ends=("peak_predicted_lo_N", "peak_predicted_hi_N"),
+                ends="peak_predicted_{}_N",
             ),
             number_column("Error of peak", "peak_error_percent", show=percent),
             number_column("RMS error, N", "rms_error_N", 2),
@@ -262,14 +249,12 @@ def sands(results: Results) -> Table:
     return Table(
         "Natural sands",
         [
-            text_column("Sand", lambda row: title_of(results, row["medium"])),
+            _medium(results, "Sand"),
             text_column("Window", "window", note="reason"),
             number_column("Linear to, cm", "linear_to_cm", 2),
-            number_column(
-                ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", "alpha_z_N_per_cm3", ends=("lo", "hi")
-            ),
+            number_column(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", "alpha_z_N_per_cm3", ends="{}"),
             number_column("Departure from a line", "bend", show=share),
-            number_column("zeta", "zeta", ends=("zeta_lo", "zeta_hi")),
+            number_column("zeta", "zeta", ends="zeta_{}"),
         ],
         records(results.table("sands.csv")),
     )
@@ -280,7 +265,7 @@ def corrections(results: Results) -> Table:
     return Table(
         "Corrections",
         [
-            text_column("Sand", lambda row: title_of(results, row["medium"])),
+            _medium(results, "Sand"),
             text_column("Correction", "model"),
             number_column(Markup("factor of F<sub>z</sub>"), "factor_z", 2),
             number_column(Markup("factor of F<sub>x</sub>"), "factor_x", 2),
@@ -327,7 +312,7 @@ def dropped(results: Results, outcome: Outcome) -> Table:
         "Dropped runs",
         [
             text_column("Run", "run_id"),
-            text_column("Medium", lambda row: title_of(results, row["medium"]) or "in air"),
+            _medium(results),
             text_column("Kind", "kind"),
             text_column("Rows", "rows", look="num"),
             text_column("Reason", "reasons", look="why"),
@@ -350,6 +335,10 @@ def rows_of_logs(results: Results) -> Table:
         ],
         rows_by_reason(results),
     )
+
+
+def _medium(results: Results, heading: str = "Medium") -> Column:
+    return text_column(heading, lambda row: title_of(results, row["medium"]))
 
 
 def _significant(x: Any) -> str:
