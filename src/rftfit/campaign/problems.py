@@ -167,3 +167,17 @@ def _nearest(word: str, choices: tuple[str, ...]) -> str | None:
 
 def _plain(word: str) -> str:
     return word.strip().casefold().translate(_JOINTS)
+
+
+def choose(what: str, word: str, allowed: Sequence[str], more: str = "") -> str:
+    """Check a word against the allowed ones, and return it.
+
+    `what`: Its option or name, for the message. `more`: Said after the allowed words.
+    """
+    if word in allowed:
+        return word
+    nearest = did_you_mean(word, allowed)
+    hint = f"; did you mean '{nearest}'?" if nearest else ""
+    raise InputError(
+        f"{what}: found '{shown(word)}'; allowed: {listed(allowed)}{hint}{more and f' ({more})'}"
+    )
