@@ -13,11 +13,11 @@ import numpy as np
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import ANGLE_TOLERANCE_DEG, QUANTITIES, column
 from rftfit.model.draws import measured_profile
+from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import KINDS, DepthOnlyProfile, FourierProfile, Profile, scaled_generic
 from rftfit.model.scaling import (
-    ALL_METHODS,
     MediumFit,
     Reference,
     ScaledMedium,
@@ -27,6 +27,7 @@ from rftfit.model.scaling import (
     scale,
 )
 from rftfit.outputs.dictionary import column_of, describe
+from rftfit.reference import BETA_DEG, GAMMA_DEG
 from rftfit.store import read_csv, read_parquet
 
 if TYPE_CHECKING:
@@ -188,6 +189,39 @@ class Results:
         self._samples.move_to_end(name)
         return self._samples[name].copy(deep=False)
 
+    def alpha_table(self, medium: str) -> pd.DataFrame:
+        """Alpha of one medium on the published grid, each of its 7 x 13 cells once.
+
+        Parameters
+        ----------
+        medium : str
+
+        Returns
+        -------
+        pandas.DataFrame
+            By beta, then gamma.
+
+        Raises
+        ------
+        InputError
+            If the table is missing or damaged.
+        """
+        name = f"alpha/{medium}.csv"
+        table = self.table(name).sort_values(["beta_deg", "gamma_deg"], ignore_index=True)
+        numbers = table[[column(c, quantity) for c in "zx" for quantity in QUANTITIES]]
+        kinds = {str(kind) for kind in (*numbers.dtypes, *table.dtypes[["beta_deg", "gamma_deg"]])}
+        if not kinds <= {"float64", "int64"} or np.isinf(numbers).any(axis=None):
+            why = "a column of numbers holds something else"
+        else:
+            wanted = np.stack(np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij"), axis=-1)
+            found = table[["beta_deg", "gamma_deg"]].to_numpy(float)
+            if len(found) == wanted[..., 0].size and np.allclose(
+                found, wanted.reshape(-1, 2), rtol=0, atol=ANGLE_TOLERANCE_DEG
+            ):
+                return table
+            why = f"not the 7 x 13 angles of an alpha table, each once, but {len(table)} rows"
+        raise InputError(f"{self.path(name)}: {why}; make the table again with `rftfit run`")
+
     def fits(self, method: str | None = None) -> dict[str, MediumFit]:
         """Nine-term fits of the laboratory media, made from their alpha tables.
 
@@ -201,10 +235,10 @@ class Results:
         dict of str to MediumFit
             By medium; a medium without a usable grid has a reason instead of numbers.
         """
-        method = choose("method", method or self.config.fourier.method, ALL_METHODS)
+        method = choose("method", method or self.config.fourier.method, METHODS)
         for medium in self.laboratory:
             # read first: a stage must not get at a table that it does not declare
-            table = self.table(f"alpha/{medium}.csv")
+            table = self.alpha_table(medium)
             if (medium, method) not in self._fits:
                 self._fits[medium, method] = fit_medium(table, self.config, method)
         return {medium: self._fits[medium, method] for medium in self.laboratory}
@@ -279,7 +313,7 @@ class Medium:
     @property
     def alpha(self) -> pd.DataFrame:
         """Alpha over the angles with intervals, one row a cell, N/cm^3."""
-        return self.results.table(f"alpha/{self.name}.csv")
+        return self.results.alpha_table(self.name)
 
     @property
     def fits(self) -> pd.DataFrame:
@@ -361,7 +395,8 @@ class Medium:
             reference = self.results.reference(method)
             return scale(alpha, se, reference, self.results.config.fit.confidence)
         except ValueError as error:
-            raise InputError(f"{self.name}: {cell['reason'] or error}") from error
+            why = f"no alpha at (0, 90) deg: {cell['reason']}" if np.isnan(alpha) else str(error)
+            raise InputError(f"{self.name}: {why}") from error
 
     def profile(
         self, kind: str = "table", method: str | None = None, *, draws: bool = True
@@ -413,9 +448,7 @@ class Medium:
             try:
                 return self.scaled(method).profile
             except InputError as error:
-                name = f"generic, {self.name}"
-                why = f"{name}: no alpha at (0, 90) deg: {error}"
-                return FourierProfile(np.full(9, np.nan), name, why)
+                return FourierProfile(np.full(9, np.nan), f"generic, {self.name}", str(error))
         fits = self.results.fits(method)
         own, others = fits[self.name], [fit for fit in fits.values() if not fit.reason]
         name = f"generic ({own.method}) times zeta = {own.zeta:.4f} of {self.name}"
