@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from light_campaign import LABORATORY, SAND, alpha_frame, make_campaign, one_cell
 
 from rftfit.__main__ import main as stage
 from rftfit.cli import example
 from rftfit.cli.main import CRASH_FILE, crash_message
 from rftfit.cli.reenact import MARKER, Earlier, clear, find_earlier
-from rftfit.cli.scale import from_results
 from rftfit.errors import InputError, OutputError
+from rftfit.workflow import plates
 
-from .test_cli_predict import alpha_frame, here, results
+from .test_cli_predict import here, results
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -83,47 +84,27 @@ def test_an_example_whose_logs_cannot_be_had(here: Path, monkeypatch: pytest.Mon
 def test_an_example_without_an_alpha(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
     campaign = SimpleNamespace(config=SimpleNamespace(fit=SimpleNamespace(confidence=0.95)))
     lost = SimpleNamespace(name="a", plate="round", alpha=np.nan, reason="no contact")
-    monkeypatch.setattr(example, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
-    monkeypatch.setattr(example, "_runs", lambda *_: [lost])
-    monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
-    monkeypatch.setattr("rftfit.workflow.measure.check", lambda *_: None)
+    monkeypatch.setattr(plates, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
+    monkeypatch.setattr(plates, "_runs", lambda *_: [lost])
+    monkeypatch.setattr(plates, "load_campaign", lambda _: campaign)
+    monkeypatch.setattr(plates, "check", lambda *_: None)
     with pytest.raises(InputError, match="no run gives an alpha: a: no contact"):
-        example.run_plates(here / "config.yaml", here)
+        plates.run_plates(here / "config.yaml", here)
 
 
-def test_a_campaign_whose_tables_do_not_suffice(rftfit: Callable[..., Said], results: Path) -> None:
-    def why(*more: str) -> str:
-        said = rftfit(*LEG, "--results", results, *more)
-        assert said.code == 2, said.out
-        return said.err
-
+def test_a_test_without_its_error(rftfit: Callable[..., Said], results: Path) -> None:
     sand = results / "alpha" / "sand.csv"
-    whole = sand.read_text()
-    sand.write_text(re.sub(r"0\.003(?=,)", "", whole))
-    said = why("--medium", "sand", "--profile", "generic")
-    assert "alpha at (0, 90) deg has no standard error; make these tables again" in said
-    # nine coefficients of a medium whose table has a single cell
-    coefficients = results / "coefficients.csv"
-    rows = coefficients.read_text()
-    sand.write_text(whole)
-    own = "".join(
-        line.replace("poppy_LP", "sand") + "\n" for line in rows.splitlines() if "poppy_LP" in line
-    )
-    coefficients.write_text(rows + own)
-    said = why("--medium", "sand", "--profile", "fourier")
-    assert "has a fit that " in said
-    assert "1 measured cells are too few for" in said
-    coefficients.write_text(rows.splitlines()[0] + "\n")
-    said = why("--medium", "poppy_LP", "--profile", "fourier")
-    assert "no rows; a campaign without a medium measured over the grid has none" in said
+    sand.write_text(re.sub(r"0\.003(?=,)", "", sand.read_text()))
+    said = rftfit(*LEG, "--results", results, "--medium", "sand", "--profile", "generic", "--json")
+    assert "no number in " in said.err
+    assert "standard error" in said.err
 
 
 def test_an_interval_that_is_not_known(rftfit: Callable[..., Said], here: Path) -> None:
     from rftfit import reference
     from rftfit.store import write_csv
 
-    folder = here / "results"
-    (folder / "alpha").mkdir(parents=True)
+    folder = make_campaign(here / "c", {"poppy_LP": LABORATORY}, {})
     table = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     ends = [name for name in map(str, table) if "_lo_" in name or "_hi_" in name or "_se_" in name]
     table.loc[table["gamma_deg"] == 0, ends] = np.nan
@@ -135,14 +116,14 @@ def test_an_interval_that_is_not_known(rftfit: Callable[..., Said], here: Path) 
     )
 
 
-def test_a_campaign_scaled_with_the_published_media(here: Path) -> None:
-    from rftfit.model.scaling import routine
-
-    (here / "penetration.csv").write_text(
-        f'method,medium,chi\n"{routine("lsq", printed=True)}",yuma,1.2\n'
-    )
-    with pytest.raises(InputError, match="has no medium fitted by 'lsq', its sands are scaled"):
-        from_results(here, "lsq")
+def test_a_sand_scaled_with_the_published_media(rftfit: Callable[..., Said], here: Path) -> None:
+    folder = make_campaign(here / "c", {"sand": SAND}, {"sand": one_cell(0.7)})
+    words = ("--medium", "sand", "--profile", "generic", "--output")
+    assert rftfit(*LEG, "--results", folder, *words, "a.csv").code == 0
+    assert rftfit(*LEG, "--alpha", "0.7", "--se", "0.003", "--output", "b.csv").code == 0
+    one, other = ((here / name).read_text().splitlines() for name in ("a.csv", "b.csv"))
+    assert "published Tables S2 and S3" in one[3]
+    assert one[4:] == other[4:]
 
 
 def test_a_table_of_results_that_is_no_parquet(here: Path) -> None:

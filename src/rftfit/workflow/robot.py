@@ -7,21 +7,19 @@ import math
 import shutil
 import sys
 import time
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rftfit.campaign.problems import CampaignError
-from rftfit.compare.legs import laboratory_candidates
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError, RftfitError
 from rftfit.measure.ledger import COLUMNS as LEDGER_COLUMNS
 from rftfit.measure.ledger import DROPPED, USED
-from rftfit.model.fourier import TERMS
 from rftfit.model.outlines import arc
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
-from rftfit.model.scaling import fit_media, vertical_penetration
+from rftfit.model.profiles import Profile
 from rftfit.robot.body import element_series
 from rftfit.robot.calibrate import NAMED
 from rftfit.robot.config import paper_robot, read_robot
@@ -51,16 +49,13 @@ from rftfit.store import read_csv, write_csv
 from rftfit.store.digests import code_digest, digest_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     import pandas as pd
 
-    from rftfit.campaign.config import Config, RobotRuns
+    from rftfit.campaign.config import RobotRuns
     from rftfit.campaign.load import Campaign
-    from rftfit.compare.legs import Candidate
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Profile
     from rftfit.results import Results
     from rftfit.robot.config import Robot
     from rftfit.robot.run import RobotRun
@@ -199,38 +194,10 @@ def _sweep_tables(
 PROFILES = ("table", "generic", "depth_only")
 """Measured table, scaled generic coefficients, depth-only model: those of the paper's Fig. S13."""
 
-_GENERIC = "generic"
-
 
 def robot_profile(results: Results, name: str) -> Profile:
     """Profile of the robot's medium: one of `PROFILES`; NaN, with a reason, where there is no number."""
-    medium, method = results.campaign.robot_medium, results.config.fourier.method
-    if name != _GENERIC:
-        table = TableProfile.from_table(results[medium].alpha, f"measured table of {medium}")
-        return DepthOnlyProfile.of(table) if name == "depth_only" else table
-    coefficients = results.table("coefficients.csv")
-    own, reason = _terms(coefficients, medium, method)
-    m0, why = _terms(coefficients, _GENERIC, method)
-    zeta = float(vertical_penetration(own))
-    told = f"generic ({method}) times zeta = {zeta:.4f} of {medium}"
-    if not np.isfinite(own).all() or not np.isfinite(m0).all():
-        return FourierProfile(np.full(9, np.nan), told, reason or why)
-    return scaled_generic(zeta, m0, told)
-
-
-def _terms(coefficients: pd.DataFrame, medium: str, method: str) -> tuple[FloatArray, str]:
-    """Nine coefficients, a dropped term being 0; NaN and a reason where there are none."""
-    rows = coefficients[
-        (coefficients["method"] == method) & (coefficients["medium"] == medium)
-    ].drop_duplicates("coefficient")
-    rows = rows.set_index("coefficient").reindex(list(TERMS))
-    if rows["method"].isna().any():
-        return np.full(9, np.nan), f"no nine-term fit ({method}) of {medium}"
-    kept = rows["kept"].fillna(True).to_numpy(bool)
-    value = np.where(kept, rows["value_N_per_cm3"].to_numpy(float), 0.0)
-    reasons = [text for text in dict.fromkeys(rows["reason"]) if text]
-    reason = "; ".join(reasons) or f"a coefficient of {medium} is missing"
-    return value, "" if np.isfinite(value).all() else reason
+    return results[results.campaign.robot_medium].profile(name, draws=False)
 
 
 # --- Finished runs of a sweep, kept as they come, so that an interrupted sweep goes on from there.
@@ -460,37 +427,25 @@ INTERVAL_PROFILES = ("table", "generic")
 def robot_intervals(results: Results, threads: int) -> pd.DataFrame:
     """Half widths of speeds and best curvature, from runs of the robot on draws of alpha."""
     section, robot = robot_of(results.campaign)
-    tables = [results[medium].alpha for medium in results.laboratory]
-    candidates = _candidates(results.config, section.medium, tables)
+    every = {name: results[section.medium].profile(name) for name in INTERVAL_PROFILES}
+    # without a nine-term fit there is no generic profile
+    profiles = {name: one for name, one in every.items() if isinstance(one.spread, Profile)}
     measured = results.table("robot/measured.csv")
-    found = widths(robot, candidates, measured, results.config.fit.confidence, threads)
+    found = widths(robot, profiles, measured, results.config.fit.confidence, threads)
     found.insert(0, "medium", section.medium)
     return found[WIDTH_COLUMNS]
 
 
-def _candidates(config: Config, medium: str, tables: list[pd.DataFrame]) -> list[Candidate]:
-    """Profiles of the robot's medium with draws."""
-    method = config.fourier.method
-    fits = [fit for fit in fit_media(tables, config) if fit.method == method]
-    table = next(table for table in tables if table["medium"].iloc[0] == medium)
-    own = next(fit for fit in fits if fit.medium == medium)
-    found = laboratory_candidates(table, own, [fit for fit in fits if not fit.reason], config)
-    return sorted(
-        (one for one in found if one.name in INTERVAL_PROFILES),
-        key=lambda one: INTERVAL_PROFILES.index(one.name),
-    )
-
-
 def widths(
     robot: Robot,
-    candidates: list[Candidate],
+    profiles: Mapping[str, Profile],
     measured: pd.DataFrame,
     confidence: float,
     threads: int | None = None,
 ) -> pd.DataFrame:
     """Half widths for every measured condition, and of the best curvature, on each profile.
 
-    `candidates`: Profiles and their draws. `measured`: Measured conditions. `threads`: Default:
+    `profiles`: By name; the spread of each is a stack of draws. `measured`: Measured conditions. `threads`: Default:
     one for each core. Returns columns `rftfit.robot.intervals.WIDTH_COLUMNS` without the medium.
     """
     import pandas as pd
@@ -499,16 +454,19 @@ def widths(
     places = zip(known["frequency_Hz"], known["curvature_times_R"], strict=True)
     conditions = [Condition(*place) for place in dict.fromkeys(places)]
     rows: list[tuple[object, ...]] = []
-    for one in candidates:
-        draws = each_draw(one.draws, DRAWS)
-        found = speed_widths(robot, one.profile, draws, conditions, confidence, threads)
+    for name, profile in profiles.items():
+        stack, bare = profile.spread, copy(profile)
+        assert isinstance(stack, Profile)
+        bare.spread = None  # the processes need not carry it
+        draws = each_draw(stack, DRAWS)
+        found = speed_widths(robot, bare, draws, conditions, confidence, threads)
         rows += [
-            (one.name, SPEED, at.curvature_times_R, at.frequency_Hz, w.half, w.draws, w.reason)
+            (name, SPEED, at.curvature_times_R, at.frequency_Hz, w.half, w.draws, w.reason)
             for at, w in zip(conditions, found, strict=True)
         ]
-        many = each_draw(one.draws, BEST_DRAWS)
-        best = best_width(robot, one.profile, many, confidence, threads)
-        rows.append((one.name, BEST, math.nan, BEST_AT_HZ, best.half, best.draws, best.reason))
+        many = each_draw(stack, BEST_DRAWS)
+        best = best_width(robot, bare, many, confidence, threads)
+        rows.append((name, BEST, math.nan, BEST_AT_HZ, best.half, best.draws, best.reason))
     return pd.DataFrame(rows, columns=WIDTH_COLUMNS[1:])
 
 

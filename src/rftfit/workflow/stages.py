@@ -104,7 +104,7 @@ STAGES = (
     Stage(
         "robot_sweep", f"{_ROBOT}:robot_sweep", robot=True, parallel=True,
         settings=("fit", "fourier", "media", "robot"),
-        reads=("alpha/{laboratory}.csv", "coefficients.csv", "robot/measured.csv"),
+        reads=("alpha/{laboratory}.csv", "robot/measured.csv"),
         writes=("robot/runs_table.csv", "robot/runs_generic.csv", "robot/runs_depth_only.csv",
                 "robot/intervals.csv", "robot/speed.csv", "robot/optimum.csv", "robot/errors.csv"),
     ),
@@ -118,8 +118,8 @@ STAGES = (
                 "robot_full/errors.csv"),
     ),
     Stage(
-        "robot_motion", f"{_ROBOT}:robot_motion", robot=True, settings=("fourier", "robot"),
-        reads=("alpha/{robot}.csv", "coefficients.csv"),
+        "robot_motion", f"{_ROBOT}:robot_motion", robot=True,
+        settings=("fit", "fourier", "media", "robot"), reads=("alpha/{laboratory}.csv",),
         writes=("robot/motion.csv", "robot/frames.json"),
     ),
     Stage(

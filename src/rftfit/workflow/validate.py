@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.campaign.config import Leg
-from rftfit.compare.legs import laboratory_candidates, leg_errors, leg_prediction, sand_prediction
+from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.compare.published import (
     compare_alpha,
     compare_coefficients,
@@ -20,14 +20,7 @@ from rftfit.compare.sands import bend_of, corrections, linear_end
 from rftfit.measure.alpha import column
 from rftfit.measure.slopes import fit_slope
 from rftfit.measure.tare import NO_TARE_FLAG
-from rftfit.model.scaling import (
-    MediumFit,
-    fit_media,
-    published,
-    reference_of,
-    routine,
-    scale_new_medium,
-)
+from rftfit.model.scaling import published, routine, scale_new_medium
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,7 +30,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.sheet import Run
     from rftfit.compare.published import Item
     from rftfit.conventions import FloatArray
-    from rftfit.results import Results
+    from rftfit.results import Medium, Results
 
 
 # --- Stage 7: the force model on trial, against the measured legs.
@@ -55,20 +48,16 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     import pandas as pd
 
     settings = results.config
-    tables = {medium: results[medium].alpha for medium in results.laboratory}
-    beds = {medium: results[medium].alpha for medium in results.sands}
-    fits = [
-        f for f in fit_media(list(tables.values()), settings) if f.method == settings.fourier.method
-    ]
-    curves = [laboratory_curves(table, fits, settings) for table in tables.values()]
-    curves += [sand_curves(table, fits, settings) for table in beds.values()]
-    everything = pd.concat(curves, ignore_index=True)[PREDICTED_COLUMNS]
-    spread = {medium: bed_spread(table) for medium, table in (tables | beds).items()}
+    media = [results[name] for name in (*results.laboratory, *results.sands)]
+    curves = [one for medium in media if len(one := predicted_curves(medium))]
+    nothing = pd.DataFrame(columns=PREDICTED_COLUMNS)
+    everything = pd.concat(curves, ignore_index=True)[PREDICTED_COLUMNS] if curves else nothing
+    spread = {one.name: bed_spread(one.alpha) for one in media}
     measured = results.joined("legs/{medium}.csv")
     compared = leg_errors(measured, everything, spread, settings.fit.confidence)
     # a curve from the published media says so in this table too
-    note = reference_of(fits, settings).note
-    silent = compared["medium"].isin(list(beds)) & compared["reason"].isin(["", NO_TARE_FLAG])
+    silent = compared["medium"].isin(results.sands) & compared["reason"].isin(["", NO_TARE_FLAG])
+    note = results.reference().note if silent.any() else ""
     compared.loc[silent, "reason"] = [
         "; ".join(filter(None, (reason, note))) for reason in compared.loc[silent, "reason"]
     ]
@@ -91,48 +80,30 @@ def _legs(config: Config) -> dict[str, Leg]:
     return {name: item for name, item in config.intruders.items() if isinstance(item, Leg)}
 
 
-def laboratory_curves(table: pd.DataFrame, fits: list[MediumFit], config: Config) -> pd.DataFrame:
-    """Predict the force on all legs in one medium that was measured over the grid.
+def predicted_curves(medium: Medium) -> pd.DataFrame:
+    """Predict the force on all legs in one medium by every profile that it has.
 
-    `table`: Its alpha table. `fits`: Of all laboratory media, by the config's method. Returns
-    columns `COLUMNS`.
+    A natural sand has the generic one alone, and none where its penetration test gives no number,
+    which the penetration table says. A medium without a nine-term fit has no profile that needs one.
     """
     import pandas as pd
 
-    medium = str(table["medium"].iloc[0])
-    own = next(fit for fit in fits if fit.medium == medium)
-    reference = [fit for fit in fits if not fit.reason]
+    sand = medium.name in medium.results.sands
+    kinds = ("generic",) if sand else medium.kinds
+    profiles = {kind: medium.profile(kind) for kind in kinds}
+    config = medium.results.config
     parts = [
-        leg_prediction(candidate, leg, config).assign(
-            medium=medium, leg=name, profile=candidate.name
-        )
-        for candidate in laboratory_candidates(table, own, reference, config)
+        leg_prediction(profile, leg, config).assign(medium=medium.name, leg=name, profile=kind)
+        for kind, profile in profiles.items()
+        if kind in ("table", "depth_only") or not profile.reason
         for name, leg in _legs(config).items()
     ]
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=PREDICTED_COLUMNS)
-
-
-def sand_curves(table: pd.DataFrame, fits: list[MediumFit], config: Config) -> pd.DataFrame:
-    """Predict the force on all legs in one natural sand from its penetration test.
-
-    `table`: Its alpha table. `fits`: Of the laboratory media; with fewer than two usable ones the
-    published five serve. Returns columns `COLUMNS`; empty where the test gives no number, which
-    the penetration table says.
-    """
-    import pandas as pd
-
-    medium = str(table["medium"].iloc[0])
-    reference = reference_of(fits, config)
-    try:
-        parts = [
-            sand_prediction(table, reference, leg, config).assign(
-                medium=medium, leg=name, profile="generic"
-            )
-            for name, leg in _legs(config).items()
-        ]
-    except ValueError:
-        parts = []
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=PREDICTED_COLUMNS)
+    curves = (
+        pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=PREDICTED_COLUMNS)
+    )
+    if sand and len(curves):
+        curves.loc[curves["reason"] == "", "reason"] = medium.results.reference().note
+    return curves
 
 
 # --- Natural sands: the stated linear regime beside the detected one, and zeta from each.
