@@ -113,7 +113,9 @@ def read_log(path: str | Path, dialect: str | None = None) -> Log:
     from rftfit.logs import registry
 
     path = Path(path)
-    reader = registry.detect(path) if dialect is None else registry.dialect(dialect)
+    if dialect is not None:
+        return registry.dialect(dialect).load(path)
+    reader = next(iter(registry.claimants(registry.head_of(path))), None)
     if reader is None:
         raise InputError(
             f"{path}: no reader knows such a file; allowed: {', '.join(registry.dialects())}; see "
