@@ -126,7 +126,7 @@ def write_animation(
 def ranges(tail: pd.DataFrame) -> dict[str, tuple[float, float]]:
     """Least and greatest of what matters, over the last two strides.
 
-    `tail`: From `rftfit.workflow.figures.tail_of`. Returns by column.
+    `tail`: From `rftfit.workflow.robot.tail_of`. Returns by column.
     """
     names = ["velocity_x_cm_per_s", "z_cm", "pitch_deg"]
     names += [n for n in tail.columns if n.startswith(("force_z_tripod", "force_x_tripod"))]
@@ -249,7 +249,7 @@ def simulate(
     from rftfit.cli.predict import _check_together, _source
     from rftfit.robot.config import paper_robot, read_robot
     from rftfit.robot.run import simulate as run_robot
-    from rftfit.workflow.figures import SAMPLES, tail_of
+    from rftfit.workflow.robot import SAMPLES, tail_of
 
     kind = None if profile is None else profile.replace("_", "-")
     _check_together(medium, kind, results, method, alpha, None)
