@@ -21,10 +21,6 @@ class InputError(RftfitError):
     exit_code = 2
 
 
-class NothingToDraw(InputError):
-    """A figure has nothing to show, which the message explains; `rftfit.figures.style` prints it."""
-
-
 class OutputError(RftfitError):
     """A result cannot be written."""
 
