@@ -12,6 +12,7 @@ from rftfit import conventions
 from rftfit.figures import captions, leg_panels, style
 from rftfit.figures.registry import figure
 from rftfit.figures.traces import alpha_of, by_run, stress_of, thin
+from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -342,7 +343,8 @@ def tare(results: Results, medium: str) -> Figure:
     tares, samples = results.table(f"tares/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     known = tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
     if known.empty:
-        return style.missing(f"{medium}: no plate run has a tare to draw")
+        why = [reason or NO_TARE_FLAG for reason in dict.fromkeys(tares["reason"])]
+        return style.missing(f"{medium}: no plate run has a tare to draw", why)
     deepest = known.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
     part = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]
     depth = part["depth_cm"].to_numpy(float)
