@@ -47,8 +47,10 @@ def draw(project: Path, root: Path, png: Path) -> None:
     from rftfit.lab import plan_runs
     from rftfit.lab.enact import run_logs
     from rftfit.lab.write import sheet_text
+    from rftfit.measure.fits import fit_medium
+    from rftfit.measure.ingest import ingest_medium
+    from rftfit.measure.tare import tare_medium
     from rftfit.workflow.figures import stress_samples
-    from rftfit.workflow.measure import fit_medium, ingest_medium, tare_medium
 
     (root / "config").mkdir()
     shutil.copy(project / "config" / "config.yaml", root / "config")
@@ -88,8 +90,7 @@ def _prepare(app: Sphinx) -> None:
 
     png = Path(app.srcdir) / "_build" / "figures" / NAME
     made_by = png.with_suffix(".digest")
-    stages = (f"rftfit.stages.{name}" for name in ("ingest", "tare", "slopes", "figures"))
-    code = code_digest("rftfit.lab", *stages)
+    code = code_digest("rftfit.lab", "rftfit.workflow.measure", "rftfit.workflow.figures")
     if png.is_file() and made_by.is_file() and made_by.read_text(encoding="utf-8") == code:
         return
     with tempfile.TemporaryDirectory() as place:

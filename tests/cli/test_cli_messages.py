@@ -94,7 +94,7 @@ def test_an_example_without_an_alpha(monkeypatch: pytest.MonkeyPatch, here: Path
     monkeypatch.setattr(example, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
     monkeypatch.setattr(example, "_runs", lambda *_: [lost])
     monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
-    monkeypatch.setattr("rftfit.workflow.measure.check", lambda *_: None)
+    monkeypatch.setattr("rftfit.measure.ledger.check", lambda *_: None)
     with pytest.raises(InputError, match="no run gives an alpha: a: no contact"):
         example.run_plates(here / "config.yaml", here)
 

@@ -379,8 +379,8 @@ def run_plates(config: Path, results: Path) -> str:
     from rftfit.figures.plates import draw_plates
     from rftfit.figures.protocol import draw_clocks
     from rftfit.figures.style import save
+    from rftfit.measure.ledger import check
     from rftfit.store import write_csv, write_text
-    from rftfit.workflow.measure import check
 
     campaign = load_campaign(config)
     chain = _chain(campaign)
@@ -432,9 +432,11 @@ def _chain(campaign: Campaign) -> _Chain:
     """Go through ingest, tare and slopes, as the workflow does."""
     import pandas as pd
 
-    from rftfit.measure.ledger import Why
+    from rftfit.measure.fits import fit_medium
+    from rftfit.measure.ingest import ingest_traces, samples_of
+    from rftfit.measure.ledger import RowStatus, join
     from rftfit.measure.strokes import split_runs
-    from rftfit.workflow.measure import fit_medium, ingest_traces, join, samples_of, tare_medium
+    from rftfit.measure.tare import tare_medium
 
     parts: list[_Chain] = []
     for medium in campaign.media_with_runs:
@@ -442,7 +444,7 @@ def _chain(campaign: Campaign) -> _Chain:
         status = pd.DataFrame(rows)
         tared, tares, second = tare_medium(campaign, medium, samples_of(traces), status)
         fits, windows, third = fit_medium(campaign, medium, status, tared, tares)
-        good = windows["why"].to_numpy() == Why.GOOD
+        good = windows["why"].to_numpy() == RowStatus.GOOD
         stress = {}
         for name, place in split_runs(tared).items():
             area = campaign.config.intruders[campaign.by_id[name].intruder]

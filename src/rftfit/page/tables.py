@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rftfit.figures.style import number
-from rftfit.measure.ledger import DROPPED, USED, Why
+from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import PRINTED_NOTE, routines
 
@@ -98,8 +98,8 @@ _USED_AS = {
 }
 _ROUTINE = {
     why.text
-    for why in Why
-    if why not in (Why.GOOD, Why.SATURATED, Why.MOTION_GAP)
+    for why in RowStatus
+    if why not in (RowStatus.GOOD, RowStatus.SATURATED, RowStatus.MOTION_GAP)
 }  # fmt: skip
 # what is worst first; each is a part of the text that the ingest and slope stages write
 _SEVERITY = (
@@ -167,7 +167,7 @@ def row_fates(ledger: pd.DataFrame) -> list[dict[str, object]]:
     """
     if ledger.empty:
         return []
-    known = _ROUTINE | {Why.SATURATED.text, Why.MOTION_GAP.text}
+    known = _ROUTINE | {RowStatus.SATURATED.text, RowStatus.MOTION_GAP.text}
     rest = (ledger["fate"] == DROPPED) & ~ledger["reason"].isin(known)
     # a note about the clocks may follow what the rows were used for
     short = ledger["reason"].str.split(";").str[0].mask(rest, "the whole run, or damaged rows")

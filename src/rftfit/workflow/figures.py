@@ -22,12 +22,12 @@ from rftfit.figures.quality import draw_quality
 from rftfit.figures.robot import draw_motion, draw_optimum, draw_reaction, draw_speeds
 from rftfit.figures.sands import draw_penetration
 from rftfit.figures.style import draw_missing, drawn, save
-from rftfit.measure.ledger import Why
+from rftfit.measure.ingest import ingest_traces
+from rftfit.measure.ledger import RowStatus
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.fourier import evaluate
 from rftfit.robot.run import simulate
 from rftfit.store import read_csv, read_parquet, write_csv
-from rftfit.workflow.measure import ingest_traces
 from rftfit.workflow.robot import PROFILES, robot_of, robot_profile
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFram
                 for what, column in (("stress", "force"), ("tare", "tare"))
                 for c in "zx"
             },
-            "in_window": windows["why"].to_numpy() == Why.GOOD,
+            "in_window": windows["why"].to_numpy() == RowStatus.GOOD,
         }
     )
     plates: pd.DataFrame = samples[np.isfinite(area)].reset_index(drop=True)
