@@ -21,9 +21,9 @@ from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
 from rftfit.lab import plan_runs
 from rftfit.lab.write import sheet_text
+from rftfit.measure.ingest import ingest_medium
 from rftfit.outputs.dictionary import KINDS, column_of, describe, outputs
 from rftfit.store import write_csv
-from rftfit.workflow.measure import ingest_medium
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.run_stage import run_stage
 

@@ -48,7 +48,9 @@ def draw(project: Path, root: Path, png: Path) -> None:
     from rftfit.lab import plan_runs
     from rftfit.lab.enact import run_logs
     from rftfit.lab.write import sheet_text
-    from rftfit.workflow.measure import fit_medium, ingest_medium, tare_medium
+    from rftfit.measure.fits import fit_medium
+    from rftfit.measure.ingest import ingest_medium
+    from rftfit.measure.tare import tare_medium
 
     (root / "config").mkdir()
     shutil.copy(project / "config" / "config.yaml", root / "config")

@@ -38,8 +38,8 @@ def written(results: Results, folder: Path) -> dict[str, Path]:
 
 
 def files(room: Room) -> dict[str, Path]:
+    from rftfit.measure.fits import fit_medium
     from rftfit.store import read_csv
-    from rftfit.workflow.measure import fit_medium
 
     results = room.chain()
     paths = written(results, room.folder)
