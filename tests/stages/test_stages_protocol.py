@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
+from rftfit.workflow.figures import figure_linearity, figure_protocol
 
 from rftfit.campaign.load import load_campaign
 from rftfit.figures import protocol
 from rftfit.store import write_csv, write_parquet
 from rftfit.workflow import figures
-from rftfit.workflow.figures import figure_linearity, figure_protocol
 
 if TYPE_CHECKING:
     from pathlib import Path

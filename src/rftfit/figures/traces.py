@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit import conventions
-from rftfit.measure.ledger import Why
+from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Mapping
@@ -57,7 +57,7 @@ def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFram
                 for what, column in (("stress", "force"), ("tare", "tare"))
                 for c in "zx"
             },
-            "in_window": windows["why"].to_numpy() == Why.GOOD,
+            "in_window": windows["why"].to_numpy() == RowStatus.GOOD,
         }
     )
     plates: pd.DataFrame = samples[np.isfinite(area)]

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rftfit.measure.ledger import DROPPED, USED, Why
+from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.page.cells import records
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _USED_AS = {
 }
 """What rows of each kind of run are used for, as the ledger says it."""
 
-_EXPECTED = {why.text for why in Why if why not in (Why.GOOD, Why.SATURATED, Why.MOTION_GAP)}
+_EXPECTED = {why.text for why in RowStatus if why not in (RowStatus.GOOD, RowStatus.SATURATED, RowStatus.MOTION_GAP)}
 """Reasons for which rows of every good run are dropped."""
 
 _GRAVEST_FIRST = (
@@ -89,7 +89,7 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
     Returns ``fate, reason, runs, rows``, the largest number of rows first within each fate.
     """
     ledger = results.table("ledger.csv")
-    known = {*_EXPECTED, Why.SATURATED.text, Why.MOTION_GAP.text}
+    known = {*_EXPECTED, RowStatus.SATURATED.text, RowStatus.MOTION_GAP.text}
     special = (ledger["fate"] == DROPPED) & ~ledger["reason"].isin(known)
     # a note about the clocks may follow what the rows were used for
     reason = ledger["reason"].str.split(";").str[0].mask(special, "the whole run, or damaged rows")

@@ -10,13 +10,15 @@ import numpy as np
 from rftfit.campaign.load import load_campaign
 from rftfit.compare.sands import by_plate, depth_exponent, size_exponent
 from rftfit.errors import InputError
-from rftfit.measure.ledger import Why
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ingest import ingest_traces, samples_of
+from rftfit.measure.ledger import RowStatus, check, join
 from rftfit.measure.strokes import split_runs
+from rftfit.measure.tare import tare_medium
 from rftfit.model.outlines import CURVATURES, model_leg
 from rftfit.model.prediction import predict
 from rftfit.model.scaling import scale
 from rftfit.store import write_csv
-from rftfit.workflow.measure import check, fit_medium, ingest_traces, join, samples_of, tare_medium
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,7 +38,7 @@ class Penetration:
 
     `clock_s`: Offset of the clocks, motion minus force.
     `alpha`: alpha_z(0, 90 deg), N/cm^3.
-    `reason`: Why there is no alpha.
+    `reason`: RowStatus there is no alpha.
     """
 
     name: str
@@ -147,7 +149,7 @@ def _chain(campaign: Campaign) -> _Chain:
         status = pd.DataFrame(rows)
         tared, tares, second = tare_medium(campaign, medium, samples_of(traces), status)
         fits, windows, third = fit_medium(campaign, medium, status, tared, tares)
-        good = windows["why"].to_numpy() == Why.GOOD
+        good = windows["why"].to_numpy() == RowStatus.GOOD
         stress = {}
         for name, place in split_runs(tared).items():
             area = campaign.config.intruders[campaign.by_id[name].intruder]
