@@ -33,10 +33,10 @@ _PROBLEMS: dict[str, tuple[int, int, str]] = {
 }
 """Calls that make a problem: places of its text and its code among the arguments, start of the code."""
 
-_TEXT_AT = {"LogError": 1, "StrokeError": 1, "Verdict": 1, "Width": 2}
+_TEXT_AT = {"LogError": 1, "StrokeError": 1, "Assessment": 1, "Width": 2}
 """Calls whose text is not their first argument."""
 
-_SAID = {"warn", "BadParameter", "refuse", "Verdict", "Width", "draw_missing"}
+_SAID = {"warn", "BadParameter", "refuse", "Assessment", "Width", "draw_missing"}
 """Calls, other than of errors, whose text is shown."""
 
 _BUILTIN = {"ValueError", "OSError", "TypeError"}

@@ -20,9 +20,9 @@ from rftfit.page.robot import RobotTables
 from rftfit.report.captions import measured, modelled, robot
 from rftfit.report.captions.run import NUMBERS, Captions
 from rftfit.report.captions.words import escaped, rst
-from rftfit.robot.calibrate import NAMED
 from rftfit.robot.intervals import BEST, SPEED
 from rftfit.robot.speeds import published_speeds, speed_errors
+from rftfit.robot.sweep import CALIBRATED_ON
 
 if TYPE_CHECKING:
     from rftfit.page.page import PageInputs
@@ -50,7 +50,7 @@ def whole_inputs(nasty: bool = False) -> PageInputs:
 
 def robot_tables_of(nasty: bool) -> RobotTables:
     """A sweep on two profiles, 10 % and 100 % faster than measured, three runs of it fallen."""
-    measured = published_speeds("poppy_LP", list(NAMED.values()))
+    measured = published_speeds("poppy_LP", list(CALIBRATED_ON.values()))
     if nasty:
         measured["condition"] = NASTY
     grid = [(round(k, 2), f) for k in np.arange(-1, 1.01, 0.2) for f in (1.0, 5.0)]

@@ -18,9 +18,9 @@ from rftfit.errors import InputError
 from rftfit.model.profiles import TableProfile
 from rftfit.page.page import render, write_page
 from rftfit.page.robot import RobotTables, read_robot_tables, robot_data, robot_tables
-from rftfit.robot.calibrate import NAMED
 from rftfit.robot.config import paper_robot
 from rftfit.robot.speeds import published_speeds, speed_errors
+from rftfit.robot.sweep import CALIBRATED_ON
 from rftfit.store import write_csv
 from rftfit.workflow.robot import CURVATURES, FRAMES, FREQUENCIES_HZ, frames_of
 
@@ -35,7 +35,7 @@ def frames() -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def robot(frames: dict[str, Any]) -> RobotTables:
-    measured = published_speeds("poppy_LP", list(NAMED.values()))
+    measured = published_speeds("poppy_LP", list(CALIBRATED_ON.values()))
     parts, runs = [], []
     for name, factor in (("table", 1.1), ("depth_only", 2.0)):
         speed = measured["speed_cm_per_s"] * factor
