@@ -98,4 +98,4 @@ lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer v
 
 clean: ## delete all results and caches; raw logs and .venv stay
 	rm -rf results .snakemake .mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage dist build
-	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+	find src tests benchmarks studies -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -36,7 +36,7 @@ from rftfit.robot.intervals import (
     speeds_of,
 )
 from rftfit.robot.run import Condition
-from rftfit.robot.sensitivity import optimum
+from rftfit.robot.sweep import optimum
 from rftfit.workflow.validate import bed_spread
 
 if TYPE_CHECKING:

@@ -11,7 +11,6 @@ import pytest
 
 from rftfit.compare.robot import COLUMNS, optima, reading, robot_claims
 from rftfit.reference import load
-from rftfit.robot.calibrate import NAMED
 from rftfit.robot.speeds import (
     ERRORS,
     MEASURED,
@@ -20,8 +19,9 @@ from rftfit.robot.speeds import (
     share_within,
     speed_errors,
 )
+from rftfit.robot.sweep import CALIBRATED_ON
 
-PLACES = list(NAMED.values())
+PLACES = list(CALIBRATED_ON.values())
 
 
 def trials() -> pd.DataFrame:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from ingredients import compared, ingredients, summary
 
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
-from rftfit.robot.ingredients import compared, ingredients, summary
 from rftfit.robot.speeds import published_speeds
 
 MEDIUM = "poppy_LP"

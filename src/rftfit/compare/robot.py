@@ -34,7 +34,7 @@ _CAUSES = {
     "generic": "nine terms lift a belly that slides level, where the measured table has next to no lift",
     "depth_only": "without the direction of stress they push like c-legs (as the model legs do)",
 }
-"""Of the generic profile by exchanging its ingredients (`rftfit.robot.ingredients`); of depth-only as on
+"""Of the generic profile by exchanging its ingredients (`studies/ingredients.py`); of depth-only as on
 the model legs, whose reversed c-leg it lifts like a c-leg."""
 
 _SPEED_TOLERANCE, _CURVATURE_TOLERANCE = 0.1, 0.04

@@ -1,9 +1,9 @@
 """How far the speed and best curvature of the robot depend on the errors of alpha.
 
-A speed is nearly linear in alpha and hangs on dozens of its cells, so its error is close to normal:
-few draws of alpha give its width, and Student's t with as many degrees of freedom makes up for their
-being few. Speeds of the draws are compared with that of the profile itself at the same, coarser time
-step, whose own error is the same in both and cancels.
+A speed is nearly linear in alpha and depends on dozens of its cells, so its error is close to normal:
+a few draws of alpha give its width, with Student's t for as many degrees of freedom. Speeds of the
+draws are compared with that of the profile itself at the same coarser time step, whose own error
+cancels.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ import numpy as np
 
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 from rftfit.robot.run import Condition
-from rftfit.robot.sensitivity import BEST_AT_HZ, CURVATURES
-from rftfit.robot.sweep import best_curvature, run_all
+from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, best_curvature, run_all
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,13 +28,13 @@ if TYPE_CHECKING:
 
 
 DRAWS = 8
-"""For speeds: a half width is then good to a quarter; there are dozens of conditions."""
+"""For speeds, in dozens of conditions: a half width is then known to a quarter of itself."""
 
 BEST_DRAWS = 40
 """For the best curvature, of which there is one."""
 
 COARSER = 4
-"""Time steps of the draws are so many times longer."""
+"""How many times longer the time step of the draws is."""
 
 WIDTH_COLUMNS = [
     "medium", "profile", "quantity", "curvature_times_R", "frequency_Hz", "half_width", "draws",
@@ -50,12 +49,7 @@ _AT_END = "the fastest curvature lies at the end of those that were tried"
 
 @dataclass(frozen=True)
 class Width:
-    """Half the width of an interval.
-
-    `half`: NaN where it is not known.
-    `draws`: Behind it.
-    `reason`: Why it is not known; else empty.
-    """
+    """Half the width of an interval, from so many draws; NaN with a reason where it is unknown."""
 
     half: float
     draws: int
@@ -63,10 +57,7 @@ class Width:
 
 
 def each_draw(stack: Profile, count: int) -> list[Profile]:
-    """Take the first draws of a stack apart.
-
-    `stack`: With a leading axis of draws. `count`: At most as many as there are.
-    """
+    """Split the first draws off a stack: profiles with a leading axis of draws."""
     if isinstance(stack, TableProfile):
         return [_cells(stack, place) for place in range(min(count, len(stack.alpha_z)))]
     if isinstance(stack, FourierProfile):
@@ -95,10 +86,7 @@ def speeds_of(
     robot: Robot, profiles: Sequence[Profile], conditions: Sequence[Condition],
     threads: int | None = None,
 ) -> FloatArray:  # fmt: skip
-    """Run every condition on every profile.
-
-    Returns shape (profiles, conditions): cm/s; NaN where a run is not steady.
-    """
+    """Speeds (profiles, conditions), cm/s; NaN where a run is not steady."""
     rows = [
         [run.speed_cm_per_s for run in run_all(robot, profile, conditions, threads)]
         for profile in profiles
@@ -107,11 +95,9 @@ def speeds_of(
 
 
 def half_width(values: FloatArray, own: float, confidence: float) -> Width:
-    """Half the width of the interval of a number that few draws are known of.
+    """Half the width of an interval from the values of a few draws, which scatter about `own`.
 
-    `values`: shape (draws,); Of the draws. `own`: Of the profile itself, which the draws scatter
-    about. Returns not known where any draw has no number: leaving it out would make the interval
-    too narrow.
+    It is unknown where a draw has no value: without that draw the interval would be too narrow.
     """
     from scipy.special import stdtrit
 
@@ -132,9 +118,9 @@ def speed_widths(
     confidence: float,
     threads: int | None = None,
 ) -> list[Width]:
-    """Half widths of the intervals of the speed, cm/s.
+    """Half widths of the intervals of the speed (cm/s) in each condition.
 
-    `draws`: The same under the errors of alpha. Returns in the order of the conditions.
+    `draws`: of the profile, under the errors of alpha.
     """
     found = speeds_of(coarser(robot), [profile, *draws], conditions, threads)
     return [half_width(column[1:], float(column[0]), confidence) for column in found.T]
@@ -149,11 +135,11 @@ def best_width(
 ) -> Width:
     """Half the width of the interval of the best curvature R'/r at 5 Hz.
 
-    Returns not known where the fastest curvature is the last one: beyond it nobody looked.
+    It is unknown where the fastest curvature is the first or the last that was tried.
     """
-    conditions = [Condition(BEST_AT_HZ, value) for value in CURVATURES]
+    conditions = [Condition(BEST_AT_HZ, value) for value in BEST_CURVATURES]
     found = speeds_of(coarser(robot), [profile, *draws], conditions, threads)
-    own, *others = (best_curvature(np.array(CURVATURES), row)[0] for row in found)
-    if own in (CURVATURES[0], CURVATURES[-1]):
+    own, *others = (best_curvature(np.array(BEST_CURVATURES), row)[0] for row in found)
+    if own in (BEST_CURVATURES[0], BEST_CURVATURES[-1]):
         return Width(math.nan, len(others), _AT_END)
     return half_width(np.array(others), own, confidence)

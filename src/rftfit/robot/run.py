@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from rftfit.robot.config import Numerics, Robot
 
 
-# --- Motion and ground reaction forces of a run over time.
-
-
 @dataclass(frozen=True)
 class Series:
     """Motion and forces, one entry a sample.
@@ -57,11 +54,7 @@ class Series:
     def of(
         cls, groups: tuple[str, ...], time: FloatArray, turned: FloatArray, rows: FloatArray
     ) -> Series:
-        """Name the columns of the stepper's samples.
-
-        `time`, `turned`: shape (n,); s, and the angle of the legs of phase 0, rad. `rows`: shape
-        (n, 9 + 2 groups).
-        """
+        """Name the columns of the stepper's samples; `turned` (rad) is the legs' angle."""
         x, z, pitch, vx, vz, pitch_rate, _, moment, against = rows[:, :9].T
         force_z = {name: rows[:, 9 + 2 * index] for index, name in enumerate(groups)}
         force_x = {name: rows[:, 10 + 2 * index] for index, name in enumerate(groups)}
@@ -96,11 +89,7 @@ class Series:
         return pd.DataFrame(columns)
 
 
-# --- Whether a run is steady, and over which strides its speed is averaged.
-
-
 Outcome = Literal["steady", "tipped", "buried", "not steady"]
-OUTCOMES: tuple[Outcome, ...] = ("steady", "tipped", "buried", "not steady")
 
 SETTLED_Z_CM = 0.05
 SETTLED_PITCH = math.radians(1.0)
@@ -108,12 +97,11 @@ SETTLED_PITCH = math.radians(1.0)
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """What became of a run.
+class Assessment:
+    """Whether a run is steady.
 
-    `reason`: Why it is not steady, or that it is so without being regular; else empty.
-    `averaged`: Strides, the last ones of the run, that the speed is the mean of; 0 where not
-        steady.
+    `reason`: Why it is not, or that it is without being regular; else empty.
+    `averaged`: Number of strides at the end of the run whose mean speed counts; 0 if not steady.
     """
 
     outcome: Outcome
@@ -121,20 +109,16 @@ class Verdict:
     averaged: int = 0
 
 
-def fallen(parts: Parts, ends: FloatArray, numerics: Numerics) -> Verdict | None:
-    """Judge whether the robot has fallen over or gone under.
-
-    `ends`: shape (n + 1, 6); State before the first stride and after each. Returns none where
-    neither.
-    """
+def fallen(parts: Parts, ends: FloatArray, numerics: Numerics) -> Assessment | None:
+    """Say that the robot has fallen over or sunk, from the states (n + 1, 6) between strides."""
     state, number = ends[-1], len(ends) - 1
     if not np.isfinite(state).all():
-        return Verdict("not steady", f"a force is unknown in stride {number}")
+        return Assessment("not steady", f"a force is unknown in stride {number}")
     pitch = math.degrees(state[2])
     if abs(pitch) > numerics.tipped_deg:
-        return Verdict("tipped", f"pitch {pitch:.0f} degrees after stride {number}")
+        return Assessment("tipped", f"pitch {pitch:.0f} degrees after stride {number}")
     if highest_point(parts, state) < 0:
-        return Verdict("buried", f"the whole body is below the surface after stride {number}")
+        return Assessment("buried", f"the whole body is below the surface after stride {number}")
     return None
 
 
@@ -148,9 +132,8 @@ def highest_point(parts: Parts, state: FloatArray) -> float:
 def settled(ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics) -> bool:
     """Whether the last two stretches are alike: in speed, and in height and pitch at their ends.
 
-    The first stretch is never one of them: it holds the transient.
-
-    `ends`: shape (n + 1, 6). `stretch`: Strides.
+    The first stretch is never one of them: it holds the transient. A stretch is so many strides;
+    `ends` are the states (n + 1, 6) between strides.
     """
     if len(ends) - 1 < 3 * stretch:
         return False
@@ -166,26 +149,21 @@ def settled(ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics)
     )
 
 
-def irregular(speeds: FloatArray, numerics: Numerics) -> Verdict:
-    """Judge a run that has reached its longest without settling.
+def irregular(speeds: FloatArray, numerics: Numerics) -> Assessment:
+    """Assess a run of the greatest length that has not settled, from the speed of each stride.
 
     Its first third is left out. The other two are compared: a bouncing or stumbling robot has a
     mean speed although no two strides are alike; one that still speeds up has none.
-
-    `speeds`: shape (n,); Mean speed of each stride, cm/s.
     """
     third = len(speeds) // 3
     if third == 0:
-        return Verdict("not steady", f"too short: {len(speeds)} strides, at least 3 are needed")
+        return Assessment("not steady", f"too short: {len(speeds)} strides, at least 3 are needed")
     middle, last = speeds[-2 * third : -third].mean(), speeds[-third:].mean()
     near = max(numerics.steady_share * abs(last), numerics.settled_cm_per_s)
     text = f"second and last third of {len(speeds)} strides: {middle:.3g} and {last:.3g} cm/s"
     if abs(last - middle) <= near:
-        return Verdict("steady", f"irregular strides; {text}", 2 * third)
-    return Verdict("not steady", text)
-
-
-# --- One run of the robot: at one stride frequency, leg curvature and starting phase.
+        return Assessment("steady", f"irregular strides; {text}", 2 * third)
+    return Assessment("not steady", text)
 
 
 FASTEST_LEG_CM_PER_S = 100.0
@@ -228,13 +206,13 @@ class Condition:
 
 @dataclass(frozen=True)
 class RobotRun:
-    """What came of a run.
+    """Result of a run.
 
     `speed_cm_per_s`: Mean over the averaged strides; NaN unless steady.
     `speed_sd_cm_per_s`: Standard deviation between those strides; NaN for one stride or none.
     `reason`: Why it is not steady, or that it is so without being regular.
     `warning`: That the legs are faster than the model holds for; else empty.
-    `strides`, `averaged`: Strides in all; the last ones that were averaged.
+    `strides`, `averaged`: Number of all strides, and of the last ones, which were averaged.
     `stride_speeds_cm_per_s`: shape (strides,).
     `series`: Motion and forces over time, where asked for.
     """
@@ -279,7 +257,7 @@ def simulate(
 
     Returns
     -------
-    Run
+    RobotRun
 
     Raises
     ------
@@ -289,42 +267,39 @@ def simulate(
     condition = Condition(frequency_Hz, curvature_times_R, phase_turns)
     parts = assemble(robot, curvature_times_R)
     numerics = robot.numerics
-    walk = _Walk(robot, profile, parts, condition, samples_per_stride)
-    stretch = max(1, math.ceil(numerics.stretch_s / walk.stride_s - 1e-9))
+    stepper = _Stepper(robot, profile, parts, condition, samples_per_stride)
+    stretch = max(1, math.ceil(numerics.stretch_s / stepper.stride_s - 1e-9))
     most = strides or stretch * numerics.most_stretches
-    verdict = None
-    while len(walk.ends) - 1 < most and (strides or verdict is None):
-        walk.stride()
-        ends = np.array(walk.ends)
-        verdict = verdict or fallen(parts, ends, numerics)
+    found = None
+    while len(stepper.ends) - 1 < most and (strides or found is None):
+        stepper.stride()
+        ends = np.array(stepper.ends)
+        found = found or fallen(parts, ends, numerics)
         whole = (len(ends) - 1) % stretch == 0
-        if verdict is None and whole and settled(ends, stretch, walk.stride_s, numerics):
-            verdict = Verdict("steady", averaged=stretch)
-    speeds = np.diff(np.array(walk.ends)[:, 0]) / walk.stride_s
-    verdict = verdict or irregular(speeds, numerics)
-    mean = speeds[len(speeds) - verdict.averaged :]
-    reason = verdict.reason
-    if reason and profile.reason and not np.isfinite(walk.state).all():
+        if found is None and whole and settled(ends, stretch, stepper.stride_s, numerics):
+            found = Assessment("steady", averaged=stretch)
+    speeds = np.diff(np.array(stepper.ends)[:, 0]) / stepper.stride_s
+    found = found or irregular(speeds, numerics)
+    mean = speeds[len(speeds) - found.averaged :]
+    reason = found.reason
+    if reason and profile.reason and not np.isfinite(stepper.state).all():
         reason = f"{reason}: {profile.reason}"
     return RobotRun(
         condition,
         float(mean.mean()) if mean.size else math.nan,
         float(mean.std(ddof=1)) if mean.size > 1 else math.nan,
-        verdict.outcome,
+        found.outcome,
         reason,
         leg_speed_warning(parts, frequency_Hz),
         len(speeds),
-        verdict.averaged,
+        found.averaged,
         speeds,
-        walk.series() if samples_per_stride else None,
+        stepper.series() if samples_per_stride else None,
     )
 
 
 def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:
-    """Warn where the legs' tips turn faster than the model holds for.
-
-    Returns empty where they do not.
-    """
+    """Warn where the legs' tips turn faster than the model holds for; else empty."""
     speed = 2 * math.pi * abs(frequency_Hz) * parts.reach_cm
     if speed <= FASTEST_LEG_CM_PER_S:
         return ""
@@ -335,10 +310,7 @@ def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:
 
 
 def start_state(robot: Robot, parts: Parts, phase_turns: float) -> FloatArray:
-    """At rest and level, the lowest point ``drop_cm`` above the surface.
-
-    Returns shape (6,): x, z (cm), pitch (rad), and their rates.
-    """
+    """State at rest and level, with the lowest point ``drop_cm`` above the surface."""
     state = np.zeros(6)
     groups = parts.place(state, 2 * math.pi * phase_turns, 0.0)
     lowest = min((e[..., 1] - e[..., 4] * np.abs(e[..., 3])).min() for e in groups)
@@ -346,7 +318,7 @@ def start_state(robot: Robot, parts: Parts, phase_turns: float) -> FloatArray:
     return state
 
 
-class _Walk:
+class _Stepper:
     """Steps a robot stride by stride."""
 
     def __init__(

@@ -25,6 +25,13 @@ if TYPE_CHECKING:
 PHASES_TURNS = (0.0, 1 / 6, 1 / 3)
 """The three starting phases: alternating tripods repeat every half turn, of which these are thirds."""
 
+CALIBRATED_ON = {"c-leg": (1.0, 1.954), "flat leg": (0.0, 1.998), "reversed c-leg": (-1.0, 2.246)}
+"""R'/r and stride frequency (Hz) of the points of Fig. 4C that the paper's robot was calibrated on."""
+
+BEST_AT_HZ = 5.0
+BEST_CURVATURES = tuple(round(0.04 * index, 2) for index in range(15, 26))
+"""Where the best curvature R'/r is looked for: 0.6 to 1 by 0.04, at 5 Hz."""
+
 RUN_COLUMNS = (
     "curvature_times_R", "frequency_Hz", "phase_turns", "speed_cm_per_s", "speed_sd_cm_per_s",
     "outcome", "reason", "warning", "strides", "averaged",
@@ -36,9 +43,9 @@ _BATCH = re.compile(r"(\d{1,6})-of-(\d{1,6})")
 def paper_conditions(every: int = 1) -> list[Condition]:
     """Conditions of the paper's sweep: R'/r from -1 to 1 by 0.04, 0 to 5 Hz by 0.2, three phases.
 
-    `every`: Take every so many of the curvatures and frequencies only, counted from the middle
-    (the flat leg) and from 5 Hz, and the ends of the curvatures always. Returns by curvature, then
-    frequency, then phase: 3,978 of them by default.
+    3,978 of them, by curvature, then frequency, then phase. `every`: take every so many of the
+    curvatures and frequencies only, counted from the flat leg and from 5 Hz, and the ends of the
+    curvatures always.
     """
     middle = 25
     curvatures = sorted({0, 2 * middle, *range(middle % every, 2 * middle + 1, every)})
@@ -52,13 +59,10 @@ def paper_conditions(every: int = 1) -> list[Condition]:
 
 
 def share(conditions: Sequence[Condition], batch: str) -> list[Condition]:
-    """Conditions of one batch of a sweep: whole curvatures, dealt out like cards.
+    """Conditions of one batch of a sweep, such as ``3-of-17``: the third of 17 batches.
 
-    Neighbouring curvatures take about as long, so that dealing them out keeps the batches even;
-    and no two batches have runs of one curvature.
-
-    `batch`: ``3-of-17``: the third of 17 batches. Returns in their order; every condition is in
-    one of the batches, whatever their number.
+    Every condition is in exactly one batch. Curvatures are assigned to the batches in turn: runs of
+    neighbouring ones take about as long, so the batches do too.
     """
     found = _BATCH.fullmatch(batch)
     item, of = (int(found[1]), int(found[2])) if found else (0, 0)
@@ -80,10 +84,9 @@ def run_all(
 ) -> list[RobotRun]:
     """Run every condition, several at a time; the stepper lets other threads run meanwhile.
 
-    `threads`: As many as there are cores for this process by default. `on_done`: Told the index
-    and the run as each is done, in the order of their end, from this thread: for a progress bar,
-    and to keep what is done. Returns in the order of the conditions, the same whatever the number
-    of threads.
+    `threads`: by default as many as this process may use cores. `on_done`: called from this thread
+    with the index and the run as each ends, for a progress bar and to keep what is done. Returns
+    the runs in the order of the conditions, the same for any number of threads.
     """
     from concurrent.futures import ThreadPoolExecutor, as_completed
 
@@ -120,10 +123,7 @@ def _usable_cores() -> int:
 
 
 def speed_table(runs: Sequence[RobotRun]) -> pd.DataFrame:
-    """Write runs as a table, a row each.
-
-    Returns with `COLUMNS`.
-    """
+    """Write runs as a table with columns `RUN_COLUMNS`, a row each."""
     import pandas as pd
 
     rows = [
@@ -140,9 +140,8 @@ def speed_table(runs: Sequence[RobotRun]) -> pd.DataFrame:
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     """Mean over the starting phases whose runs are steady.
 
-    `table`: From `speed_table`. Returns `curvature_times_R, frequency_Hz, speed_cm_per_s,
-    speed_lo_cm_per_s, speed_hi_cm_per_s` (mean, least and greatest over phases; NaN where no run
-    is steady), `phases_steady, phases, reason`.
+    `table`: from `speed_table`. Speeds are the mean, the least and the greatest over phases; NaN
+    where no run is steady.
     """
     import pandas as pd
 
@@ -162,12 +161,10 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def best_curvature(curvature: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
-    """Curvature of the highest speed, between the grid's points.
+    """Curvature of the highest speed at one frequency, and that speed; NaN where nothing is steady.
 
-    `curvature`, `speed`: shape (n,); At one frequency, by curvature; NaN where not steady. Returns
-    `curvature`, `speed`: Top of the parabola, by least squares, through the points within 0.2 of
-    the fastest one; the fastest point itself where there are fewer than four, or no top among
-    them; NaN where nothing is steady.
+    It is the top of the parabola fitted to the points within 0.2 of the fastest one; the fastest
+    point itself where these are fewer than four or have no top among them.
     """
     known = np.isfinite(speed)
     if not known.any():
@@ -182,3 +179,10 @@ def best_curvature(curvature: np.ndarray, speed: np.ndarray) -> tuple[float, flo
             if curvature[near].min() <= place <= curvature[near].max():
                 return float(place), float(level - slope**2 / (4 * square))
     return float(curvature[top]), float(speed[top])
+
+
+def optimum(robot: Robot, profile: Profile, threads: int | None = None) -> tuple[float, float]:
+    """Best curvature R'/r at 5 Hz, and its speed (cm/s)."""
+    conditions = [Condition(BEST_AT_HZ, value) for value in BEST_CURVATURES]
+    runs = run_all(robot, profile, conditions, threads)
+    return best_curvature(np.array(BEST_CURVATURES), np.array([run.speed_cm_per_s for run in runs]))

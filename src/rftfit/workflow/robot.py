@@ -21,7 +21,6 @@ from rftfit.measure.ledger import DROPPED, USED
 from rftfit.model.outlines import arc
 from rftfit.model.profiles import Profile
 from rftfit.robot.body import element_series
-from rftfit.robot.calibrate import NAMED
 from rftfit.robot.config import paper_robot, read_robot
 from rftfit.robot.intervals import (
     BEST,
@@ -34,9 +33,10 @@ from rftfit.robot.intervals import (
     speed_widths,
 )
 from rftfit.robot.run import Condition, simulate
-from rftfit.robot.sensitivity import BEST_AT_HZ
 from rftfit.robot.speeds import measured_speeds, published_speeds, speed_errors
 from rftfit.robot.sweep import (
+    BEST_AT_HZ,
+    CALIBRATED_ON,
     PHASES_TURNS,
     RUN_COLUMNS,
     mean_speed,
@@ -108,7 +108,7 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
 
     campaign = results.campaign
     section, robot = robot_of(campaign)
-    calibrated = list(NAMED.values()) if robot == paper_robot() else []
+    calibrated = list(CALIBRATED_ON.values()) if robot == paper_robot() else []
     listed = trials_of(campaign)
     tripods = len({hip.phase_turns for hip in robot.legs.hips})
     folder = (campaign.raw / (section.runs or "")).parent

@@ -1,11 +1,10 @@
 """How the speed of a run depends on the time step and the method.
 
-``python -m rftfit.robot.convergence`` prints it for the paper's robot on loosely packed poppy seeds.
+``python studies/convergence.py`` prints it for the paper's robot on loosely packed poppy seeds.
 """
 
 from __future__ import annotations
 
-import sys
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -33,11 +32,8 @@ def step_convergence(
     """Run each condition with both methods and several steps, and compare with the finest.
 
     The force jumps where an element's velocity turns, so that no method of fixed step converges
-    faster than in proportion to the step; RK4 is better where the motion is smooth.
-
-    `finest_s`: Step of the run by RK4 that the others are compared with. Returns `frequency_Hz,
-    curvature_times_R, phase_turns, method, step_s, speed_cm_per_s, outcome, difference_percent`
-    (of the speed from that of the finest run).
+    faster than in proportion to the step; RK4 is better where the motion is smooth. The speeds are
+    compared with that of a run by RK4 with the step `finest_s`.
     """
     import pandas as pd
 
@@ -56,10 +52,7 @@ def step_convergence(
 
 
 def with_numerics(robot: Robot, method: str, step_s: float) -> Robot:
-    """Take the same robot, stepped otherwise.
-
-    `method`: ``semi_implicit_euler`` or ``rk4``.
-    """
+    """Return the robot with another method and time step."""
     numerics = robot.numerics.model_copy(update={"method": method, "step_s": step_s})
     return robot.model_copy(update={"numerics": numerics})
 
@@ -76,7 +69,7 @@ def main() -> None:
         columns="step_s",
         values="difference_percent",
     )
-    sys.stdout.write(wide.round(2).to_string() + "\n")
+    print(wide.round(2).to_string())
 
 
 if __name__ == "__main__":

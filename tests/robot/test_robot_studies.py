@@ -6,15 +6,15 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import calibrate
 import numpy as np
 import pytest
+from calibrate import GRID, Layout, fit, laid_out, layout_of, measured
+from sensitivity import CHANGES_CM, PERTURBATIONS, changed, sensitivity
 
 from rftfit import reference
-from rftfit.robot import calibrate
-from rftfit.robot.calibrate import GRID, NAMED, Layout, fit, laid_out, layout_of, measured
-from rftfit.robot.perturbations import UNKNOWNS, changed
 from rftfit.robot.run import Condition
-from rftfit.robot.sensitivity import CHANGES_CM, sensitivity
+from rftfit.robot.sweep import CALIBRATED_ON
 
 if TYPE_CHECKING:
     from rftfit.model.profiles import FourierProfile, TableProfile
@@ -25,7 +25,7 @@ SPEEDS = measured(reference.load("fig_4c"))
 
 def test_targets_are_measurements() -> None:
     assert SPEEDS == (26.69, 21.92, 16.04)
-    assert [round(frequency) for _, frequency in NAMED.values()] == [2, 2, 2]
+    assert [round(frequency) for _, frequency in CALIBRATED_ON.values()] == [2, 2, 2]
     table = reference.load("fig_4c")
     with pytest.raises(KeyError):
         measured(table[table["curvature_times_Rprime"] != 0])
@@ -33,7 +33,7 @@ def test_targets_are_measurements() -> None:
 
 def test_calibrated_values_stand_in_the_file(robot: Robot, table: TableProfile) -> None:
     # nowhere on the grid is there a better neighbour; the whole search is
-    # `python -m rftfit.robot.calibrate`
+    # `python studies/calibrate.py`
     here = layout_of(robot)
     assert laid_out(robot, here) == robot
     best = fit(robot, table, here, SPEEDS)
@@ -64,7 +64,7 @@ def test_main_says_the_best(
     assert lines[3].split()[:3] == ["5.50", "0.25", "-1.00"]
 
 
-@pytest.mark.parametrize("name", UNKNOWNS)
+@pytest.mark.parametrize("name", PERTURBATIONS)
 def test_changes(robot: Robot, name: str) -> None:
     other = changed(robot, {name: 0.2})
     assert other != robot
@@ -96,7 +96,7 @@ def test_what_the_changes_mean(robot: Robot) -> None:
 
 
 def test_sensitivity(robot: Robot, nine: FourierProfile) -> None:
-    assert set(CHANGES_CM) == set(UNKNOWNS)
+    assert set(CHANGES_CM) == set(PERTURBATIONS)
     changes: dict[str, tuple[float, ...]] = {"belly_up_cm": (-0.5,), "hips_up_cm": (-0.5,)}
     table = sensitivity(robot, nine, [Condition(4.0, 1.0)], changes)
     assert len(table) == 2 * 3

@@ -1,6 +1,6 @@
 """Why the scaled generic profile misses speeds that the measured table meets: one ingredient at a time.
 
-``python -m rftfit.robot.ingredients`` prints it for the paper's robot on loosely packed poppy seeds.
+``python studies/ingredients.py`` prints it for the paper's robot on loosely packed poppy seeds.
 
 From the measured table to the generic coefficients there are four steps: nine terms are fitted to it,
 terms below the threshold are dropped, the shape becomes the mean over five media, and its size becomes
@@ -11,7 +11,6 @@ they err.
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,9 +21,8 @@ from rftfit.model.scaling import generic, vertical_penetration
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid
 from rftfit.reference import coefficients as printed
 from rftfit.robot.run import Condition
-from rftfit.robot.sensitivity import optimum
 from rftfit.robot.speeds import published_speeds, share_within, speed_errors
-from rftfit.robot.sweep import mean_speed, run_all, speed_table
+from rftfit.robot.sweep import mean_speed, optimum, run_all, speed_table
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -43,10 +41,7 @@ _BETA, _GAMMA = np.meshgrid(np.radians(BETA_DEG), np.radians(GAMMA_DEG), indexin
 
 
 def ingredients(medium: str) -> dict[str, Profile]:
-    """Make the profiles of one published medium, each with one ingredient changed.
-
-    `medium`: One of `rftfit.reference.MEDIA`. Returns the measured table first.
-    """
+    """Make the profiles of one published medium, each with one ingredient changed."""
     alpha = alpha_grid(medium)
     fits = {name: _fit(alpha_grid(name)) for name in MEDIA}
     kept = {name: _fit(alpha_grid(name), kept_terms(fit, THRESHOLD)) for name, fit in fits.items()}
@@ -62,9 +57,8 @@ def ingredients(medium: str) -> dict[str, Profile]:
     nine = FourierProfile(full).alpha(_BETA, _GAMMA)
     down, up = _GAMMA > 1e-9, _GAMMA < -1e-9
     level, flat = ~down & ~up, np.abs(_BETA) < 1e-9
-    # the face that leads: beta and gamma of one sign where it looks against the motion
-    steep = np.abs(np.abs(_BETA) - np.pi / 4) < np.pi / 4 - 1e-9
-    facing, fleeing = steep & (_BETA * _GAMMA < 0), steep & (_BETA * _GAMMA > 0)
+    inclined = np.abs(np.abs(_BETA) - np.pi / 4) < np.pi / 4 - 1e-9
+    negative, positive = inclined & (_BETA * _GAMMA < 0), inclined & (_BETA * _GAMMA > 0)
 
     def mixed(z: Mask | bool, x: Mask | bool) -> Profile:
         return TableProfile(np.where(z, nine[0], alpha[0]), np.where(x, nine[1], alpha[1]))
@@ -94,9 +88,9 @@ def ingredients(medium: str) -> dict[str, Profile]:
         "table, nine terms in alpha_z at (0, 0) alone": mixed(level & flat, False),
         "table, nine terms in alpha_z at level, but not (0, 0)": mixed(level & ~flat, False),
         "table, nine terms everywhere but at (0, 0)": both(~(level & flat)),
-        "table, nine terms at beta gamma < 0": both(facing),
-        "table, nine terms at beta gamma > 0": both(fleeing),
-        "table, nine terms at beta = 0 and 90": both(~steep),
+        "table, nine terms at beta gamma < 0": both(negative),
+        "table, nine terms at beta gamma > 0": both(positive),
+        "table, nine terms at beta = 0 and 90": both(~inclined),
     }
 
 
@@ -107,22 +101,17 @@ def _fit(alpha: tuple[FloatArray, FloatArray], keep: Mask | None = None) -> Floa
 def compared(
     robot: Robot, profile: Profile, measured: pd.DataFrame, threads: int | None = None
 ) -> pd.DataFrame:
-    """Run every measured condition, from one starting phase.
-
-    `measured`: Columns `rftfit.robot.speeds.MEASURED`. Returns columns
-    `rftfit.robot.speeds.ERRORS`.
-    """
+    """Run every measured condition, from one starting phase: a table as of `speed_errors`."""
     places = zip(measured["frequency_Hz"], measured["curvature_times_R"], strict=True)
     runs = run_all(robot, profile, [Condition(*place) for place in places], threads)
     return speed_errors(measured, mean_speed(speed_table(runs)).assign(profile="one"))
 
 
 def summary(errors: pd.DataFrame) -> tuple[int, int, float, float, float]:
-    """Sum up how near one profile comes.
+    """Sum up how near one profile comes, from the errors of `compared`.
 
-    `errors`: Of `compared`. Returns `within_20`, `within_35`: Conditions. Returns `reversed_fast`,
-    `flat_slow`, `rest`: Mean error in %: reversed legs (R'/r < 0) above 3 Hz, legs nearly flat
-    (|R'/r| < 0.5) below 2 Hz, and all others; NaN of none.
+    Returns the numbers of conditions within 20 and 35 %, and the mean error (%) of reversed legs
+    (R'/r < 0) above 3 Hz, of nearly flat ones (|R'/r| < 0.5) below 2 Hz, and of all others.
     """
     curvature, frequency, error = (
         errors[name].to_numpy(float)
@@ -142,16 +131,15 @@ def main() -> None:
 
     medium = "poppy_LP"
     measured, robot = published_speeds(medium), paper_robot()
-    sys.stdout.write(
+    print(
         f"| profile | within 20 % of {len(measured)} | within 35 % | reversed, above 3 Hz | "
-        "nearly flat, below 2 Hz | others | best R'/r at 5 Hz |\n|---|---|---|---|---|---|---|\n"
+        "nearly flat, below 2 Hz | others | best R'/r at 5 Hz |\n|---|---|---|---|---|---|---|"
     )
     for name, profile in ingredients(medium).items():
         near, far, *means = summary(compared(robot, profile, measured))
         best = optimum(robot, profile)[0]
         cells = " | ".join(f"{mean:+.0f} %" for mean in means)
-        sys.stdout.write(f"| {name} | {near} | {far} | {cells} | {best:.2f} |\n")
-        sys.stdout.flush()
+        print(f"| {name} | {near} | {far} | {cells} | {best:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

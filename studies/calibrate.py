@@ -1,6 +1,6 @@
 """Find the hips and the belly that the paper does not give, from five of its figures and no more.
 
-``python -m rftfit.robot.calibrate`` prints the search and the values that stand in
+``python studies/calibrate.py`` prints the search and the values that stand in
 ``config/robot.yaml``. The targets: the best curvature and its speed at 5 Hz, as the paper's text
 says them, and the measured speeds of three named conditions of Fig. 4C. Every other measured speed
 is left for judging. The search is a fixed grid, so that it always finds the same.
@@ -9,7 +9,6 @@ is left for judging. The search is a fixed grid, so that it always finds the sam
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass, fields
 from itertools import product
 from typing import TYPE_CHECKING
@@ -18,8 +17,7 @@ import numpy as np
 
 from rftfit.robot.config import Robot, paper_robot
 from rftfit.robot.run import Condition
-from rftfit.robot.sensitivity import BEST_AT_HZ, CURVATURES
-from rftfit.robot.sweep import best_curvature, run_all
+from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, CALIBRATED_ON, best_curvature, run_all
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -30,9 +28,6 @@ if TYPE_CHECKING:
 
 BEST_CURVATURE, BEST_SPEED_CM_PER_S = 0.86, 72.0
 """Text of the paper, at 5 Hz."""
-
-NAMED = {"c-leg": (1.0, 1.954), "flat leg": (0.0, 1.998), "reversed c-leg": (-1.0, 2.246)}
-"""R'/r and stride frequency (Hz) of the three points of Fig. 4C that are nearest to 2 Hz."""
 
 SPEED_TOLERANCE, CURVATURE_TOLERANCE = 0.1, 0.04
 """What counts as one unit of misfit: a tenth of a speed, one step of the paper's sweep."""
@@ -65,7 +60,7 @@ class Fit:
 
     `misfit`: Root mean square of the five misfits; infinite where a run is not steady.
     `best_curvature`, `best_speed_cm_per_s`: At 5 Hz.
-    `speeds_cm_per_s`: In the order of `NAMED`.
+    `speeds_cm_per_s`: In the order of `CALIBRATED_ON`.
     """
 
     layout: Layout
@@ -78,7 +73,7 @@ class Fit:
 def laid_out(robot: Robot, layout: Layout) -> Robot:
     """Give a robot of the paper's build (belly, front, rear; three hips a side) a layout.
 
-    Returns front and rear plates keep their height.
+    Front and rear plates keep their height.
     """
     data = robot.model_dump()
     plates, hips = data["body"]["plates"], data["legs"]["hips"]
@@ -93,13 +88,10 @@ def laid_out(robot: Robot, layout: Layout) -> Robot:
 
 
 def measured(fig_4c: pd.DataFrame) -> tuple[float, ...]:
-    """Speeds of the named conditions.
-
-    `fig_4c`: `rftfit.reference.load("fig_4c")`. Returns cm/s, in the order of `NAMED`.
-    """
+    """Speeds (cm/s) of Fig. 4C in the conditions of `CALIBRATED_ON`."""
     by_place = fig_4c.set_index(["curvature_times_Rprime", "stride_frequency_Hz"])
     speeds = by_place["speed_cm_per_s"]
-    return tuple(float(speeds.loc[place]) for place in NAMED.values())
+    return tuple(float(speeds.loc[place]) for place in CALIBRATED_ON.values())
 
 
 def fit(
@@ -109,16 +101,15 @@ def fit(
     speeds: Sequence[float],
     threads: int | None = None,
 ) -> Fit:
-    """Run the targets with one layout.
-
-    `speeds`: Measured, from `measured`.
-    """
-    conditions = [Condition(frequency, curvature) for curvature, frequency in NAMED.values()]
-    conditions += [Condition(BEST_AT_HZ, curvature) for curvature in CURVATURES]
+    """Run the targets with one layout, and compare with `speeds`, which were measured."""
+    conditions = [
+        Condition(frequency, curvature) for curvature, frequency in CALIBRATED_ON.values()
+    ]
+    conditions += [Condition(BEST_AT_HZ, curvature) for curvature in BEST_CURVATURES]
     runs = run_all(laid_out(robot, layout), profile, conditions, threads)
     found = np.array([run.speed_cm_per_s for run in runs])
-    named = found[: len(NAMED)]
-    best, fastest = best_curvature(np.array(CURVATURES), found[len(NAMED) :])
+    named = found[: len(CALIBRATED_ON)]
+    best, fastest = best_curvature(np.array(BEST_CURVATURES), found[len(CALIBRATED_ON) :])
     misses = [(best - BEST_CURVATURE) / CURVATURE_TOLERANCE]
     misses += [(fastest / BEST_SPEED_CM_PER_S - 1) / SPEED_TOLERANCE]
     misses += ((named / np.array(speeds) - 1) / SPEED_TOLERANCE).tolist()
@@ -151,23 +142,23 @@ def main() -> None:
     def say(one: Fit) -> None:
         lengths = "  ".join(f"{getattr(one.layout, field.name):6.2f}" for field in fields(Layout))
         speeds = "  ".join(f"{speed:6.2f}" for speed in one.speeds_cm_per_s)
-        sys.stdout.write(
+        print(
             f"{lengths}  {one.misfit:7.3f}  {one.best_curvature:5.3f}  "
-            f"{one.best_speed_cm_per_s:6.2f}  {speeds}\n"
+            f"{one.best_speed_cm_per_s:6.2f}  {speeds}",
+            flush=True,
         )
-        sys.stdout.flush()
 
     speeds = measured(load("fig_4c"))
-    sys.stdout.write(
+    print(
         f"targets: best R'/r {BEST_CURVATURE:g} and {BEST_SPEED_CM_PER_S:g} cm/s at "
-        f"{BEST_AT_HZ:g} Hz; {', '.join(f'{n} {s:g} cm/s' for n, s in zip(NAMED, speeds, strict=True))}\n"
-        f"{', '.join(GRID)}, misfit, best R'/r, best speed, speeds (cm/s)\n"
+        f"{BEST_AT_HZ:g} Hz; {', '.join(f'{n} {s:g} cm/s' for n, s in zip(CALIBRATED_ON, speeds, strict=True))}\n"
+        f"{', '.join(GRID)}, misfit, best R'/r, best speed, speeds (cm/s)"
     )
     fits = []
     for one in search(paper_robot(), TableProfile.published("poppy_LP"), speeds):
         say(one)
         fits.append(one)
-    sys.stdout.write("best:\n")
+    print("best:")
     for one in sorted(fits, key=lambda each: each.misfit)[:5]:
         say(one)
 
