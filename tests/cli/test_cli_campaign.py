@@ -81,7 +81,7 @@ def test_check_counts_a_file_of_force_and_motion_once(
     row = next(line for line in said.out.splitlines() if line.startswith("  yuma "))
     assert row.split()[6:8] == ["9", "0"]
     assert "8 runs, 15 logs" in said.out
-    (campaign / "raw" / plate["force_log"]).unlink()
+    (campaign / "raw/paper" / plate["force_log"]).unlink()
     row = next(line for line in rftfit("check").out.splitlines() if line.startswith("  yuma "))
     assert row.split()[6:8] == ["8", "1"]
 
