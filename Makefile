@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep report docs test lint fuzz messages mutants killed fulldisk samebytes cluster scale benchmark lock clean FORCE
+.PHONY: help env run sweep docs test lint fuzz mutants killed fulldisk samebytes cluster scale benchmark lock clean FORCE
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -58,9 +58,6 @@ lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/snakemake --lint
 	$(BIN)/sp-repo-review .
 
-messages: env ## record which test makes which message, for the documentation (ARGS: tests to add)
-	@$(BIN)/python tests/helpers/message_evidence.py $(ARGS)
-
 fuzz: env ## feed random and damaged bytes to every reader of text, ten minutes each
 	@$(BIN)/python tests/fuzz_logs.py $(ARGS)
 
@@ -93,9 +90,6 @@ benchmark: env ## measure the speeds that docs/performance.md states
 docs: env ## build the documentation site in docs/_build
 	@$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
-
-report: run ## Snakemake's own report with captions: results/snakemake_report.zip
-	@$(BIN)/rftfit run -- --report results/snakemake_report.zip
 
 lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer versions)
 	@command -v uv >/dev/null || { echo "make lock needs the program uv." >&2; exit 1; }

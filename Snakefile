@@ -1,23 +1,28 @@
 # From transducer logs to coefficient tables, figures and the reproduction table.
 # `rftfit run` starts this with sane defaults; by hand: snakemake --cores 2 --config campaign=config/config.yaml
+#
+# What each stage reads, writes and depends on is declared in src/rftfit/workflow/stages.py (figures: beside
+# what draws them). A job does those of its stage's tasks that are out of date: see docs/architecture.md.
 import os
-import re
 import sys
 from pathlib import Path
+from shlex import quote
 
 from snakemake.utils import min_version
 
-from rftfit.workflow.processes import hold
-from rftfit.workflow.processes import SHELL_PREFIX
-from rftfit.workflow.processes import end_group
-from rftfit.workflow.processes import end_with_parent
 from rftfit.workflow.plan import Plan
+from rftfit.workflow.processes import SHELL_PREFIX, end_group, end_with_parent, hold
 
 min_version("9.5")
 
 
+# No job, on whatever machine, imports Python modules from the campaign's folder, where it works.
+os.environ["PYTHONSAFEPATH"] = "1"
+
+
 envvars:
     "PATH",
+    "PYTHONSAFEPATH",
 
 
 # The jobs' `python` is the one that runs Snakemake, whether or not its environment is activated.
@@ -32,77 +37,26 @@ shell.prefix(SHELL_PREFIX)
 
 CONFIG = config.get("campaign", "config/config.yaml")
 PLAN = Plan(CONFIG)
+STAGE = (
+    f"python -P -m rftfit {{rule}} --config {quote(CONFIG)} --threads {{threads}}"
+    " 2> {log:q}"
+)
 
 
 onstart:
+    PLAN.save()
     # so that the lock of a killed run can be told from that of a living one; jobs elsewhere may live on
     if workflow.local_exec:
         hold(Path(".snakemake"))
 
 
-wildcard_constraints:
-    medium="|".join(re.escape(medium) for medium in PLAN.media) or "none",
-
-
-include: "workflow/rules/common.smk"
 include: "workflow/rules/measure.smk"
-include: "workflow/rules/profile.smk"
-include: "workflow/rules/report.smk"
-include: "workflow/rules/legs.smk"
+include: "workflow/rules/model.smk"
 include: "workflow/rules/robot.smk"
-include: "workflow/rules/page.smk"
-include: "workflow/rules/provenance.smk"
+include: "workflow/rules/report.smk"
 
 
 rule all:
     default_target: True
     input:
-        rules.provenance.output,
-        # every file that is meant to be looked at, so that a deleted one is made again
-        expand(
-            "results/{table}/{medium}.csv",
-            table=["alpha", "fits", "legs"],
-            medium=PLAN.media,
-        ),
-        rules.symmetry.output,
-        rules.fourier.output,
-        rules.scaling.output,
-        rules.trials.output,
-        rules.sands.output,
-        rules.correction.output,
-        rules.reproduction.output,
-        rules.ledger.output,
-        rules.workbooks.output,
-        rules.page.output,
-        expand("results/quality/{medium}.png", medium=PLAN.media),
-        expand("results/figures/tare_{medium}.png", medium=PLAN.laboratory[:1]),
-        expand("results/figures/fig_2cd_maps_{medium}.png", medium=PLAN.laboratory[:1]),
-        # legs need legs, sands need sands, maps and fits need a medium measured over the grid: a
-        # campaign without has its tables, but not these figures
-        expand("results/figures/fig_3_legs_{medium}.png", medium=PLAN.legged[:1]),
-        [rules.figure_leg_media.output.png] * bool(PLAN.legged),
-        [rules.figure_generic_forces.output.png] * bool(PLAN.legged),
-        [rules.figure_peak_errors.output.png] * bool(PLAN.legged + PLAN.legged_sands),
-        [rules.figure_sand_legs.output.png] * bool(PLAN.legged_sands),
-        [rules.figure_penetration.output.png] * bool(PLAN.sands),
-        expand(
-            "results/figures/fig_s1_protocol_{medium}.png", medium=PLAN.laboratory[:1]
-        ),
-        [rules.figure_linearity.output.png] * bool(PLAN.laboratory),
-        # two clocks without a sync line: how they were brought together has to be looked at
-        expand(
-            "results/figures/clocks_{medium}.png",
-            medium=(
-                PLAN.media if PLAN.campaign.config.clock.method == "estimate" else []
-            ),
-        ),
-        [rules.robot_tables.output, rules.figures_robot.output]
-        * bool(PLAN.robot_medium),
-        [rules.figures_robot_motion.output] * bool(PLAN.robot_medium),
-        rules.figure_stress.output.png,
-        [
-            rules.figure_maps.output.png,
-            rules.figure_fit.output.png,
-            rules.figure_generic.output.png,
-        ]
-        * bool(PLAN.laboratory),
+        [path for name in PLAN.default for path in PLAN.outputs(name)],

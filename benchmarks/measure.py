@@ -15,7 +15,9 @@ import pandas as pd
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import alpha_table
-from rftfit.workflow.measure import fit_medium, ingest_medium, tare_medium
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.tare import tare_medium
 
 if TYPE_CHECKING:
     from collections.abc import Callable

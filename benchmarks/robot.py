@@ -1,8 +1,8 @@
 """How fast the robot runs: simulated seconds a second, beside a plain numpy stepper, and the sweep.
 
 Everything is measured in this one process, in turns; the median of the turns counts. Times of one core
-are processor times, which other programs disturb less. The plain stepper is `rftfit.robot.reference_kernel`,
-which gives the same motion. ``--sweep`` adds the paper's whole sweep (3,978 runs) in two threads.
+are processor times, which other programs disturb less. The plain stepper is that of
+`tests/helpers`, which gives the same motion. ``--sweep`` adds the paper's whole sweep (3,978 runs) in two threads.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "helpers"))
+
 import numpy as np
+from robotsteps import plain_steps, step
 
 from rftfit import reference
 from rftfit.model.fourier import as_array
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
-from rftfit.robot import kernel, reference_kernel
 from rftfit.robot.body import assemble
 from rftfit.robot.config import paper_robot
 from rftfit.robot.run import simulate
@@ -50,21 +52,17 @@ def settled_state(profile: Profile, curvature: float) -> np.ndarray:
 def speeds(profile: Profile, curvature: float) -> tuple[float, float, float]:
     """Take simulated seconds a second, compiled and plain, and their ratio."""
     parts, rate = assemble(paper_robot(), curvature), 2 * math.pi * FREQUENCY_HZ
-    start, nothing = settled_state(profile, curvature), np.empty((0, 0))
-    assert parts.elements == 270
+    start = settled_state(profile, curvature)
+    assert len(parts.group) * parts.bodies.shape[1] == 270
 
     def compiled() -> float:
-        state = start.copy()
         begin = time.thread_time()
-        kernel.advance(
-            profile.pack, parts.shape, parts.groups, parts.turns, parts.places, parts.inertia,
-            state, 0.0, rate, STEP_S, STEPS, False, 0, nothing,
-        )  # fmt: skip
+        step(profile, parts, start, 0.0, rate, STEP_S, STEPS)
         return STEPS * STEP_S / (time.thread_time() - begin)
 
     def numpy() -> float:
         begin = time.thread_time()
-        reference_kernel.advance(profile, parts, start, 0.0, rate, STEP_S, PLAIN_STEPS)
+        plain_steps(profile, parts, start, 0.0, rate, STEP_S, PLAIN_STEPS)
         return PLAIN_STEPS * STEP_S / (time.thread_time() - begin)
 
     compiled()

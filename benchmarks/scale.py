@@ -102,7 +102,9 @@ def to_alpha(config: Path, medium: str) -> int:
     """Go from the logs of a medium to its alpha table; cells of it."""
     from rftfit.campaign.load import load_campaign
     from rftfit.measure.alpha import alpha_table
-    from rftfit.workflow.measure import fit_medium, ingest_medium, tare_medium
+    from rftfit.measure.fits import fit_medium
+    from rftfit.measure.ingest import ingest_medium
+    from rftfit.measure.tare import tare_medium
 
     campaign = load_campaign(config, medium)
     samples, runs, _ = ingest_medium(campaign, medium)

@@ -11,14 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 project = "rftfit"
 author = "The rftfit developers"
 release = version = installed("rftfit")
-extensions = [
-    "myst_parser",
-    "offline_math",
-    "generated",
-    "message_table",
-    "offline_check",
-    "quality_sheets",
-]
+extensions = ["myst_parser", "offline_math", "generated", "offline_check", "quality_sheets"]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["attrs_inline", "deflist", "dollarmath"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import pytest
@@ -11,12 +10,6 @@ import yaml
 from rftfit.campaign.config import Config
 
 ROOT = Path(__file__).parents[1]
-
-
-def pytest_configure() -> None:
-    """While messages are recorded, measure what tests start in processes of their own too."""
-    if "RFTFIT_RECORDING" in os.environ:
-        os.environ["COVERAGE_PROCESS_START"] = str(ROOT / "tests" / "messages.coveragerc")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

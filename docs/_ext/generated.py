@@ -26,7 +26,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 def outputs() -> str:
     """Every file that a run writes, with every column."""
-    from rftfit.measure.ledger import Why
+    from rftfit.measure.ledger import RowStatus
     from rftfit.outputs.dictionary import PARTS, outputs_of
 
     titles = {
@@ -60,7 +60,7 @@ def outputs() -> str:
         if others:
             text += "### Files without columns\n\n" + _table(("file", "what it is"), others) + "\n"
         if part == "measure":
-            codes = [(str(int(why)), why.text or "may be used") for why in Why]
+            codes = [(str(int(why)), why.text or "may be used") for why in RowStatus]
             text += "### Codes of `why`\n\n" + _table(("code", "meaning"), codes) + "\n"
     return text
 

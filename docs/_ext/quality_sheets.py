@@ -44,11 +44,13 @@ def draw(project: Path, root: Path, png: Path) -> None:
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import load_campaign
     from rftfit.figures.quality import draw_quality
+    from rftfit.figures.traces import stress_samples
     from rftfit.lab import plan_runs
     from rftfit.lab.enact import run_logs
     from rftfit.lab.write import sheet_text
-    from rftfit.workflow.figures import stress_samples
-    from rftfit.workflow.measure import fit_medium, ingest_medium, tare_medium
+    from rftfit.measure.fits import fit_medium
+    from rftfit.measure.ingest import ingest_medium
+    from rftfit.measure.tare import tare_medium
 
     (root / "config").mkdir()
     shutil.copy(project / "config" / "config.yaml", root / "config")
@@ -88,7 +90,7 @@ def _prepare(app: Sphinx) -> None:
 
     png = Path(app.srcdir) / "_build" / "figures" / NAME
     made_by = png.with_suffix(".digest")
-    stages = (f"rftfit.stages.{name}" for name in ("ingest", "tare", "slopes", "figures"))
+    stages = ("rftfit.workflow.measure", "rftfit.figures.quality")
     code = code_digest("rftfit.lab", *stages)
     if png.is_file() and made_by.is_file() and made_by.read_text(encoding="utf-8") == code:
         return

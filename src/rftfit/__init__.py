@@ -4,4 +4,69 @@ Units at every public boundary: cm, N, N/cm^2, N/cm^3, s; angles in rad inside f
 degrees in run sheets, tables and figures (then named ``_deg``).
 """
 
+import os
+from importlib import import_module
+
+# Else numba takes it from a .numba_config.yaml in the current folder, and unpickles what lies there.
+os.environ.setdefault("NUMBA_CACHE_DIR", "")
+
 __version__ = "0.1.0"
+
+__all__ = [
+    "DepthOnlyProfile", "FourierProfile", "Medium", "Motion", "Outline", "Profile", "Reference",
+    "Results", "RftfitError", "ScaledMedium", "TableProfile", "arc", "check", "fit_slope",
+    "model_leg", "open", "path", "polyline", "predict", "published_medium", "published_reference",
+    "published_table", "read_log", "rotation", "run", "scale", "scaled_generic", "simulate",
+]  # fmt: skip
+
+_FOUND_IN = {
+    "api": ("check", "fit_slope", "read_log", "run", "simulate"),
+    "errors": ("RftfitError",),
+    "model.motion": ("Motion", "path", "rotation"),
+    "model.outlines": ("Outline", "arc", "model_leg", "polyline"),
+    "model.prediction": ("predict",),
+    "model.profiles": ("DepthOnlyProfile", "FourierProfile", "Profile", "TableProfile",
+                       "published_medium", "scaled_generic"),
+    "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale"),
+    "reference": ("published_table",),
+    "results": ("Medium", "Results", "open"),
+}  # fmt: skip
+"""Modules by what they define of it; one is imported when a name of it is first used."""
+
+_INSIDE = {"open": "open_results", "published_reference": "published", "published_table": "load"}
+"""Names that differ inside."""
+
+# type checkers take this name for true; to import typing takes longer than all the rest
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from rftfit.api import check, fit_slope, read_log, run, simulate
+    from rftfit.errors import RftfitError
+    from rftfit.model.motion import Motion, path, rotation
+    from rftfit.model.outlines import Outline, arc, model_leg, polyline
+    from rftfit.model.prediction import predict
+    from rftfit.model.profiles import (
+        DepthOnlyProfile,
+        FourierProfile,
+        Profile,
+        TableProfile,
+        published_medium,
+        scaled_generic,
+    )
+    from rftfit.model.scaling import Reference, ScaledMedium, scale
+    from rftfit.model.scaling import published as published_reference
+    from rftfit.reference import load as published_table
+    from rftfit.results import Medium, Results
+    from rftfit.results import open_results as open
+
+
+def __getattr__(name: str) -> object:
+    for module, names in _FOUND_IN.items():
+        if name in names:
+            found = getattr(import_module(f"rftfit.{module}"), _INSIDE.get(name, name))
+            globals()[name] = found
+            return found
+    raise AttributeError(f"module 'rftfit' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rftfit.logs.base import Log
-from rftfit.logs.inspect import clock_of, columns_of, lacking, survey
+from rftfit.logs.inspect import Clock, lacking, summaries, survey
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,7 +56,8 @@ def test_numbers_by_hand() -> None:
     time = np.array([0.0, 0.1, 0.2, 0.2, 0.1, 0.3, 0.4, 1.4, 1.5])
     columns = {"time": time, "F1": np.array([1.0, 1.5, 1.25, 1.0, 3, 1, 1, 1, -2])}
     log = Log(Path("a.csv"), columns, {"time": "s", "F1": "N"}, 11, {"not a number": 2})
-    clock = clock_of(log)
+    clock = Clock()
+    clock.add(time)
     assert clock.duration == pytest.approx(1.5)
     assert clock.step == pytest.approx(0.1)
     assert clock.rate == pytest.approx(10)
@@ -64,7 +65,7 @@ def test_numbers_by_hand() -> None:
     assert len(clock.gaps) == 1
     assert list(clock.gaps[0]) == pytest.approx([0.4, 1.0])
     assert (clock.repeated, clock.backwards) == (1, 1)
-    force = columns_of(log)[1]
+    force = summaries(log)[1]
     assert (force.lowest, force.highest, force.resolution, force.unit) == (-2, 3, 0.25, "N")
 
 
@@ -124,7 +125,7 @@ def test_an_empty_file(rftfit: Callable[..., Said], tmp_path: Path) -> None:
 def test_header_only_missing_and_folder(rftfit: Callable[..., Said], tmp_path: Path) -> None:
     said = rftfit("inspect", force_log(tmp_path / "a.csv", []))
     assert said.code == 2
-    assert said.err.endswith("a header row and no data\n")
+    assert said.err.endswith("a header and no data\n")
     assert rftfit("inspect", tmp_path / "b.csv").code == 2
     assert "this is a folder" in rftfit("inspect", tmp_path).err
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 import yaml
-from foreign_logs import TEXTS, netft
+from foreign_logs import TEXTS, lvm, netft
 
 from rftfit.campaign.config import ForceLog, MotionLog
-from rftfit.logs.inspect import survey
-from rftfit.logs.registry import source_reader
-from rftfit.measure.pairs import mapped
+from rftfit.logs.inspect import survey, survey_file, together
+from rftfit.logs.registry import dialect, source_reader
+from rftfit.measure.pairs import columns_asked, mapped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,6 +47,8 @@ def test_the_proposed_config_reads_the_log(
     recognised = "none recognises it" if name == "delimited" else name
     assert f"dialect: {recognised}" in said.out
     found = block(said)
+    both = {"force_log", "motion_log"} <= found.keys()
+    assert found.pop("clock", {}) == ({"method": "same_clock"} if both else {})
     assert found
     for key, values in found.items():
         source = (ForceLog if key == "force_log" else MotionLog).model_validate(values)
@@ -70,6 +72,69 @@ def test_lost_packets_and_notes(rftfit: Callable[..., Said], tmp_path: Path) -> 
     ):
         assert text in said.out
     assert (tmp_path / "log.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("names", ["t_s,Fz_N,z_mm", "t_s,sync,Fz_N,z_mm"])
+def test_one_file_for_both_has_one_clock(
+    names: str, rftfit: Callable[..., Said], tmp_path: Path
+) -> None:
+    path = tmp_path / "log.csv"
+    cells = names.count(",")
+    rows = "".join(f"{row / 10}" + f",{row % 2}" * cells + "\n" for row in range(20))
+    path.write_text(f"{names}\n{rows}", encoding="utf-8")
+    said = rftfit("inspect", path)
+    assert said.code == 0
+    assert block(said)["clock"] == {"method": "same_clock"}
+    assert "estimate" not in said.out
+    assert "the motion log of the same run" not in said.out
+
+
+def test_mixed_clocks_are_shown_clock_by_clock(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    """The file is no log as it stands, and each half of it is one."""
+    path = tmp_path / "log.lvm"
+    content = lvm(30).content.replace(b"X0\t0,0000E+0\t0,0000E+0", b"X0\t0,0000E+0\t0,5000E+0")
+    path.write_bytes(content)
+    reader = dialect("lvm")
+    (force, motion), refused = survey_file(reader, path)
+    assert refused is not None
+    assert refused.code == "clocks"
+    assert [list(found.units.items()) for found in (force, motion)] == [
+        [("time", "s"), ("Force z", "N")], [("time", "s"), ("z", "mm")],
+    ]  # fmt: skip
+    assert (force.used, motion.used) == (30, 30)
+    said = rftfit("inspect", path, "--plot", tmp_path / "log.png")
+    assert (said.code, said.err) == (0, "")
+    assert "refused as one log: its channels were not sampled at the same times" in said.out
+    assert said.out.count("rows: 30, of which 30 can be read") == 2
+    assert (tmp_path / "log.png").read_bytes().startswith(b"\x89PNG")
+    found = block(said)
+    assert found.pop("clock") == {"method": "same_clock"}
+    times = []
+    for key, model in (("force_log", ForceLog), ("motion_log", MotionLog)):
+        source = model.model_validate(found[key])
+        log = source_reader(source, "rig", key).only(columns_asked(source)).load(path)
+        times.append(mapped(log, source, UNITS, key).columns["time"])
+    np.testing.assert_allclose(times[1] - times[0], 0.5)
+
+
+def test_channels_on_three_clocks(tmp_path: Path) -> None:
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "log.tdms"
+    starts = {"Fx": 0.0, "Fz": 0.0, "x": 0.5, "z": 0.5, "angle": 0.7}
+    with nptdms.TdmsWriter(path) as writer:
+        channels = [
+            nptdms.ChannelObject(
+                "rig", name, np.arange(5.0), {"wf_increment": 0.01, "wf_start_offset": start}
+            )
+            for name, start in starts.items()
+        ]
+        writer.write_segment([*channels, nptdms.ChannelObject("rig", "note", np.arange(5.0))])
+    surveys, refused = survey_file(dialect("tdms"), path)
+    assert refused is not None
+    assert [[column.name for column in found.columns] for found in surveys] == [
+        ["time", "Fx", "Fz"], ["time", "x", "z"], ["time", "angle"], ["note"],
+    ]  # fmt: skip
+    assert set(together(surveys).quantities) == {"time", "F1", "F3", "x", "z", "angle"}
 
 
 def test_dialect_and_options_by_hand(rftfit: Callable[..., Said], tmp_path: Path) -> None:

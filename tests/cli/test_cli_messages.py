@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from light_campaign import LABORATORY, SAND, alpha_frame, make_campaign, one_cell
 
 from rftfit.__main__ import main as stage
 from rftfit.cli import example
 from rftfit.cli.main import CRASH_FILE, crash_message
 from rftfit.cli.reenact import MARKER, Earlier, clear, find_earlier
-from rftfit.cli.scale import from_results
 from rftfit.errors import InputError, OutputError
+from rftfit.workflow import plates
 
-from .test_cli_predict import alpha_frame, here, results
+from .test_cli_predict import here, results
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,18 +34,10 @@ __all__ = ["here", "results"]  # fixtures
 LEG = ("predict", "--leg", "c_leg")
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ([], "which stage? allowed: ingest"),
-        (["ingst"], "no stage 'ingst'; allowed: ingest"),
-        (["symmetry", "alfa=x"], "found 'alfa=x'; allowed: "),
-        (["symmetry"], "= must be given once, found 0 times"),
-    ],
-)
-def test_words_of_a_stage(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert stage(words) == 2
-    assert said in capsys.readouterr().err
+def test_a_stage_that_does_not_exist(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
+
+    assert stage(["ingst", "--config", str(campaign / "config" / "config.yaml")]) == 2
+    assert "no stage 'ingst'; allowed: ingest" in capsys.readouterr().err
 
 
 def test_a_crash_that_can_be_written_nowhere(
@@ -91,47 +84,27 @@ def test_an_example_whose_logs_cannot_be_had(here: Path, monkeypatch: pytest.Mon
 def test_an_example_without_an_alpha(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
     campaign = SimpleNamespace(config=SimpleNamespace(fit=SimpleNamespace(confidence=0.95)))
     lost = SimpleNamespace(name="a", plate="round", alpha=np.nan, reason="no contact")
-    monkeypatch.setattr(example, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
-    monkeypatch.setattr(example, "_runs", lambda *_: [lost])
-    monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
-    monkeypatch.setattr("rftfit.workflow.measure.check", lambda *_: None)
+    monkeypatch.setattr(plates, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
+    monkeypatch.setattr(plates, "_runs", lambda *_: [lost])
+    monkeypatch.setattr(plates, "load_campaign", lambda _: campaign)
+    monkeypatch.setattr(plates, "check", lambda *_: None)
     with pytest.raises(InputError, match="no run gives an alpha: a: no contact"):
-        example.run_plates(here / "config.yaml", here)
+        plates.run_plates(here / "config.yaml", here)
 
 
-def test_a_campaign_whose_tables_do_not_suffice(rftfit: Callable[..., Said], results: Path) -> None:
-    def why(*more: str) -> str:
-        said = rftfit(*LEG, "--results", results, *more)
-        assert said.code == 2, said.out
-        return said.err
-
+def test_a_test_without_its_error(rftfit: Callable[..., Said], results: Path) -> None:
     sand = results / "alpha" / "sand.csv"
-    whole = sand.read_text()
-    sand.write_text(re.sub(r"0\.003(?=,)", "", whole))
-    said = why("--medium", "sand", "--profile", "generic")
-    assert "alpha at (0, 90) deg has no standard error; make these tables again" in said
-    # nine coefficients of a medium whose table has a single cell
-    coefficients = results / "coefficients.csv"
-    rows = coefficients.read_text()
-    sand.write_text(whole)
-    own = "".join(
-        line.replace("poppy_LP", "sand") + "\n" for line in rows.splitlines() if "poppy_LP" in line
-    )
-    coefficients.write_text(rows + own)
-    said = why("--medium", "sand", "--profile", "fourier")
-    assert "has a fit that " in said
-    assert "1 measured cells are too few for" in said
-    coefficients.write_text(rows.splitlines()[0] + "\n")
-    said = why("--medium", "poppy_LP", "--profile", "fourier")
-    assert "no rows; a campaign without a medium measured over the grid has none" in said
+    sand.write_text(re.sub(r"0\.003(?=,)", "", sand.read_text()))
+    said = rftfit(*LEG, "--results", results, "--medium", "sand", "--profile", "generic", "--json")
+    assert "no number in " in said.err
+    assert "standard error" in said.err
 
 
 def test_an_interval_that_is_not_known(rftfit: Callable[..., Said], here: Path) -> None:
     from rftfit import reference
     from rftfit.store import write_csv
 
-    folder = here / "results"
-    (folder / "alpha").mkdir(parents=True)
+    folder = make_campaign(here / "c", {"poppy_LP": LABORATORY}, {})
     table = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     ends = [name for name in map(str, table) if "_lo_" in name or "_hi_" in name or "_se_" in name]
     table.loc[table["gamma_deg"] == 0, ends] = np.nan
@@ -143,14 +116,14 @@ def test_an_interval_that_is_not_known(rftfit: Callable[..., Said], here: Path) 
     )
 
 
-def test_a_campaign_scaled_with_the_published_media(here: Path) -> None:
-    from rftfit.model.scaling import routine
-
-    (here / "penetration.csv").write_text(
-        f'method,medium,chi\n"{routine("lsq", printed=True)}",yuma,1.2\n'
-    )
-    with pytest.raises(InputError, match="has no medium fitted by 'lsq', its sands are scaled"):
-        from_results(here, "lsq")
+def test_a_sand_scaled_with_the_published_media(rftfit: Callable[..., Said], here: Path) -> None:
+    folder = make_campaign(here / "c", {"sand": SAND}, {"sand": one_cell(0.7)})
+    words = ("--medium", "sand", "--profile", "generic", "--output")
+    assert rftfit(*LEG, "--results", folder, *words, "a.csv").code == 0
+    assert rftfit(*LEG, "--alpha", "0.7", "--se", "0.003", "--output", "b.csv").code == 0
+    one, other = ((here / name).read_text().splitlines() for name in ("a.csv", "b.csv"))
+    assert "published Tables S2 and S3" in one[3]
+    assert one[4:] == other[4:]
 
 
 def test_a_table_of_results_that_is_no_parquet(here: Path) -> None:
@@ -211,40 +184,33 @@ def test_a_file_that_may_not_be_read(
     assert "config.yaml: the file cannot be read: Permission denied" in said.out
 
 
+def workflow(monkeypatch: pytest.MonkeyPatch, root: Path) -> Any:
+    """A workflow in a folder without a campaign."""
+    from rftfit.workflow.run import Workflow
+
+    monkeypatch.setattr("rftfit.workflow.run.Plan", lambda _: SimpleNamespace(root=root))
+    return Workflow(root / "config.yaml", say=print)
+
+
 def test_locks(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
-    from rftfit.cli import run
     from rftfit.errors import WorkflowError
 
     others: list[int] = [12, 34]
-    monkeypatch.setattr("rftfit.workflow.snakemake.working_in", lambda _: others)
-    with pytest.raises(
-        WorkflowError, match=r"a workflow is running in .* \(process 12, 34\), so its"
-    ):
-        run._unlock([], here)
-    assert "another workflow is running in" in run._lock_text(here)
+    monkeypatch.setattr("rftfit.workflow.run.working_in", lambda _: others)
+    own = workflow(monkeypatch, here)
+    with pytest.raises(WorkflowError, match=r"\(process 12, 34\)"):
+        own.unlock()
+    assert "12, 34" in own._lock_text()
     others.clear()
-    assert "and run again. Finished results are kept." in run._lock_text(here)
+    assert "rftfit run --unlock" in own._lock_text()
 
-    def refused(_words: list[str], _root: Path, _log: None, tell: Any) -> int:
+    def refused(_words: list[str], _log: None, tell: Any) -> int:
         tell("no room left")
         return 1
 
-    monkeypatch.setattr("rftfit.workflow.snakemake.listen", refused)
-    with pytest.raises(WorkflowError, match="the lock cannot be cleared: no room left"):
-        run._unlock([], here)
-
-
-def test_notes_of_verify() -> None:
-    from rftfit.cli.verify import Finding, _notes
-
-    was: Any = SimpleNamespace(rules={"tare": "1"}, versions={"numpy": "2.0"})
-    now: Any = SimpleNamespace(rules={"tare": "2"}, versions={"numpy": "2.1"})
-    unused = [Finding("log", f"{number}.csv", "a", "b") for number in range(10)]
-    notes = list(_notes(was, now, unused))
-    assert "the workflow's rules have changed in tare; `rftfit run --dry-run` says" in notes[0]
-    assert notes[1] == "made with numpy 2.0; here is 2.1"
-    assert notes[2] == "file 0.csv: was a, is b; no result hangs on it"
-    assert notes[-1] == "2 more changes that no result hangs on"
+    monkeypatch.setattr("rftfit.workflow.run.listen", refused)
+    with pytest.raises(WorkflowError, match="no room left"):
+        own.unlock()
 
 
 def test_a_lock_of_a_killed_run(
@@ -252,36 +218,11 @@ def test_a_lock_of_a_killed_run(
 ) -> None:
     from contextlib import nullcontext
 
-    from rftfit.cli import run
-
-    monkeypatch.setattr("rftfit.workflow.snakemake.listen", lambda *_: 0)
-    for certain, said in ((False, ""), (True, "An earlier run was killed: its lock is cleared")):
+    own = workflow(monkeypatch, here)
+    monkeypatch.setattr("rftfit.workflow.run.listen", lambda *_: 0)
+    for certain in (False, True):
         monkeypatch.setattr(
-            "rftfit.workflow.processes.left_by_the_dead", lambda _, c=certain: nullcontext(c)
+            "rftfit.workflow.run.left_by_the_dead", lambda _, c=certain: nullcontext(c)
         )
-        run._clear_lock_of_the_dead([], here)
-        assert capsys.readouterr().err.startswith(said)
-        assert bool(said) == certain
-
-
-def test_snakemake_that_is_ended() -> None:
-    from rftfit.workflow.snakemake import Watcher, failure_text
-
-    said = failure_text(Watcher(total=9, done=4), Path(), Path("the.log"), -9)
-    assert (
-        "the workflow stopped: Snakemake itself was ended by SIGKILL, most often because the"
-        in said
-    )
-    assert "4 of 9 jobs are done and kept; `rftfit run` goes on from there." in said
-    assert "memory" not in failure_text(Watcher(), Path(), Path("the.log"), -15)
-
-
-def test_a_part_of_the_sweep_on_a_cluster(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
-    from rftfit.cli.simulate import sweep
-
-    campaign = SimpleNamespace(media_with_runs=("poppy_LP",), root=here)
-    section = SimpleNamespace(medium="poppy_LP")
-    monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
-    monkeypatch.setattr("rftfit.workflow.robot.robot_of", lambda _: (section, None))
-    with pytest.raises(InputError, match="--cluster and --profile: a cluster runs all profiles at"):
-        sweep(profile=["table"], config=here / "config.yaml", cluster="slurm")
+        own._clear_lock_of_the_dead()
+        assert bool(capsys.readouterr().out) == certain

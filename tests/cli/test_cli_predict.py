@@ -6,10 +6,11 @@ import csv
 import json
 import math
 import shutil
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from light_campaign import LABORATORY, SAND, SE, make_campaign, one_cell
 
 from rftfit import reference
 from rftfit.model.draws import alpha_draws, interval
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    import pandas as pd
-
     from rftfit.model.forces import Forces
     from rftfit.model.profiles import Profile
 
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 MEASURED = ("poppy_LP", "poppy_CP", "glass3mm_CP")
-SE = 0.003
 
 
 @pytest.fixture(autouse=True)
@@ -55,55 +53,14 @@ def check(found: dict[str, np.ndarray], wanted: Forces) -> None:
         np.testing.assert_allclose(found[name], value, rtol=1e-9, atol=1e-9)
 
 
-def alpha_frame(medium: str, values: tuple[np.ndarray, np.ndarray]) -> pd.DataFrame:
-    """Alpha table of a medium with a known error, as the workflow writes it."""
-    import pandas as pd
-
-    columns: dict[str, Any] = {
-        "medium": medium,
-        "beta_deg": np.repeat(reference.BETA_DEG, 13),
-        "gamma_deg": np.tile(np.round(reference.GAMMA_DEG, 4), 7),
-    }
-    for component, alpha in zip("zx", values, strict=True):
-        flat = alpha.ravel()
-        for quantity, add in (("", 0.0), ("_lo", -1.96 * SE), ("_hi", 1.96 * SE)):
-            columns[f"alpha_{component}{quantity}_N_per_cm3"] = flat + add
-        columns[f"alpha_{component}_se_N_per_cm3"] = np.where(np.isnan(flat), np.nan, SE)
-    empty = np.isnan(values[0].ravel())
-    return pd.DataFrame(columns | {"reason": np.where(empty, "no run", "")})
-
-
 @pytest.fixture
 def results(here: Path) -> Path:
-    """Tables of a campaign: three published media and a sand with one cell."""
-    from rftfit.store import write_csv
-
-    folder = here / "results é"
-    (folder / "alpha").mkdir(parents=True)
-    coefficients = ["method,medium,coefficient,value_N_per_cm3,kept,reason"]
-    penetration = ["method,medium,chi"]
-    scaled = []
-    for medium in MEASURED:
-        alpha = reference.alpha_grid(medium)
-        write_csv(alpha_frame(medium, alpha), folder / "alpha" / f"{medium}.csv")
-        used, keep = own_fit(medium)
-        scaled.append(used / vertical_penetration(used))
-        penetration.append(f"lsq,{medium},{alpha[0][3, -1] / vertical_penetration(used):.17g}")
-        coefficients += [
-            f"lsq,{medium},{term},{value:.17g},{kept},"
-            for term, value, kept in zip(TERMS, used, keep, strict=True)
-        ]
-    coefficients += [
-        f"lsq,generic,{term},{value:.17g},True,"
-        for term, value in zip(TERMS, np.mean(scaled, axis=0), strict=True)
-    ]
-    sand = np.full((7, 13), np.nan)
-    sand[3, -1] = 0.7
-    write_csv(alpha_frame("sand", (sand, np.where(np.isnan(sand), np.nan, 0.0))),
-              folder / "alpha" / "sand.csv")  # fmt: skip
-    (folder / "coefficients.csv").write_text("\n".join(coefficients) + "\n")
-    (folder / "penetration.csv").write_text("\n".join(penetration) + "\n")
-    return folder
+    """Results of a campaign: three published media and a sand with one cell."""
+    return make_campaign(
+        here / "results é",
+        dict.fromkeys(MEASURED, LABORATORY) | {"sand": SAND},
+        {medium: reference.alpha_grid(medium) for medium in MEASURED} | {"sand": one_cell(0.7)},
+    )
 
 
 def own_fit(medium: str) -> tuple[np.ndarray, np.ndarray]:
@@ -277,7 +234,7 @@ def test_missing_cells_are_said(rftfit: Callable[..., Said], here: Path, results
     # in the air there is no force, whatever is known of the sand
     assert (found["force_z_N"][~unknown] == 0).all()
     assert np.isnan(found["force_z_lo_N"][unknown]).all()
-    assert "# empty cells: alpha table of" in (here / "forces.csv").read_text()
+    assert "# empty cells: measured table of" in (here / "forces.csv").read_text()
     result = json.loads(rftfit(*words, "--json").out)
     assert (result["rows_unknown"], result["peaks_complete"]) == (unknown.sum(), False)
     assert result["reason"].count("no run") == 90
@@ -305,39 +262,39 @@ def test_a_sand_by_its_penetration_test(
     assert "no alpha at (0, 90) deg" in said.err
 
 
-LEG, SAND = ("--leg", "c_leg"), ("--medium", "poppy_LP")
+LEG, POPPY = ("--leg", "c_leg"), ("--medium", "poppy_LP")
 
 
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (SAND, "found no outline; allowed: one of --leg"),
-        ((*LEG, "--curvature", "0", *SAND), "found --leg and --curvature"),
-        (("--leg", "cleg", *SAND), "flat_leg, reversed_c_leg; did you mean 'c_leg'?"),
-        (("--curvature", "1.5", *SAND), "--curvature: found 1.5; allowed: R/r from -1"),
-        (("--curvature", "nan", *SAND), "--curvature: found nan;"),
-        (("--curvature", "0,5", *SAND), "write a decimal point: 0.5"),
-        ((*LEG, "--width", "2", *SAND), "--width: the model legs are 2.54 cm wide"),
-        (("--curvature", "1", "--width", "0", *SAND), "--width: found 0; allowed: above 0"),
-        (("--curvature", "1", "--width", "inf", *SAND), "--width: found inf;"),
-        ((*LEG, "--elements", "0", *SAND), "--elements: found 0; allowed: 1 to 10000"),
-        ((*LEG, "--hip", "nan", *SAND), "--hip: found nan;"),
-        ((*LEG, "--hip", "2", "--path", "p.csv", *SAND), "--hip is for a rotation"),
+        (POPPY, "found no outline; allowed: one of --leg"),
+        ((*LEG, "--curvature", "0", *POPPY), "found --leg and --curvature"),
+        (("--leg", "cleg", *POPPY), "flat_leg, reversed_c_leg; did you mean 'c_leg'?"),
+        (("--curvature", "1.5", *POPPY), "--curvature: found 1.5; allowed: R/r from -1"),
+        (("--curvature", "nan", *POPPY), "--curvature: found nan;"),
+        (("--curvature", "0,5", *POPPY), "write a decimal point: 0.5"),
+        ((*LEG, "--width", "2", *POPPY), "--width: the model legs are 2.54 cm wide"),
+        (("--curvature", "1", "--width", "0", *POPPY), "--width: found 0; allowed: above 0"),
+        (("--curvature", "1", "--width", "inf", *POPPY), "--width: found inf;"),
+        ((*LEG, "--elements", "0", *POPPY), "--elements: found 0; allowed: 1 to 10000"),
+        ((*LEG, "--hip", "nan", *POPPY), "--hip: found nan;"),
+        ((*LEG, "--hip", "2", "--path", "p.csv", *POPPY), "--hip is for a rotation"),
         (LEG, "found no medium; allowed: one of --medium"),
-        ((*LEG, *SAND, "--alpha", "0.9"), "found --medium and --alpha"),
+        ((*LEG, *POPPY, "--alpha", "0.9"), "found --medium and --alpha"),
         ((*LEG, "--medium", "popy_LP"), "did you mean 'poppy_LP'? (published media;"),
         ((*LEG, "--medium", "yuma"), "--alpha for one penetration test"),
-        ((*LEG, *SAND, "--profile", "forier"), "did you mean 'fourier'?"),
+        ((*LEG, *POPPY, "--profile", "forier"), "did you mean 'fourier'?"),
         ((*LEG, "--alpha", "0.9", "--profile", "table"), "allowed: generic (one penetration"),
         ((*LEG, "--alpha", "-1"), "--alpha: found -1; allowed: a positive number"),
         ((*LEG, "--alpha", "0.9", "--se", "-1"), "--se: found -1;"),
         ((*LEG, "--alpha", "0.9", "--confidence", "95"), "--confidence: found 95;"),
-        ((*LEG, *SAND, "--se", "0.1"), "so it needs --alpha"),
-        ((*LEG, *SAND, "--method", "lsq"), "so it needs --results"),
-        ((*LEG, *SAND, "--results", "none"), "has no alpha tables; allowed: the folder that"),
-        (("--outline", "none.csv", *SAND), "--outline needs --width"),
-        (("--outline", "none.csv", "--width", "1", *SAND), "none.csv"),
-        ((*LEG, "--path", "none.csv", *SAND), "none.csv"),
+        ((*LEG, *POPPY, "--se", "0.1"), "so it needs --alpha"),
+        ((*LEG, *POPPY, "--method", "lsq"), "so it needs --results"),
+        ((*LEG, *POPPY, "--results", "none"), "no config/config.yaml there; allowed"),
+        (("--outline", "none.csv", *POPPY), "--outline needs --width"),
+        (("--outline", "none.csv", "--width", "1", *POPPY), "none.csv"),
+        ((*LEG, "--path", "none.csv", *POPPY), "none.csv"),
     ],
 )  # fmt: skip
 def test_messages(
@@ -370,14 +327,14 @@ def test_bad_files(
 ) -> None:
     (here / "points.csv").write_text(content)
     body = LEG if option == "--path" else ("--width", "2")
-    said = rftfit("predict", *SAND, *body, option, "points.csv")
+    said = rftfit("predict", *POPPY, *body, option, "points.csv")
     assert said.code == 2
     assert text in said.err
     assert not (here / "forces.csv").exists()
 
 
 def test_nothing_in_the_sand(rftfit: Callable[..., Said], here: Path) -> None:
-    said = rftfit("predict", *LEG, *SAND, "--hip", "9")
+    said = rftfit("predict", *LEG, *POPPY, "--hip", "9")
     assert said.code == 0
     assert "no force in any pose: the outline stays above the surface" in said.err
     assert (read_forces(here / "forces.csv")["force_z_N"] == 0).all()
@@ -386,25 +343,25 @@ def test_nothing_in_the_sand(rftfit: Callable[..., Said], here: Path) -> None:
 def test_files_of_others_are_left(rftfit: Callable[..., Said], here: Path) -> None:
     target = here / "forces.csv"
     target.write_text("mine")
-    said = rftfit("predict", *LEG, *SAND)
+    said = rftfit("predict", *LEG, *POPPY)
     assert said.code == 2
     assert "was not written by rftfit predict" in said.err
     assert target.read_text() == "mine"
-    assert rftfit("predict", *LEG, *SAND, "--force").code == 0
+    assert rftfit("predict", *LEG, *POPPY, "--force").code == 0
     first = target.read_bytes()
     # its own table it overwrites unasked, and the same numbers are the same bytes
     assert rftfit("predict", *LEG, "--medium", "poppy_CP").code == 0
     assert target.read_bytes() != first
-    assert rftfit("predict", *LEG, *SAND).code == 0
+    assert rftfit("predict", *LEG, *POPPY).code == 0
     assert target.read_bytes() == first
     # what is read is never overwritten, not even when told to
     path = here / "path.csv"
     path.write_text("t_s,x_cm,z_cm,angle_deg\n0,0,0,0\n1,0,-1,0\n")
-    words = (*LEG, *SAND, "--path", "path.csv", "--output", "./path.csv", "--force")
+    words = (*LEG, *POPPY, "--path", "path.csv", "--output", "./path.csv", "--force")
     assert "this file is read" in rftfit("predict", *words).err
     assert path.read_text().startswith("t_s")
-    assert rftfit("predict", *LEG, *SAND, "--output", here).code == 3
-    said = rftfit("predict", *LEG, *SAND, "--output", "path.csv/below.csv")
+    assert rftfit("predict", *LEG, *POPPY, "--output", here).code == 3
+    said = rftfit("predict", *LEG, *POPPY, "--output", "path.csv/below.csv")
     assert said.code == 3
 
 
@@ -416,50 +373,39 @@ def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
 
     nine = ("--medium", "poppy_LP", "--profile", "fourier")
     assert "did you mean 'poppy_LP'?" in why("--medium", "poppy_lp")
-    assert "allowed: poppy_LP, poppy_CP, glass3mm_CP" in why("--medium", "sand", *nine[2:])
-    assert "--method: found 'lsqq'; allowed: lsq; did you mean 'lsq'?" in why(
+    assert "allowed: table, generic" in why("--medium", "sand", *nine[2:])
+    assert "method: found 'lsqq'; allowed: lsq, dft-index; did you mean 'lsq'?" in why(
         *nine, "--method", "lsqq"
     )
     assert "needs --profile fourier" in why("--medium", "poppy_LP", "--method", "lsq")
-    path = results / "coefficients.csv"
-    whole = path.read_text()
-    path.write_text("\n".join(row for row in whole.splitlines() if "poppy_LP,B01" not in row))
-    assert "no value by 'lsq' for poppy_LP: B01" in why(*nine)
-    path.write_text(whole.replace("lsq,poppy_LP,B01,", "lsq,poppy_LP,B01,x"))
-    assert "column value_N_per_cm3 does not hold numbers only" in why(*nine)
-    path.unlink()
-    assert "there is no such table; `rftfit run` makes it" in why(*nine)
     table = results / "alpha" / "poppy_LP.csv"
     rows = table.read_text().splitlines(keepends=True)
     table.write_text("".join(rows[:50]))
-    assert "not the 7 x 13 angles of an alpha table" in why(*SAND)
+    assert "not the 7 x 13 angles of an alpha table" in why(*POPPY)
     table.write_text("".join([*rows[:-1], rows[-2]]))
-    assert "not the 7 x 13 angles of an alpha table" in why(*SAND)
+    assert "not the 7 x 13 angles of an alpha table" in why(*POPPY)
+    table.write_text("".join([*rows[:-1], rows[-1].replace(",0.", ",x.", 1)]))
+    assert "poppy_LP.csv: a column of numbers holds something else" in why(*POPPY)
     table.write_text("a,b\n1,2\n")
-    assert "no column beta_deg" in why(*SAND)
+    assert "no column " in why(*POPPY)
     table.write_bytes(b"\xff\xfe\x00")
-    assert "cannot be read as a table" in why(*SAND)
+    assert "cannot be read as a table" in why(*POPPY)
     shutil.rmtree(results / "alpha")
-    assert "has no alpha tables" in why(*SAND)
+    assert "poppy_LP.csv: there is no such table" in why(*POPPY)
 
 
-def test_coefficients_that_are_missing(
-    rftfit: Callable[..., Said], here: Path, results: Path
-) -> None:
-    path = results / "coefficients.csv"
-    rows = path.read_text().splitlines()
-    gone = [
-        ",".join([*row.split(",")[:3], "", "True", "too few cells"]) if "poppy_LP" in row else row
-        for row in rows
-    ]
-    path.write_text("\n".join(gone) + "\n")
+def test_a_fit_that_is_missing(rftfit: Callable[..., Said], here: Path) -> None:
+    few = np.where(np.arange(7)[:, None] == 0, reference.alpha_grid("poppy_LP"), np.nan)
+    alpha = {"poppy_LP": (few[0], few[1]), "poppy_CP": reference.alpha_grid("poppy_CP")}
+    folder = make_campaign(here / "c", dict.fromkeys(alpha, LABORATORY), alpha)
     for kind in ("fourier", "generic"):
-        words = (*LEG, "--results", results, *SAND, "--profile", kind, "--json")
+        words = (*LEG, "--results", folder, *POPPY, "--profile", kind, "--json")
         said = rftfit("predict", *words)
         assert said.code == 0
-        assert "too few cells" in said.err
-        assert "too few cells" in json.loads(said.out)["reason"]
+        for text in (said.err, json.loads(said.out)["reason"]):
+            assert "measured cells" in text
         assert math.isnan(read_forces(here / "forces.csv")["force_z_N"][135])
+        assert "null" in said.out
 
 
 def test_help_holds_an_example(rftfit: Callable[..., Said]) -> None:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from light_campaign import LABORATORY, make_campaign
 
 from rftfit import reference
 
-from .test_cli_predict import alpha_frame, here, read_forces
+from .test_cli_predict import here, read_forces
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -67,14 +68,10 @@ def test_outline_path_and_medium_are_told_at_once(rftfit: Callable[..., Said], h
 
 def test_one_missing_cell(rftfit: Callable[..., Said], here: Path) -> None:
     """Only what needs the cell is unknown; the file, the screen and the summary say why."""
-    from rftfit.store import write_csv
-
     alpha_z, alpha_x = (np.array(part) for part in reference.alpha_grid("poppy_LP"))
     row, col = 3, list(np.round(reference.GAMMA_DEG, 1)).index(45.0)
     alpha_z[row, col] = alpha_x[row, col] = np.nan
-    folder = here / "results"
-    (folder / "alpha").mkdir(parents=True)
-    write_csv(alpha_frame("poppy_LP", (alpha_z, alpha_x)), folder / "alpha" / "poppy_LP.csv")
+    folder = make_campaign(here / "c", {"poppy_LP": LABORATORY}, {"poppy_LP": (alpha_z, alpha_x)})
     (here / "plate.csv").write_text(PLATE)
     # straight down; then along gamma = 45 degrees; then level
     steps = "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n3,-1,-4,0\n4,-2,-5,0\n5,-3,-5,0\n6,-4,-5,0\n"
@@ -94,7 +91,7 @@ def test_one_missing_cell(rftfit: Callable[..., Said], here: Path) -> None:
     assert found["force_z_N"][1] == pytest.approx(
         2 * 6 * reference.alpha_grid("poppy_LP")[0][3, -1]
     )
-    assert "# empty cells: alpha table of" in (here / "forces.csv").read_text()
+    assert "# empty cells: measured table of" in (here / "forces.csv").read_text()
     result = json.loads(rftfit("predict", *words, "--json").out)
     assert (result["rows_unknown"], result["peaks_complete"]) == (1, False)
     assert "(0, 45): no run" in result["reason"]

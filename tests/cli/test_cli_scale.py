@@ -9,17 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from light_campaign import LABORATORY, SAND, make_campaign, one_cell
 
 from rftfit import reference
-from rftfit.cli.scale import (
-    alpha_with_interval,
-    coefficients_with_interval,
-    from_results,
-    scale_from,
-)
-from rftfit.errors import InputError
-from rftfit.model.fourier import TERMS, evaluate
-from rftfit.model.scaling import Reference, published, with_interval
+from rftfit.model.fourier import TERMS, evaluate, fit_dft_index, fit_lsq, kept_terms
+from rftfit.model.scaling import Reference, published, scale, vertical_penetration, with_interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -93,12 +87,9 @@ def test_numbers_by_hand(rftfit: Callable[..., Said], here: Path) -> None:
 
 
 def test_everything_scales_with_alpha() -> None:
-    source = published()
-    one, two = (scale_from(source, alpha, alpha / 20, 0.95) for alpha in (0.4, 0.8))
+    one, two = (scale(alpha, alpha / 20) for alpha in (0.4, 0.8))
     for first, second in zip(
-        coefficients_with_interval(one, source, 0.95),
-        coefficients_with_interval(two, source, 0.95),
-        strict=True,
+        one.coefficients_with_interval(), two.coefficients_with_interval(), strict=True
     ):
         assert second == pytest.approx(2 * first)
 
@@ -108,13 +99,15 @@ def test_intervals_grow_with_se_and_confidence(rftfit: Callable[..., Said]) -> N
         zeta = as_json(rftfit("scale", "--alpha", "0.9", "--json", *more))["zeta"]
         return float(zeta["hi"] - zeta["lo"])
 
-    widths = [width("--confidence", "0.8"), width(), width("--se", "0.1"), width("--se", "0.3")]
+    errors = [width("--se", se) for se in ("0", "0.01", "0.05", "0.1", "0.3")]
+    widths = [width("--confidence", "0.8"), width("--confidence", "0.9"), *errors]
     assert widths == sorted(widths)
-    assert len(set(widths)) == 4
+    assert len(set(widths)) == 7
+    assert width() == errors[0]
 
 
 def test_no_scatter_leaves_the_error_of_zeta() -> None:
-    scaled = scale_from(published(), 0.9, 0.0, 0.95)
+    scaled = scale(0.9)
     generic = np.array([2.0, -1.0, 0.0])
     value, lo, hi = with_interval(scaled, generic, np.tile(generic, (5, 1)), 0.95)
     assert value == pytest.approx(scaled.zeta * generic)
@@ -132,14 +125,12 @@ def test_intervals_hold_for_a_medium_left_out() -> None:
         four = Reference("", tuple(whole.media[j] for j in rest), whole.chi[rest],
                          scaled.mean(axis=0), scaled)  # fmt: skip
         alpha = reference.alpha_grid(medium)[0][3, -1]
-        result = scale_from(four, alpha, 0.0, 0.95)
+        result = scale(alpha, 0.0, four)
         own = np.array([reference.coefficients(medium)[term] for term in TERMS])
-        _, lo, hi = coefficients_with_interval(result, four, 0.95)
+        _, lo, hi = result.coefficients_with_interval()
         of_coefficients.append((lo - 1e-9 <= own) & (own <= hi + 1e-9))
         profile = evaluate(own, beta, gamma)
-        for truth, (_, low, high) in zip(
-            profile, alpha_with_interval(result, four, beta, gamma, 0.95), strict=True
-        ):
+        for truth, (_, low, high) in zip(profile, result.alpha(beta, gamma), strict=True):
             of_profiles.append((low - 1e-9 <= truth) & (truth <= high + 1e-9))
     # 45 coefficients and 910 alphas of five media; 0.95 is the promise, five media are few
     assert np.mean(of_coefficients) > 0.9
@@ -169,7 +160,7 @@ def test_text(rftfit: Callable[..., Said]) -> None:
         (["--alpha", "0.9", "--se", "-1"], "--se: found -1;"),
         (["--alpha", "0.9", "--confidence", "95"], "--confidence: found 95;"),
         (["--alpha", "0.9", "--method", "lsq"], "needs --results"),
-        (["--alpha", "0.9", "--results", "none"], "penetration.csv: there is no such table"),
+        (["--alpha", "0.9", "--results", "none"], "no config/config.yaml there"),
     ],
 )
 def test_messages(rftfit: Callable[..., Said], here: Path, words: list[str], text: str) -> None:
@@ -211,61 +202,73 @@ def test_where_nothing_can_be_written(rftfit: Callable[..., Said], here: Path) -
     assert rftfit("scale", "--alpha", "0.9", "--output", here).code == 3
 
 
-def write_results(folder: Path, methods: tuple[str, ...] = ("lsq",)) -> None:
-    """Tables with two media of the same profile, one term of it dropped."""
-    folder.mkdir()
-    penetration = ["method,medium,alpha_z_measured_N_per_cm3,chi,zeta"]
-    coefficients = ["method,medium,coefficient,value_N_per_cm3,kept"]
-    for method in methods:
-        for medium, chi, zeta in (("a", 1.1, 0.5), ("b", 1.3, 2.0), ("c", "", "")):
-            penetration.append(f"{method},{medium},0.6,{chi},{zeta}")
-        for medium, zeta in (("a", 0.5), ("b", 2.0), ("generic", 1.0)):
-            for i, term in enumerate(TERMS):
-                kept = term != "Cm1"
-                coefficients.append(f"{method},{medium},{term},{zeta * M0[i]},{kept}")
-    penetration.append("scaling routine (lsq),sand,0.9,1.2,0.75")
-    (folder / "penetration.csv").write_text("\n".join(penetration) + "\n")
-    (folder / "coefficients.csv").write_text("\n".join(coefficients) + "\n")
+METHODS = ("lsq", "dft-index")
+OWN = ("poppy_LP", "glass3mm_CP")
 
 
-def test_results_of_a_campaign(rftfit: Callable[..., Said], here: Path) -> None:
-    write_results(here / "results", ("lsq", "dft-index"))
-    said = rftfit("scale", "--alpha", "0.9", "--results", "results", "--json")
+@pytest.fixture
+def results(here: Path) -> Path:
+    """Results of a campaign of two media."""
+    alpha = {medium: reference.alpha_grid(medium) for medium in OWN}
+    return make_campaign(here / "c", dict.fromkeys(OWN, LABORATORY), alpha)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_results_of_a_campaign(rftfit: Callable[..., Said], results: Path, method: str) -> None:
+    words = ("--alpha", "0.9", "--results", results, "--method", method, "--json")
+    said = rftfit("scale", *words)
     assert said.code == 0, said.err
     result = as_json(said)
-    assert result["media"] == ["a", "b"]
-    assert result["scaled_from"] == "results, method lsq"
-    assert result["chi"]["value"] == pytest.approx(1.2)
-    assert result["zeta"]["value"] == pytest.approx(0.75)
+    assert result["media"] == list(OWN)
+    assert result["scaled_from"] == f"{results}, method {method}"
+    fits, chi = [], []
+    for medium in OWN:
+        alpha = reference.alpha_grid(medium)
+        keep = kept_terms(transform(method, alpha, None), 0.05)
+        fits.append(transform(method, alpha, keep))
+        chi.append(alpha[0][3, -1] / vertical_penetration(fits[-1]))
+    m0 = np.mean([fit / vertical_penetration(fit) for fit in fits], axis=0)
+    assert result["chi"]["value"] == pytest.approx(np.mean(chi))
     found = result["coefficients_N_per_cm3"]
-    assert found["A00"]["value"] == pytest.approx(0.75 * 0.206)
-    # both media have one and the same profile: the error of zeta is all there is
-    assert found["A00"]["lo"] == pytest.approx(result["zeta"]["lo"] * 0.206)
-    assert found["Cm1"] == {"value": 0, "lo": 0, "hi": 0}
-    said = rftfit(
-        "scale", "--alpha", "0.9", "--results", "results", "--method", "dft-index", "--json"
-    )
-    assert as_json(said)["scaled_from"] == "results, method dft-index"
+    assert [found[term]["value"] for term in TERMS] == pytest.approx(0.9 / np.mean(chi) * m0)
 
 
-def test_damaged_results(here: Path) -> None:
-    folder = here / "results"
-    write_results(folder)
-    with pytest.raises(InputError, match=r"no rows of the method 'dft'; allowed: lsq, scaling"):
-        from_results(folder, "dft")
-    with pytest.raises(InputError, match="at least two media"):
-        from_results(folder, "scaling routine (lsq)")
-    table = folder / "coefficients.csv"
+def transform(
+    method: str, alpha: tuple[np.ndarray, np.ndarray], keep: np.ndarray | None
+) -> np.ndarray:
+    beta, gamma = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+    if method == "lsq":
+        return fit_lsq(beta, gamma, *alpha, keep)
+    values = fit_dft_index(gamma, *alpha)
+    return values if keep is None else np.where(keep, values, 0)
+
+
+def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
+    def why(*more: str) -> str:
+        said = rftfit("scale", "--alpha", "0.9", "--results", results, *more)
+        assert (said.code, said.out) == (2, "")
+        return said.err
+
+    assert "allowed: lsq, dft-index" in why("--method", "dft")
+    table = results / "alpha" / "poppy_LP.csv"
     whole = table.read_text()
-    table.write_text(whole.replace(f"lsq,b,B01,{2 * 0.358}", "lsq,b,B01,"))
-    with pytest.raises(InputError, match="no value by 'lsq' for b: B01"):
-        from_results(folder, "lsq")
-    table.write_text(whole.replace(f"lsq,b,B01,{2 * 0.358}", "lsq,b,B01,x"))
-    with pytest.raises(InputError, match="found 'x' in column value_N_per_cm3"):
-        from_results(folder, "lsq")
-    table.write_text("method,medium\nlsq,a\n")
-    with pytest.raises(InputError, match="no column coefficient, value_N_per_cm3"):
-        from_results(folder, "lsq")
+    first = whole.splitlines()[1]
+    table.write_text(whole.replace(first, first.replace("-90,", "x,", 1)))
+    assert "poppy_LP.csv" in why()
+    table.write_text(whole.replace(first + "\n", ""))
+    assert "poppy_LP.csv: not the 7 x 13 angles of an alpha table" in why()
+    table.write_text("medium\na\n")
+    assert "poppy_LP.csv: no column beta_deg" in why()
     table.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="cannot be read as a table"):
-        from_results(folder, "lsq")
+    assert "poppy_LP.csv: cannot be read as a table" in why()
+    table.unlink()
+    assert "poppy_LP.csv: there is no such table" in why()
+
+
+def test_one_medium_of_its_own_is_not_enough(rftfit: Callable[..., Said], here: Path) -> None:
+    alpha = {"a": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
+    folder = make_campaign(here / "one", {"a": LABORATORY, "sand": SAND}, alpha)
+    said = rftfit("scale", "--alpha", "0.9", "--results", folder)
+    assert said.code == 2
+    assert "at least two laboratory media" in said.err
+    assert not (here / "alpha.csv").exists()

@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 from ensembles import AREA_CM2, RUN_TO_RUN, one_log
 
-from rftfit.compare.legs import laboratory_candidates, leg_errors, leg_prediction
+from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.measure.alpha import column, grid
-from rftfit.model.draws import interval
+from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
 from rftfit.model.motion import THETA_DEG, sweep
 from rftfit.model.outlines import leg_outline
@@ -138,8 +138,7 @@ def leg_inside(
     item = config.intruders[leg]
     assert item.shape == "leg"
     true = true_curve(own.medium, leg, config)
-    best = next(c for c in laboratory_candidates(table, own, [own], config) if c.name == "table")
-    curve = leg_prediction(best, item, config)
+    curve = leg_prediction(measured_profile(table, config), item, config)
     inside = []
     for c in "zx":
         lo, hi = (curve[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
@@ -180,18 +179,19 @@ def true_best(medium: str) -> float:
 
 
 def robot_draws(
-    table: pd.DataFrame, own: MediumFit, config: Config, count: int = DRAWS
+    table: pd.DataFrame, config: Config, count: int = DRAWS
 ) -> tuple[Profile, list[Profile]]:
     """The measured table and draws of it, as the stage takes them."""
-    best = next(c for c in laboratory_candidates(table, own, [own], config) if c.name == "table")
-    return best.profile, each_draw(best.draws, count)
+    best = measured_profile(table, config)
+    assert isinstance(best.spread, TableProfile)
+    return best, each_draw(best.spread, count)
 
 
 def robot_inside(
     table: pd.DataFrame, own: MediumFit, config: Config, conditions: Sequence[Condition]
 ) -> Inside:
     """Speed of the paper's robot under some conditions, by the measured table."""
-    profile, draws = robot_draws(table, own, config)
+    profile, draws = robot_draws(table, config)
     found = speeds_of(coarser(paper_robot()), [profile], conditions, 1)[0]
     widths = speed_widths(paper_robot(), profile, draws, conditions, LEVEL, 1)
     assert not any(width.reason for width in widths), widths
@@ -202,7 +202,7 @@ def robot_inside(
 
 def best_inside(table: pd.DataFrame, own: MediumFit, config: Config) -> Inside:
     """Best curvature of its legs at 5 Hz."""
-    profile, draws = robot_draws(table, own, config, BEST_DRAWS)
+    profile, draws = robot_draws(table, config, BEST_DRAWS)
     found = np.array([optimum(coarser(paper_robot()), profile, 1)[0]])
     width = best_width(paper_robot(), profile, draws, LEVEL, 1)
     assert not width.reason, width

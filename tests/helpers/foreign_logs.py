@@ -176,7 +176,7 @@ def delimited(rows: int) -> Foreign:
     ]
     text = TextFormat(delimiter="blank", comment="#")
     found = _foreign("delimited", head, lines, ["time", "x", "z"], _blanks)
-    reader = DelimitedReader().described(text)
+    reader = DelimitedReader(text)
     return Foreign(found.name, reader, found.header, found.lines, found.raw, found.cells)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from foreign_logs import TEXTS
 
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.delimited import look
+from rftfit.logs.delimited import preview
 from rftfit.logs.registry import claimants
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def _one(made: Foreign, place: Path, content: bytes, score: Score) -> None:
         tracemalloc.stop()
         # what inspect does with any file must not fail either
         claimants(content[:65536])
-        look(content[:65536])
+        preview(content[:65536])
     score.slowest_s = max(score.slowest_s, took)
     assert took < SLOWEST_S, f"{took:.1f} s for {len(content)} bytes"
     assert score.memory < MEMORY, f"{score.memory} bytes for {len(content)} bytes"

@@ -1,9 +1,12 @@
-"""Inputs of the report page, made from the published tables with the program's own functions."""
+"""Campaigns whose results are made from the published tables, for the tests of the report page."""
 
 from __future__ import annotations
 
+import json
+import math
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -12,15 +15,22 @@ from chain_tables import MISSING, alpha_table
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Leg
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
 from rftfit.compare.legs import leg_errors
+from rftfit.compare.robot import optima
 from rftfit.measure.alpha import column, grid
 from rftfit.model.fourier import TERMS, fit_lsq
-from rftfit.model.motion import sweep
+from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
-from rftfit.model.scaling import generic, scale_new_medium, vertical_penetration
-from rftfit.page.methods import Provenance
-from rftfit.page.page import PageInputs
+from rftfit.model.reference_kernel import pose_forces
+from rftfit.model.scaling import generic, published, scale_new_medium, vertical_penetration
+from rftfit.outputs.dictionary import describe
+from rftfit.results import Results
+from rftfit.robot.calibrate import NAMED
+from rftfit.robot.speeds import published_speeds, speed_errors
+from rftfit.store import write_csv
 
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
@@ -31,69 +41,210 @@ NASTY = "</script><script>window.hacked = 1</script><b>\"&'"
 SAND_ALPHA = 0.689
 HOLED = "glass3mm_CP"
 """The medium with missing cells."""
+THETA_DEG = np.arange(-135, 136, 5)
+SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", "leg_errors", "sands",
+          "sand_correction")  # fmt: skip
+OF_MEDIA = ("alpha", "runs", "fits", "legs")
 
 
-def page_inputs(nasty: bool = False) -> PageInputs:
-    config = Config.model_validate(yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
+def paper_config() -> Config:
+    """The configuration of the demonstration campaign."""
+    return Config.model_validate(yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
+
+
+def bare_campaign(
+    folder: Path, names: tuple[str, ...], *, robot: bool = False, **changes: Any
+) -> Results:
+    """A campaign that has media but not a row of results; `changes` are sections of its config."""
+    config = paper_config().model_copy(update=changes if robot else {"robot": None} | changes)
+    runs = tuple(
+        Run(f"{medium}_1", "plate", medium, "plate", "intrusion", 0.0, 90.0, math.nan, "f.csv",
+            "m.csv", "", False, None, False, "", "", row)
+        for row, medium in enumerate(names, start=2)
+    )  # fmt: skip
+    results = Results(Campaign(folder, folder / "raw", folder / "runs.csv", config, runs))
+    for name in [*SINGLE, *(f"{kind}/{medium}" for kind in OF_MEDIA for medium in names)]:
+        write(results, f"{name}.csv", pd.DataFrame())
+    return results
+
+
+def write(results: Results, name: str, table: pd.DataFrame) -> None:
+    """Write a table; columns that the test does not care about get something of their kind."""
+    described = describe(f"results/{name}")
+    assert described is not None
+    fillers: dict[str, Any] = {"text": "", "yes or no": True}
+    always = [one for one in described.columns if not one.when and "<" not in one.name]
+    lacking: dict[str, Any] = {
+        key: fillers.get(one.kind, np.nan)
+        for one in always
+        for key in one.names
+        if key not in table
+    }
+    write_csv(table.assign(**lacking), results.root / "results" / name)
+
+
+def page_results(folder: Path, *, nasty: bool = False, robot: bool = False) -> Results:
+    """The paper's five media and one sand, with legs; with the robot, if wanted."""
+    changes: dict[str, Any] = {}
     if nasty:
-        media = dict(config.media)
+        media = dict(paper_config().media)
         media["poppy_LP"] = media["poppy_LP"].model_copy(update={"title": NASTY, "note": NASTY})
-        config = config.model_copy(update={"media": media, "title": NASTY})
-    alpha = {m: alpha_table(m, MISSING if m == HOLED else {}) for m in reference.MEDIA}
-    fits = {m: _fit(table) for m, table in alpha.items()}
+        changes = {"media": media, "title": NASTY}
+    results = bare_campaign(folder, (*reference.MEDIA, "yuma"), robot=robot, **changes)
+    for name, table in paper_tables().items():
+        write(results, f"{name}.csv", table)
+    reason = NASTY if nasty else "saturated throughout"
+    write(results, "reproduction.csv", _reproduction(reason))
+    write(results, "ledger.csv", _ledger(reason))
+    if robot:
+        write_robot(results)
+    return results
+
+
+@cache
+def paper_tables() -> dict[str, pd.DataFrame]:
+    """Results of the paper's media and one sand, by name."""
+    config = paper_config()
+    found = {f"alpha/{m}": alpha_table(m, MISSING if m == HOLED else {}) for m in reference.MEDIA}
+    fits = {m: _fit(found[f"alpha/{m}"]) for m in reference.MEDIA}
     m0 = generic(np.stack(list(fits.values())))
-    measured = {m: float(reference.alpha_grid(m)[0][3, -1]) for m in fits}
     zeta = {m: float(vertical_penetration(own)) for m, own in fits.items()}
-    chi = np.array([measured[m] / zeta[m] for m in fits])
-    alpha["yuma"] = _one_test("yuma")
-    penetration = [
-        _penetration("lsq", m, measured[m], zeta[m], measured[m] / zeta[m]) for m in fits
-    ]
-    sand = scale_new_medium(SAND_ALPHA, 0.0, chi, m0)
-    penetration.append(
-        _penetration("scaling routine (lsq)", "yuma", SAND_ALPHA, sand.zeta, sand.chi)
-    )
+    measured = {m: float(reference.alpha_grid(m)[0][3, -1]) for m in fits}
+    chi = {m: measured[m] / zeta[m] for m in fits}
+    sand = scale_new_medium(SAND_ALPHA, 0.0, np.array(list(chi.values())), m0)
     profiles: dict[str, dict[str, Profile]] = {"yuma": {"generic": scaled_generic(sand.zeta, m0)}}
     for m, own in fits.items():
-        table = TableProfile.from_table(alpha[m])
+        table = TableProfile.from_table(found[f"alpha/{m}"])
         profiles[m] = {
             "table": table,
             "fourier": FourierProfile(own),
             "generic": scaled_generic(zeta[m], m0),
             "depth_only": DepthOnlyProfile.of(table),
         }
-    predicted = pd.concat([_curves(config, m, own) for m, own in profiles.items()])
-    legs = predicted[predicted["profile"].isin(["table"])].drop(columns=["profile", "reason"])
-    legs = legs.assign(force_z_N=0.9 * legs["force_z_N"], force_x_N=0.8 * legs["force_x_N"])
-    reason = NASTY if nasty else "saturated throughout"
-    rows = {**fits, "generic": m0}
-    return PageInputs(
-        config=config,
-        alpha=alpha,
-        coefficients=pd.concat([_coefficients(m, own) for m, own in rows.items()]),
-        penetration=pd.DataFrame(penetration),
-        reproduction=_reproduction(reason),
-        ledger=_ledger(reason),
-        runs=pd.DataFrame(
-            {"run_id": ["p1", "p2"], "medium": ["poppy_LP", "poppy_LP"],
-             "flags": ["zero drifted by 0.30 N", "gap of 1.51 s in the force log"]}
+    predicted = pd.concat(
+        [curves(config, name, each, m) for m, own in profiles.items() for name, each in own.items()]
+    )
+    legs = predicted[predicted["profile"] == "table"].drop(columns=["profile", "reason"])
+    legs = legs.assign(
+        force_z_N=0.9 * legs["force_z_N"],
+        force_x_N=0.8 * legs["force_x_N"],
+        run_id=legs["leg"],
+        flags="",
+    )
+    found |= {f"legs/{m}": legs[legs["medium"] == m] for m in profiles}
+    rows = [_penetration("lsq", m, measured[m], zeta[m], chi[m]) for m in fits]
+    rows.append(_penetration("scaling routine (lsq)", "yuma", SAND_ALPHA, sand.zeta, sand.chi))
+    flags = ["zero drifted by 0.30 N", "gap of 1.51 s in the force log"]
+    return found | {
+        "alpha/yuma": _one_test("yuma"),
+        "runs/poppy_LP": pd.DataFrame({"run_id": ["p1", "p2"], "flags": flags}),
+        "coefficients": pd.concat(
+            [_coefficients(m, own) for m, own in {**fits, "generic": m0}.items()]
         ),
-        fits=pd.DataFrame({"run_id": ["p1"], "medium": ["poppy_LP"], "flags": [""]}),
-        legs=legs,
-        predicted=predicted,
-        leg_errors=leg_errors(legs, predicted),
-        sands=pd.DataFrame(
+        "penetration": pd.DataFrame(rows),
+        "predicted": predicted,
+        "leg_errors": leg_errors(legs, predicted),
+        "sands": pd.DataFrame(
             [{"medium": "yuma", "run_id": "y1", "window": "stated", "linear_to_cm": 2.0,
               "alpha_z_N_per_cm3": SAND_ALPHA, "bend": 0.11, "zeta": sand.zeta,
-              "zeta_lo": sand.zeta_lo, "zeta_hi": sand.zeta_hi, "reason": ""}]
+              "zeta_lo": sand.zeta_lo, "zeta_hi": sand.zeta_hi}]
         ),
-        sand_correction=pd.DataFrame(
+        "sand_correction": pd.DataFrame(
             [{"medium": "yuma", "model": "one factor", "factor_z": 0.66, "factor_x": 0.66,
               "rms_fit_N": 1.93, "rms_cv_N": 2.41, "gain_cv_percent": 10.7,
               "earns_its_place": True}]
         ),
-        provenance=Provenance({"rftfit": "9.9.9"}, "d1gest", {"the settings": "c0ffee"}),
-    )  # fmt: skip
+    }  # fmt: skip
+
+
+def sand_results(folder: Path) -> Results:
+    """One natural sand alone, scaled with the published media."""
+    results = bare_campaign(folder, ("yuma",))
+    chi, m0 = published().chi, published().m0
+    sand = scale_new_medium(SAND_ALPHA, 0.0, chi, m0)
+    method = "scaling routine (lsq, published media)"
+    row = _penetration(method, "yuma", SAND_ALPHA, sand.zeta, sand.chi)
+    predicted = curves(results.config, "generic", scaled_generic(sand.zeta, m0), "yuma")
+    write(results, "alpha/yuma.csv", _one_test("yuma"))
+    write(results, "penetration.csv", pd.DataFrame([row]))
+    write(results, "predicted.csv", predicted)
+    return results
+
+
+def empty_grid_results(folder: Path) -> Results:
+    """One laboratory medium of which no run gave an alpha: a grid of reasons, no coefficient."""
+    intruders = paper_config().intruders
+    plates = {name: item for name, item in intruders.items() if not isinstance(item, Leg)}
+    results = bare_campaign(folder, ("poppy_LP",), intruders=plates)
+    angles = [(b, g) for b in reference.BETA_DEG for g in reference.GAMMA_DEG]
+    table = alpha_table("poppy_LP", dict.fromkeys(angles, "no tare"))
+    nothing = np.full(len(TERMS), np.nan)
+    write(results, "alpha/poppy_LP.csv", table)
+    write(results, "coefficients.csv", _coefficients("poppy_LP", nothing))
+    row = _penetration("lsq", "poppy_LP", np.nan, np.nan, np.nan)
+    write(results, "penetration.csv", pd.DataFrame([row]))
+    return results
+
+
+def curves(config: Config, name: str, profile: Profile, medium: str) -> pd.DataFrame:
+    """Forces that a profile predicts for every leg of the config."""
+    parts = []
+    for leg, item in config.intruders.items():
+        if not isinstance(item, Leg):
+            continue
+        outline = leg_outline(item)
+        poses = rotation_poses(np.radians(THETA_DEG), item.hip_height_cm)
+        forces = pose_forces(profile, outline.body, outline.width_cm, outline.solid, poses)
+        frame = pd.DataFrame(
+            {"medium": medium, "leg": leg, "profile": name, "theta_deg": THETA_DEG}
+        )
+        for c, values in zip("zx", forces.T, strict=False):
+            frame[f"force_{c}_N"] = values
+            frame[f"force_{c}_lo_N"] = values - 0.1
+            frame[f"force_{c}_hi_N"] = values + 0.1
+        parts.append(frame.assign(moment_N_cm=forces[:, 2], reason=profile.reason))
+    return pd.concat(parts, ignore_index=True)
+
+
+def write_robot(results: Results) -> None:
+    """Simulated speeds at fixed ratios to the measured ones, and pictures of two runs."""
+    measured = published_speeds("poppy_LP", list(NAMED.values()))
+    simulated, sweeps = [], []
+    for name, factor in (("table", 1.1), ("depth_only", 2.0)):
+        speed = factor * measured["speed_cm_per_s"]
+        own = measured[["curvature_times_R", "frequency_Hz"]].assign(profile=name, reason="")
+        ends = {f"speed{end}_cm_per_s": speed for end in ("", "_lo", "_hi")}
+        simulated.append(own.assign(**ends))
+        runs = [(round(k, 2), f) for k in np.arange(-1, 1.01, 0.2) for f in (1.0, 5.0)]
+        sweep = pd.DataFrame(runs, columns=["curvature_times_R", "frequency_Hz"])
+        shape = 15 - 4 * (sweep["curvature_times_R"] - 0.5) ** 2
+        sweep["speed_cm_per_s"] = shape * sweep["frequency_Hz"]
+        sweeps.append(
+            sweep.assign(profile=name, medium="poppy_LP", phase_turns=0.0, outcome="steady")
+        )
+    speeds = pd.concat(sweeps, ignore_index=True)
+    write(results, "robot/speed.csv", speeds)
+    write(results, "robot/errors.csv", speed_errors(measured, pd.concat(simulated)))
+    write(results, "robot/optimum.csv", optima(speeds))
+    path = results.root / "results" / "robot" / "frames.json"
+    path.write_text(json.dumps(FRAMES), encoding="utf-8")
+
+
+def _run(curvature: float, frequency: float) -> dict[str, Any]:
+    """A run whose body sinks and whose legs turn from frame to frame."""
+    poses = [[0.5 * i, 2 - 0.01 * i, 0.001 * i, 0.17 * i] for i in range(36)]
+    arrows = [[-3.0, -1.0, 10 * i, 700 + i, 3.0, -1.5, -5, 770] for i in range(36)]
+    return {"frequency_Hz": frequency, "curvature": curvature, "speed_cm_per_s": 21.25 * frequency,
+            "outcome": "steady", "warning": "", "stride_s": 1 / frequency, "pose": poses,
+            "arrows": arrows}  # fmt: skip
+
+
+FRAMES: dict[str, Any] = {
+    "title": "robot", "medium": "poppy_LP",
+    "plates": [[-6.5, -1, 6.5, -1]], "hips": [[-4, 0, 0], [0, 0, 0.5], [4, 0, 0]],
+    "legs": {"0": [[0, 0], [0, -4.1]], "1": [[0, 0], [2, -2], [0, -4.1]]},
+    "runs": [_run(curvature, frequency) for curvature in (0, 1) for frequency in (2, 5)],
+}  # fmt: skip
 
 
 def _fit(table: pd.DataFrame) -> FloatArray:
@@ -114,54 +265,27 @@ def _one_test(medium: str) -> pd.DataFrame:
 def _penetration(
     method: str, medium: str, alpha: float, zeta: float, chi: float
 ) -> dict[str, object]:
-    row: dict[str, object] = {"method": method, "medium": medium, "reason": ""}
-    for name, value in (("alpha_z_measured", alpha), ("alpha_z_fit", zeta)):
-        for quantity, factor in (("", 1.0), ("_lo", 0.99), ("_hi", 1.01)):
-            row[f"{name}{quantity}_N_per_cm3"] = value * factor
-    for name, value in (("chi", chi), ("zeta", zeta)):
-        for quantity, factor in (("", 1.0), ("_lo", 0.99), ("_hi", 1.01)):
-            row[f"{name}{quantity}"] = value * factor
+    row: dict[str, object] = {"method": method, "medium": medium}
+    for end, factor in (("", 1.0), ("_lo", 0.99), ("_hi", 1.01)):
+        row[f"alpha_z_measured{end}_N_per_cm3"] = alpha * factor
+        row[f"alpha_z_fit{end}_N_per_cm3"] = zeta * factor
+        row[f"chi{end}"] = chi * factor
+        row[f"zeta{end}"] = zeta * factor
     return row
 
 
 def _coefficients(medium: str, values: FloatArray) -> pd.DataFrame:
     return pd.DataFrame(
         {"method": "lsq", "medium": medium, "coefficient": list(TERMS), "value_N_per_cm3": values,
-         "lo": values - 0.001, "hi": values + 0.001, "kept": True, "reason": ""}
+         "lo": values - 0.001, "hi": values + 0.001}
     )  # fmt: skip
-
-
-def _curves(config: Config, medium: str, profiles: dict[str, Profile]) -> pd.DataFrame:
-    parts = []
-    for leg, item in config.intruders.items():
-        if not isinstance(item, Leg):
-            continue
-        for name, profile in profiles.items():
-            forces = sweep(profile, leg_outline(item), None, item.hip_height_cm)
-            frame = pd.DataFrame({"medium": medium, "leg": leg, "profile": name,
-                                  "theta_deg": np.arange(-135, 136)})  # fmt: skip
-            for c, values in (("z", forces.force_z_N), ("x", forces.force_x_N)):
-                frame[f"force_{c}_N"] = values
-                frame[f"force_{c}_lo_N"] = values - 0.1
-                frame[f"force_{c}_hi_N"] = values + 0.1
-            parts.append(frame.assign(moment_N_cm=forces.moment_N_cm, reason=forces.reason))
-    return pd.concat(parts, ignore_index=True)
 
 
 def _reproduction(why: str) -> pd.DataFrame:
     columns = ["item", "where", "paper", "ours", "lo", "hi", "verdict", "why"]
     rows = [
-        [
-            "poppy_LP: A00, N/cm^3",
-            "Table S2",
-            0.051,
-            0.0508,
-            0.0507,
-            0.0509,
-            "same",
-            "within 0.002",
-        ],
-        ["poppy_LP: zeta", "Table S2", 0.248, 0.2564, np.nan, np.nan, "paper inconsistent", why],
+        ["A00", "Table S2", 0.051, 0.0508, 0.0507, 0.0509, "same", "within 0.002"],
+        ["zeta", "Table S2", 0.248, 0.2564, np.nan, np.nan, "paper inconsistent", why],
         ["chi, mean", "text", 1.26, 1.13, 1.0, 1.2, "differs", "another fit"],
     ]
     return pd.DataFrame(rows, columns=columns)

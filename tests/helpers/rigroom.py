@@ -18,8 +18,11 @@ from rftfit.lab import plan_runs, reenact
 from rftfit.lab.enact import run_logs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table
-from rftfit.workflow import measure as ledger_stage
-from rftfit.workflow.measure import fit_medium, ingest_medium, leg_curves, tare_medium
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.ledger import check, join
+from rftfit.measure.legs import leg_curves
+from rftfit.measure.tare import tare_medium
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -160,7 +163,7 @@ class Results:
 
     def check_ledger(self, counted: dict[str, int], one_file: Iterable[str] = ()) -> None:
         """Every line of every file is in the ledger, once; `one_file`: runs with a single log."""
-        ledger_stage.check(self.book, self.runs, list(one_file))
+        check(self.book, self.runs, list(one_file))
         assert self.book.groupby("file")["rows"].sum().to_dict() == counted
         dropped = self.book[self.book["fate"] == "dropped"]
         assert (dropped["reason"] != "").all()
@@ -175,7 +178,7 @@ def chain(campaign: Campaign, medium: str) -> Results:
     curves, *_, book4 = leg_curves(campaign, medium, runs, tared)
     fit = campaign.config.fit
     alpha = alpha_table(fits, medium, fit.confidence, len(fit.horizontal_depths_cm))
-    book = ledger_stage.join([part.table() for part in (book1, book2, book3, book4)])
+    book = join([part.table() for part in (book1, book2, book3, book4)])
     return Results(traces, runs, tared, tares, fits, alpha, curves, book)
 
 

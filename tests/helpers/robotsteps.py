@@ -1,4 +1,4 @@
-"""The compiled stepper as a function of a state."""
+"""The compiled stepper as a function of a state, and the same in plain numpy to check it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.robot import kernel
+from rftfit.model import kernel, reference_kernel
 
 if TYPE_CHECKING:
     from rftfit.model.profiles import Profile
@@ -22,7 +22,49 @@ def step(
     """State after some steps."""
     state = np.array(state, dtype=float)
     kernel.advance(
-        profile.pack, parts.shape, parts.groups, parts.turns, parts.places, parts.inertia, state,
+        profile.pack, parts.bodies, parts.widths_cm, parts.group, parts.hips, parts.inertia, state,
         turn, rate, step_s, steps, rk4, every, samples,
     )  # fmt: skip
     return state
+
+
+def forces(
+    profile: Profile, parts: Parts, state: np.ndarray, turn: float, rate: float
+) -> list[np.ndarray]:
+    """Force z, x on every element of each group, and where it acts: shape (members, n, 4)."""
+    placed = parts.place(state, turn, rate)
+    return [reference_kernel.element_forces(profile, elements) for elements in placed]
+
+
+def net(profile: Profile, parts: Parts, state: np.ndarray, turn: float, rate: float) -> np.ndarray:
+    """Force z, x and moment about the centre of mass."""
+    each = [part.reshape(-1, 4) for part in forces(profile, parts, state, turn, rate)]
+    return reference_kernel.net(np.concatenate(each), state[0], state[1])
+
+
+def plain_steps(
+    profile: Profile, parts: Parts, state: np.ndarray, turn: float, rate: float, step_s: float,
+    steps: int, rk4: bool = False,
+) -> np.ndarray:  # fmt: skip
+    """States before the first step and after each, shape (steps + 1, 6)."""
+
+    def slope(now: np.ndarray, at: float) -> np.ndarray:
+        force_z, force_x, moment = net(profile, parts, now, at, rate)
+        per_newton, per_newton_cm, gravity = parts.inertia
+        return np.array(
+            [*now[3:], force_x * per_newton, force_z * per_newton - gravity, moment * per_newton_cm]
+        )
+
+    path = [np.asarray(state)]
+    for k in range(steps):
+        now, at = path[-1], turn + rate * step_s * k
+        first = slope(now, at)
+        if rk4:
+            second = slope(now + step_s / 2 * first, at + rate * step_s / 2)
+            third = slope(now + step_s / 2 * second, at + rate * step_s / 2)
+            fourth = slope(now + step_s * third, at + rate * step_s)
+            path.append(now + step_s / 6 * (first + 2 * second + 2 * third + fourth))
+        else:
+            velocity = now[3:] + step_s * first[3:]
+            path.append(np.concatenate([now[:3] + step_s * velocity, velocity]))
+    return np.array(path)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from foreign_logs import TEXTS, netft
 
-from rftfit.logs.base import MOST_WORKERS, LogError, in_order
+from rftfit.logs.base import MOST_WORKERS, LogError, parallel_map
 from rftfit.logs.registry import dialect
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ ROWS = 900
 @pytest.fixture
 def blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rftfit.logs.text.BLOCK_BYTES", 3000)
-    monkeypatch.setattr("rftfit.logs.rig.WHOLE_BYTES", 3000)
 
 
 def damaged(name: str) -> bytes:
@@ -99,7 +98,7 @@ def test_results_come_in_order_and_few_items_are_taken_ahead() -> None:
         time.sleep(0.002 * (item % 3))
         return item * item
 
-    for place, result in enumerate(in_order(work, items()), start=1):
+    for place, result in enumerate(parallel_map(work, items()), start=1):
         assert result == place**2
         assert len(taken) <= place + MOST_WORKERS + 1
     assert len(taken) == 40
@@ -110,6 +109,6 @@ def test_an_error_of_the_work_reaches_whoever_asked() -> None:
         return 1 / item
 
     with pytest.raises(ZeroDivisionError):
-        list(in_order(work, [3, 2, 1, 0, 1]))
-    assert list(in_order(work, [])) == []
-    assert list(in_order(work, [2])) == [0.5]
+        list(parallel_map(work, [3, 2, 1, 0, 1]))
+    assert list(parallel_map(work, [])) == []
+    assert list(parallel_map(work, [2])) == [0.5]

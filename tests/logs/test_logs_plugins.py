@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.cli.verify import compare
 from rftfit.errors import InputError
 from rftfit.logs import registry as plugins_module
 from rftfit.logs.base import LogError
-from rftfit.logs.registry import DIALECTS, detect, dialect, dialects, faults
+from rftfit.logs.registry import DIALECTS, claimants, dialect, dialects, faults, head_of
 from rftfit.store import digests
-from rftfit.store.digests import Seen
 from rftfit.workflow.plan import Plan
-from rftfit.workflow.provenance import Graph, Record, Step, present_state
+from rftfit.workflow.provenance import changes_between, present_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -72,8 +70,7 @@ def test_the_example_of_the_documentation(install: Callable[..., None], tmp_path
     (log_text,) = blocks("text")
     path = tmp_path / "run1.olf"
     path.write_text(log_text, encoding="utf-8")
-    reader = detect(path)
-    assert reader is not None
+    (reader,) = claimants(head_of(path))
     assert reader.name == name
     assert "package ourlab-dialect" in reader.describe()
     log = reader.load(path)
@@ -116,8 +113,7 @@ def test_broken_ones_say_so_and_harm_nobody(install: Callable[..., None], tmp_pa
         dialect("a-broken")
     path = tmp_path / "log"
     path.write_bytes(b"OURS 1\n")
-    reader = detect(path)
-    assert reader is not None
+    reader = claimants(head_of(path))[0]
     assert reader.name == "failing"
     with pytest.raises(
         LogError, match="failing of package ourlab-failing failed: ZeroDivisionError"
@@ -179,37 +175,30 @@ def test_a_changed_plug_in_is_told(
     code = GOOD + "    def load(self, path): raise OSError\n"
     install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
     plan = Plan(campaign)
-    before = plan.code("ingest")
-    assert plan.dialects() == "ours: ourlab-dialect 1.0"
-    assert plan._meanings["code", before] == ("rftfit.workflow.measure", "ourlab_dialect")
-    plan.code("fourier")
-    assert ("rftfit.workflow.profiles",) in plan._meanings.values()
-
-    step = Step("ingest", makes=("results/a.csv",), modules=plan._meanings["code", before])
-    graph = Graph({"ingest": step, "draw": Step("draw", makes=("results/b.csv",),
-                                                modules=("rftfit.workflow.profiles",))})  # fmt: skip
-    results = {"results/a.csv": "1", "results/b.csv": "2"}
-    record = Record(present_state(plan.campaign, graph, Seen(None)), graph, results)
-    assert record.state.versions["ourlab-dialect"] == "1.0"
-    assert compare(record, record.state, results).findings == ()
+    (before,) = plan.stages["ingest"]
+    (model,) = plan.stages["fourier"]
+    state = present_state(plan)
+    assert state.versions["ourlab-dialect"] == "1.0"
+    assert "ourlab_dialect" in state.modules
 
     site = tmp_path / "site"
     (site / "ourlab_dialect.py").write_text(code.replace("OSError", "ValueError"), encoding="utf-8")
     fresh()
     changed = Plan(campaign)
-    assert changed.code("ingest") != before
-    compared = compare(record, present_state(changed.campaign, graph, Seen(None)), results)
-    assert [(found.sort, found.name) for found in compared.findings] == [("code", "ourlab_dialect")]
-    assert set(compared.of_result) == {"results/a.csv"}
+    assert changed.stages["ingest"][0].depends["code"] != before.depends["code"]
+    assert changed.stages["fourier"][0].depends == model.depends
+    found = changes_between(state, present_state(changed))
+    assert [(one.sort, one.name) for one in found] == [("code", "ourlab_dialect")]
 
     (site / "ourlab_dialect.py").unlink()
     shutil.rmtree(site / "ourlab_dialect-1.0.dist-info")
     sys.modules.pop("ourlab_dialect", None)
     importlib.invalidate_caches()
     fresh()
-    gone = compare(record, present_state(plan.campaign, graph, Seen(None)), results)
-    assert [found.now for found in gone.findings] == ["not there"]
-    assert "made with ourlab-dialect 1.0; here is not there" in gone.notes
+    found = changes_between(state, present_state(plan))
+    assert ("code", "ourlab_dialect", "not there") in [
+        (one.sort, one.name, one.now) for one in found
+    ]
 
 
 def test_the_rig_needs_no_search_for_plug_ins(
@@ -218,4 +207,4 @@ def test_the_rig_needs_no_search_for_plug_ins(
     text = campaign.read_text(encoding="utf-8").replace("dialect: ours", "dialect: rig")
     campaign.write_text(text, encoding="utf-8")
     monkeypatch.setattr(plugins_module, "plugins", lambda: pytest.fail("searched"))
-    assert Plan(campaign).dialects() == ""
+    assert Plan(campaign).dialects == {}

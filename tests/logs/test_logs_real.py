@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.registry import claimants, detect, dialect, head_of
+from rftfit.logs.registry import claimants, dialect, head_of
 from rftfit.logs.units import guesses
 
 LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
@@ -43,8 +43,7 @@ def test_read(file: str) -> None:
 
 @pytest.mark.parametrize("file", REFUSED)
 def test_refused(file: str) -> None:
-    reader = detect(LOGS / file)
-    assert reader is not None
+    (reader,) = claimants(head_of(LOGS / file))
     with pytest.raises(LogError, match=REFUSED[file].replace("?", r"\?")):
         reader.load(LOGS / file)
 

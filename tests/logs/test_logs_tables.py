@@ -12,7 +12,7 @@ from foreign_logs import TEXTS, daq, instron, netft
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.delimited import DelimitedReader, encoding_of, look
+from rftfit.logs.delimited import DelimitedReader, encoding_of, preview
 from rftfit.logs.registry import claimants, dialect, head_of
 from rftfit.logs.units import guess, split_unit
 
@@ -124,7 +124,7 @@ def test_missing_empty_and_folder(name: str, tmp_path: Path) -> None:
 
 def described(path: Path, content: bytes, **text: object) -> Log:
     path.write_bytes(content)
-    return DelimitedReader().described(TextFormat.model_validate(text)).load(path)
+    return DelimitedReader(TextFormat.model_validate(text)).load(path)
 
 
 def test_ten_lines_of_config_describe_any_text(tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ def test_rate_zero_and_unit_unknown(tmp_path: Path) -> None:
     log = dialect("ati-netft").with_options({"rate_Hz": 250}).load(path)
     assert log.units["Fz"] == ""
     assert log.columns["time"][1] == pytest.approx(0.004)
-    with pytest.raises(ValueError, match="option rate_Hz only, found rate"):
+    with pytest.raises(ValueError, match=r"found the option .rate.; allowed: rate_Hz"):
         dialect("ati-netft").with_options({"rate": 250})
     with pytest.raises(ValueError, match="a number above 0"):
         dialect("ati-daq").with_options({"rate_Hz": -1})
@@ -230,14 +230,14 @@ def test_units_in_names(cell: str, wanted: tuple[str, str]) -> None:
 
 
 def test_what_a_file_looks_like() -> None:
-    found = look(b"Test\nOperator: me\nt;F\n0,1;2,5\n0,2;2,6\n0,3;2,7\n")
+    found = preview(b"Test\nOperator: me\nt;F\n0,1;2,5\n0,2;2,6\n0,3;2,7\n")
     assert found is not None
     assert found.as_format() == {"delimiter": ";", "decimal": ",", "skip_lines": 2}
-    found = look(b"1.0\t2\n1.5\t3\n2.5\t4\n")
+    found = preview(b"1.0\t2\n1.5\t3\n2.5\t4\n")
     assert found is not None
     assert found.as_format() == {"delimiter": "tab", "names": False}
-    assert look(b"Dear reader,\nthis is a letter, not a log.\nYours, me\n") is None
-    assert look(bytes(range(256)) * 10) is None
+    assert preview(b"Dear reader,\nthis is a letter, not a log.\nYours, me\n") is None
+    assert preview(bytes(range(256)) * 10) is None
     assert encoding_of("größe".encode("cp1252")).startswith("8 bits")
     assert encoding_of("größe".encode()) == "UTF-8"
     assert encoding_of(b"\x00\x01") == "binary"

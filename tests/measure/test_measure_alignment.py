@@ -8,7 +8,7 @@ from pushes import Push, make_push
 
 from rftfit.measure.alignment import (
     Alignment,
-    Profile,
+    LagProfile,
     contact_basis,
     estimate_clocks,
     new_readings,
@@ -132,8 +132,8 @@ def test_too_few_readings_and_logs_apart() -> None:
 
 def test_rivals_of_a_profile() -> None:
     lag = np.arange(6.0)
-    assert Profile(lag, np.array([0.9, 0.2, 0.9, 0.21, 0.9, 0.9])).rivals() == [3.0]
-    assert Profile(lag, np.array([0.9, 0.2, 0.21, 0.9, 0.9, 0.9])).rivals() == []
+    assert LagProfile(lag, np.array([0.9, 0.2, 0.9, 0.21, 0.9, 0.9])).rivals() == [3.0]
+    assert LagProfile(lag, np.array([0.9, 0.2, 0.21, 0.9, 0.9, 0.9])).rivals() == []
 
 
 def test_the_smooth_functions() -> None:

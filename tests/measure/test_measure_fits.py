@@ -11,7 +11,7 @@ import pytest
 
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import RunFit, Stroke, filed_under, fit_run
-from rftfit.measure.ledger import Why
+from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
@@ -58,8 +58,8 @@ def test_intrusion(paper_config: Config) -> None:
     assert (found.beta_deg, found.gamma_deg) == (30, 45)
     # a plate at 30 degrees is wholly submerged from 1.2296 cm, and 6 cm above the bottom to 7.7704
     assert [found.depth_from_cm, found.depth_to_cm] == pytest.approx([1.23, 7.77])
-    assert [Why(found.why[k]) for k in (0, 122, 123, 777, 778, 900)] == [
-        Why.ABOVE, Why.ABOVE, Why.GOOD, Why.GOOD, Why.BOTTOM, Why.BOTTOM,
+    assert [RowStatus(found.why[k]) for k in (0, 122, 123, 777, 778, 900)] == [
+        RowStatus.ABOVE, RowStatus.ABOVE, RowStatus.GOOD, RowStatus.GOOD, RowStatus.BOTTOM, RowStatus.BOTTOM,
     ]  # fmt: skip
     assert (found.flags, found.reason) == ((), "")
 
@@ -73,14 +73,18 @@ def test_extraction_goes_under_its_mirror_image(paper_config: Config) -> None:
     assert (found.beta_deg, found.gamma_deg) == (-30, -45)
     np.testing.assert_allclose(alpha(found), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
     # the first 0.1 cm, over which the force builds up, is left out
-    assert [Why(found.why[k]) for k in (0, 9, 10)] == [Why.STARTUP, Why.STARTUP, Why.GOOD]
+    assert [RowStatus(found.why[k]) for k in (0, 9, 10)] == [
+        RowStatus.STARTUP,
+        RowStatus.STARTUP,
+        RowStatus.GOOD,
+    ]
     assert found.depth_to_cm == pytest.approx(6.9)
 
 
 def test_extraction_start_outside_the_window_keeps_its_reason(paper_config: Config) -> None:
     up = np.linspace(9.0, 0.0, 901)
     found = fit_run(run("extraction"), stroke(up), paper_config)
-    assert Why(found.why[0]) == Why.BOTTOM
+    assert RowStatus(found.why[0]) == RowStatus.BOTTOM
 
 
 def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config: Config) -> None:
@@ -98,7 +102,7 @@ def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config: Config) 
         paper_config,
     )  # fmt: skip
     np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
-    assert [Why(found.why[k]) for k in (199, 200)] == [Why.STARTUP, Why.GOOD]
+    assert [RowStatus(found.why[k]) for k in (199, 200)] == [RowStatus.STARTUP, RowStatus.GOOD]
     assert found.slope is not None
     # second and last third lie 4 alpha |z| above: q is cut to 1/2, so 4 alpha |z| (2/3) / 5 is left
     assert found.slope.startup[0] == pytest.approx(4 * ALPHA_Z * (2 / 3) / 5)
@@ -120,7 +124,7 @@ def test_a_sand_without_a_stated_regime_is_fitted_over_all(paper_config: Config)
     assert found.depth_to_cm == 9
 
 
-def reasons(codes: dict[int, Why]) -> np.ndarray:
+def reasons(codes: dict[int, RowStatus]) -> np.ndarray:
     why = np.zeros(DOWN.size, dtype=np.int8)
     for place, code in codes.items():
         why[place] = code
@@ -128,23 +132,25 @@ def reasons(codes: dict[int, Why]) -> np.ndarray:
 
 
 def test_one_saturated_sample_of_the_window_is_too_many(paper_config: Config) -> None:
-    outside = fit_run(run(), stroke(DOWN, why=reasons({50: Why.SATURATED})), paper_config)
+    outside = fit_run(run(), stroke(DOWN, why=reasons({50: RowStatus.SATURATED})), paper_config)
     np.testing.assert_allclose(alpha(outside), [ALPHA_Z, ALPHA_X], rtol=1e-12)
-    assert Why(outside.why[50]) == Why.SATURATED
-    spoilt = stroke(DOWN, why=reasons({50: Why.SATURATED, 500: Why.SATURATED}), flags=("odd",))
+    assert RowStatus(outside.why[50]) == RowStatus.SATURATED
+    spoilt = stroke(
+        DOWN, why=reasons({50: RowStatus.SATURATED, 500: RowStatus.SATURATED}), flags=("odd",)
+    )
     found = fit_run(run(), spoilt, paper_config)
     assert found.slope is None
     assert found.reason == "transducer saturated in 1 samples of the window"
     assert (found.beta_deg, found.gamma_deg, found.flags) == (30, 45, ("odd",))
     assert math.isnan(found.depth_from_cm)
     assert math.isnan(found.depth_to_cm)
-    assert Why(found.why[500]) == Why.SATURATED
+    assert RowStatus(found.why[500]) == RowStatus.SATURATED
 
 
 def test_how_much_of_a_tare_may_be_missing(paper_config: Config) -> None:
     # the window has 655 samples: 0.02 of them and two more are 15.1
     for missing, there in ((15, True), (16, False)):
-        why = reasons(dict.fromkeys(range(200, 200 + missing), Why.NO_TARE))
+        why = reasons(dict.fromkeys(range(200, 200 + missing), RowStatus.NO_TARE))
         found = fit_run(run(), stroke(DOWN, why=why), paper_config)
         assert (found.slope is not None) == there
         assert (f"{missing} samples of the window have no tare" in found.reason) != there

@@ -12,9 +12,9 @@ from pushes import make_push
 from rftfit.campaign.sheet import Run
 from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.clocks import ClockError
-from rftfit.measure.ingest import find_clock, place_surface, stroke_of
-from rftfit.measure.ledger import Why
-from rftfit.measure.strokes import Motion, StrokeError
+from rftfit.measure.ingest import ForceReadings, find_clock, place_surface
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.strokes import Motion, StrokeError, find_stroke
 from rftfit.measure.surface import ComplianceError, SurfaceError, compliance_of, find_surface
 
 if TYPE_CHECKING:
@@ -56,8 +56,9 @@ def test_a_rigid_push_with_few_readings_in_contact() -> None:
 def test_a_sync_line_is_needed(paper_config: Config) -> None:
     time, depth = np.linspace(0, 10, 200), np.linspace(-2, 5, 200)
     config = changed(paper_config, "clock", method="sync_line")
+    readings = ForceReadings(time, np.stack([time, time]), None, np.zeros(200, dtype=bool))
     with pytest.raises(ClockError, match=r"the force log has no column arm_moving; clock.method"):
-        find_clock(config, PUSH, time, None, time, path(depth))
+        find_clock(config, PUSH, readings, path(depth), np.empty((0, 2)))
 
 
 def test_a_surface_that_cannot_be_found(paper_config: Config) -> None:
@@ -76,11 +77,13 @@ def test_a_surface_that_cannot_be_found(paper_config: Config) -> None:
 def test_a_path_that_does_not_cross_the_surface(paper_config: Config) -> None:
     config = changed(paper_config, "arm", drive="uneven")
     below = path(np.linspace(1.0, 5.0, 100))
-    with pytest.raises(StrokeError, match=r"from -1.00 to -5.00 cm does not cross the surface"):
-        stroke_of(config, PUSH, below, np.empty((0, 2)))
+    with pytest.raises(StrokeError, match=r"from -1.00 to -5.00 cm") as caught:
+        find_stroke(below, np.empty((0, 2)), PUSH, config.arm)
+    assert caught.value.code == "surface_not_reached"
     back = path(np.concatenate([np.linspace(5.0, 4.0, 50), np.linspace(4.0, -1.0, 50)]))
-    with pytest.raises(StrokeError, match="the arm log begins below the surface"):
-        stroke_of(config, PUSH, back, np.empty((0, 2)))
+    with pytest.raises(StrokeError) as caught:
+        find_stroke(back, np.empty((0, 2)), PUSH, config.arm)
+    assert caught.value.code == "wrong_path"
 
 
 def test_a_rise_that_could_be_noise() -> None:
@@ -105,7 +108,7 @@ def test_a_force_that_grows_in_air_too() -> None:
 
 def test_reasons_of_rows() -> None:
     # the words of the ledger, which people search for and quote
-    assert {why.name: why.text for why in Why} == {
+    assert {why.name: why.text for why in RowStatus} == {
         "GOOD": "",
         "MOTION_GAP": "gap in the motion log",
         "NO_MOTION": "outside the motion log",

@@ -13,16 +13,10 @@ from pushes import Push, make_push
 from rftfit.campaign.config import Disc, FlatOutline
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.errors import InputError
-from rftfit.measure.ledger import Why
-from rftfit.measure.tare import NO_TARE_FLAG
-from rftfit.workflow.measure import (
-    check,
-    fit_medium,
-    ingest_medium,
-    ingest_traces,
-    join,
-    tare_medium,
-)
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ingest import ingest_medium, ingest_traces
+from rftfit.measure.ledger import RowStatus, check, join
+from rftfit.measure.tare import NO_TARE_FLAG, tare_medium
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -192,7 +186,7 @@ def test_the_yielding_machine(folder: Path) -> None:
     assert right == pytest.approx(truth, rel=0.01)
     # beyond the force of the rigid push the depth is not known
     traces, _, _ = ingest_traces(campaign(folder, rigid_contact=named), "sand")
-    assert not (traces[0].why == Why.YIELDED).any()
+    assert not (traces[0].why == RowStatus.YIELDED).any()
 
 
 def test_a_rigid_contact_that_is_none(folder: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from rftfit.campaign.config import Container, Fit, Plate
 from rftfit.measure.fits import half_extent, horizontal_window, linear_window, slanted_window
-from rftfit.measure.ledger import Why
+from rftfit.measure.ledger import RowStatus
 
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
 BOX = Container(length_cm=24, width_cm=22, depth_cm=15)
@@ -25,31 +25,41 @@ HAND = [
 ]
 
 
-def whys(depth: list[float], x: list[float], beta_deg: float, fit: Fit) -> list[Why]:
+def whys(depth: list[float], x: list[float], beta_deg: float, fit: Fit) -> list[RowStatus]:
     codes = slanted_window(np.array(depth), np.array(x), PLATE, math.radians(beta_deg), BOX, fit)
-    return [Why(code) for code in codes]
+    return [RowStatus(code) for code in codes]
 
 
 @pytest.mark.parametrize(("beta_deg", "shallow", "deep", "wide"), HAND)
 def test_slanted(beta_deg: float, shallow: float, deep: float, wide: float) -> None:
     depth = [shallow - EDGE, shallow + EDGE, deep - EDGE, deep + EDGE]
-    assert whys(depth, [0] * 4, beta_deg, Fit()) == [Why.ABOVE, Why.GOOD, Why.GOOD, Why.BOTTOM]
+    assert whys(depth, [0] * 4, beta_deg, Fit()) == [
+        RowStatus.ABOVE,
+        RowStatus.GOOD,
+        RowStatus.GOOD,
+        RowStatus.BOTTOM,
+    ]
     across = [-wide - EDGE, -wide + EDGE, wide - EDGE, wide + EDGE]
-    assert whys([4.0] * 4, across, beta_deg, Fit()) == [Why.WALL, Why.GOOD, Why.GOOD, Why.WALL]
+    assert whys([4.0] * 4, across, beta_deg, Fit()) == [
+        RowStatus.WALL,
+        RowStatus.GOOD,
+        RowStatus.GOOD,
+        RowStatus.WALL,
+    ]
 
 
 def test_above_counts_before_wall_and_bottom() -> None:
-    assert whys([-1.0, 9.0], [9.0, 9.0], 0, Fit()) == [Why.ABOVE, Why.BOTTOM]
+    assert whys([-1.0, 9.0], [9.0, 9.0], 0, Fit()) == [RowStatus.ABOVE, RowStatus.BOTTOM]
 
 
 def test_overrides() -> None:
     fit = Fit(submergence_cm=2.0, max_depth_cm=5.0)
     assert whys([1.9, 2.1, 4.9, 5.1], [0] * 4, 90, fit) == [
-        Why.ABOVE, Why.GOOD, Why.GOOD, Why.BOTTOM,
+        RowStatus.ABOVE, RowStatus.GOOD, RowStatus.GOOD, RowStatus.BOTTOM,
     ]  # fmt: skip
     near = Fit(wall_clearance_cm=2.0)
-    assert whys([12.67, 12.69], [0, 0], 0, near) == [Why.GOOD, Why.BOTTOM]
-    assert whys([4, 4], [8.09, 8.1], 0, near) == [Why.GOOD, Why.WALL]
+    assert whys([12.67, 12.69], [0, 0], 0, near) == [RowStatus.GOOD, RowStatus.BOTTOM]
+    assert whys([4, 4], [8.09, 8.1], 0, near) == [RowStatus.GOOD, RowStatus.WALL]
 
 
 def test_half_extent() -> None:
@@ -63,25 +73,30 @@ def test_horizontal() -> None:
     travel = np.array([0.0, 1.99, 2.01, 7.0, 1.0])
     x = np.array([4.0, 2.0, 2.0, -4.1, 4.1])
     found = horizontal_window(travel, x, PLATE, 0.0, BOX, Fit())
-    assert [Why(code) for code in found] == [
-        Why.STARTUP, Why.STARTUP, Why.GOOD, Why.WALL, Why.STARTUP,
+    assert [RowStatus(code) for code in found] == [
+        RowStatus.STARTUP, RowStatus.STARTUP, RowStatus.GOOD, RowStatus.WALL, RowStatus.STARTUP,
     ]  # fmt: skip
 
 
 def test_linear_regime_of_a_sand() -> None:
     found = linear_window(np.array([-0.01, 0, 2.0, 2.01]), 2.0)
-    assert [Why(code) for code in found] == [Why.ABOVE, Why.GOOD, Why.GOOD, Why.NONLINEAR]
+    assert [RowStatus(code) for code in found] == [
+        RowStatus.ABOVE,
+        RowStatus.GOOD,
+        RowStatus.GOOD,
+        RowStatus.NONLINEAR,
+    ]
 
 
 def test_every_reason_has_its_text() -> None:
-    texts = {why.text for why in Why}
-    assert len(texts) == len(Why)
-    assert Why.GOOD.text == ""
-    assert all(why.text for why in Why if why != Why.GOOD)
+    texts = {why.text for why in RowStatus}
+    assert len(texts) == len(RowStatus)
+    assert RowStatus.GOOD.text == ""
+    assert all(why.text for why in RowStatus if why != RowStatus.GOOD)
 
 
 def test_the_clearance_is_kept_and_the_plate_submerged_at_the_very_ends() -> None:
     # numbers that binary fractions hold: half length 2, half thickness 0.25; wall 12 - 6 - 2
     plate = Plate(shape="plate", length_cm=4.0, width_cm=2.5, thickness_cm=0.5)
     depth, x = np.array([0.25, 8.75, 4.0, 4.0]), np.array([0.0, 0.0, -4.0, 4.0])
-    assert (slanted_window(depth, x, plate, 0.0, BOX, Fit()) == Why.GOOD).all()
+    assert (slanted_window(depth, x, plate, 0.0, BOX, Fit()) == RowStatus.GOOD).all()

@@ -9,10 +9,11 @@ import pytest
 
 from rftfit import reference
 from rftfit.errors import InputError
-from rftfit.model.forces import force_draws, forces_on, forces_on_elements
+from rftfit.model.forces import force_draws, forces_on
 from rftfit.model.motion import THETA_DEG, along_path, path_poses, read_path, sweep
 from rftfit.model.outlines import model_leg, polyline
 from rftfit.model.profiles import TableProfile
+from rftfit.model.reference_kernel import element_forces, place
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -113,9 +114,9 @@ def test_a_missing_cell_says_why() -> None:
 def test_solid_body_feels_the_sand_ahead_only() -> None:
     box = polyline([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)], 2.0, elements=80)
     poses = np.array([[0, -3.0, 0, 0, -1.0, 0]])
-    forces, each = forces_on_elements(TABLE, box, poses)
-    loaded = each[0, :, 0] != 0
-    np.testing.assert_array_equal(loaded, box.body[:, 1] == -1)
+    forces = forces_on(TABLE, box, poses)
+    each = element_forces(TABLE, place(box.body, box.width_cm, poses), box.solid)
+    np.testing.assert_array_equal(each[0, :, 0] != 0, box.body[:, 1] == -1)
     alone = forces_on(TABLE, polyline([(-1, -1), (1, -1)], 2.0), poses)
     assert forces.force_z_N[0] == pytest.approx(float(alone.force_z_N[0]), rel=1e-12)
     np.testing.assert_allclose(force_draws(TABLE, box, poses).force_z_N, forces.force_z_N)

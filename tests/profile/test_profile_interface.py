@@ -18,7 +18,6 @@ from rftfit.model.profiles import (
     FourierProfile,
     Profile,
     TableProfile,
-    alpha_from_basis,
     scaled_generic,
 )
 
@@ -47,7 +46,7 @@ def test_lives_on_the_torus_and_is_symmetric(profile: Profile) -> None:
     image_z, image_x = profile.alpha(*mirror(ANY_BETA, ANY_GAMMA))
     np.testing.assert_allclose(image_z, alpha[0], atol=1e-12)
     np.testing.assert_allclose(image_x, -alpha[1], atol=1e-12)
-    np.testing.assert_allclose(alpha_from_basis(profile, ANY_BETA, ANY_GAMMA), alpha, atol=1e-12)
+    np.testing.assert_allclose(Profile.alpha(profile, ANY_BETA, ANY_GAMMA), alpha, atol=1e-12)
 
 
 @pytest.mark.parametrize("profile", all_profiles(), ids=lambda p: p.name)
@@ -125,7 +124,7 @@ def test_missing_cell_is_nan_around_itself_with_a_reason() -> None:
     # its neighbours in the table are measured and stay known
     assert np.isfinite(profile.alpha(BETA[[3, 5]], GAMMA[[9, 8]])).all()
     np.testing.assert_array_equal(
-        np.isnan(alpha_from_basis(profile, beta, gamma)), np.isnan(profile.alpha(beta, gamma))
+        np.isnan(Profile.alpha(profile, beta, gamma)), np.isnan(profile.alpha(beta, gamma))
     )
     assert table().reason == ""
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,8 @@ from rftfit.model.scaling import (
     generic_interval,
     reference_of,
     scale_new_medium,
+    vertical_penetration,
+    with_interval,
 )
 
 if TYPE_CHECKING:
@@ -201,6 +204,50 @@ def test_error_of_the_test_widens_zeta_and_not_chi() -> None:
     assert (rough.chi_lo, rough.chi_hi) == (exact.chi_lo, exact.chi_hi)
 
 
+def test_more_error_of_the_test_never_narrows_an_interval() -> None:
+    random = np.random.default_rng(11)
+    for _ in range(500):
+        media = int(random.integers(2, 9))
+        chi = 1.2 * np.exp(random.normal(0, 10 ** random.uniform(-3, -0.5), media))
+        confidence, alpha = float(random.uniform(0.51, 0.995)), float(10 ** random.uniform(-1, 1))
+        scatter = float(np.log(chi).std(ddof=1))
+        steps = np.cumsum(alpha * scatter * 10 ** random.uniform(-3, 1, 4))
+        errors = [0.0, *map(float, steps)]
+        found = [scale_new_medium(alpha, se, chi, M0, confidence) for se in errors]
+        lo, hi = [one.zeta_lo for one in found], [one.zeta_hi for one in found]
+        assert all(b < a for a, b in pairwise(lo)), (media, confidence, alpha, errors)
+        assert all(b > a for a, b in pairwise(hi)), (media, confidence, alpha, errors)
+        # what is derived from it: coefficients, whose own scatter joins
+        own = M0 * np.exp(random.normal(0, 0.1, (media, 9)))
+        ends = [with_interval(one, M0, own, confidence) for one in found]
+        assert all((b[1] <= a[1]).all() and (b[2] >= a[2]).all() for a, b in pairwise(ends))
+
+
+def test_half_widths_add_in_quadrature_by_hand() -> None:
+    """Table S3 and a test of 0.9 +- 0.05 N/cm^3."""
+    logs = [math.log(value) for value in CHI]
+    mean = sum(logs) / 5
+    spread = math.sqrt(sum((value - mean) ** 2 for value in logs) / 4 * 1.2)
+    half = math.hypot(2.776445 * spread, 1.962339 * 0.05 / 0.9)
+    found = scale_new_medium(0.9, 0.05, CHI, M0)
+    assert math.log(found.zeta_hi / found.zeta) == pytest.approx(half, rel=1e-6)
+    assert math.log(found.zeta / found.zeta_lo) == pytest.approx(half, rel=1e-6)
+
+
+@pytest.mark.parametrize("media", [2, 3, 5])
+@pytest.mark.parametrize("ratio", [0.1, 0.3, 1.0, 3.0])
+def test_joined_half_widths_cover_at_least_as_stated(media: int, ratio: float) -> None:
+    """Error of the test beside the scatter of few media; one quantile for both gives down to 87 %."""
+    random = np.random.default_rng(5)
+    turns, inside = 4000, 0
+    for _ in range(turns):
+        chi = np.exp(random.normal(0, 0.02, media + 1))
+        measured = chi[-1] * np.exp(random.normal(0, 0.02 * ratio))
+        found = scale_new_medium(measured, 0.02 * ratio * measured, chi[:-1], M0)
+        inside += found.zeta_lo <= 1 <= found.zeta_hi
+    assert 0.94 <= inside / turns <= 0.995
+
+
 def test_zeta_scales_with_alpha() -> None:
     one, ten = (scale_new_medium(a, a / 50, CHI, M0) for a in (0.3, 3.0))
     for name in ("zeta", "zeta_lo", "zeta_hi"):
@@ -261,11 +308,12 @@ def test_generic_interval_is_that_of_a_mean_of_media(paper_config: Config) -> No
     """Errors of M / zeta of two media, 0.03 and 0.04, make sqrt(0.03^2 + 0.04^2) / 2 of M0."""
     random = np.random.default_rng(23)
     plain = fit_media([published("poppy_LP"), published("poppy_CP")], paper_config)[:2]
-    fits = []
+    fits: list[Any] = []
     for fit, error in zip(plain, (0.03, 0.04), strict=True):
         draws = np.tile(fit.used, (20000, 1))
         draws[:, 5:] += error * fit.zeta * random.standard_normal((20000, 4))
-        fits.append(dataclasses.replace(fit, draws=draws, dof=1e6))
+        zeta_draws = vertical_penetration(draws)
+        fits.append(SimpleNamespace(draws=draws, zeta_draws=zeta_draws, dof=1e6))
     lo, hi = generic_interval(fits, 0.95)
     middle = (fits[0].used / fits[0].zeta + fits[1].used / fits[1].zeta) / 2
     np.testing.assert_allclose((lo + hi)[5:] / 2, middle[5:], atol=1e-3)

@@ -1,4 +1,4 @@
-"""The report page without a browser: what it says, what it escapes, how large it is."""
+"""The report page without a browser: its numbers and elements, what it escapes, how large it is."""
 
 from __future__ import annotations
 
@@ -7,38 +7,52 @@ import json
 import re
 import time
 from html.parser import HTMLParser
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from page_inputs import HOLED, NASTY, page_inputs
+from page_inputs import (
+    HOLED,
+    NASTY,
+    SAND_ALPHA,
+    empty_grid_results,
+    page_results,
+    sand_results,
+    write,
+)
 
 from rftfit import reference
 from rftfit.model.outlines import model_leg
-from rftfit.page.live import FLAT, REVERSED, reversals
-from rftfit.page.methods import paragraphs
-from rftfit.page.page import read_inputs, render, write_page
-from rftfit.page.tables import row_fates, run_fates, worst_flag
-from rftfit.store import write_csv
+from rftfit.model.scaling import published
+from rftfit.page.methods import paragraphs, settings_digest
+from rftfit.page.outcome import gravest_doubt, outcome_of_runs, rows_by_reason
+from rftfit.page.page import page as make_page
+from rftfit.page.reversal import FLAT, REVERSED, reversals
+from rftfit.results import Results
+from rftfit.workflow.stages import STAGES
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
-    from rftfit.page.page import PageInputs
-
 VOID = {"meta", "link", "input", "br"}
+SECTIONS = ["summary", "maps", "coefficients", "scaling", "viewer", "calculator", "legs", "sands",
+            "robot", "reproduction", "dropped", "methods", "provenance"]  # fmt: skip
 
 
 class Reader(HTMLParser):
-    """Checks that tags are closed in order; collects text by section, ids, labels and scripts."""
+    """Checks that tags are closed in order; collects text and tables by section, and scripts.
+
+    A table is a list of rows, a row a list of cells, each with its small print after a bar.
+    """
 
     def __init__(self, page: str) -> None:
         super().__init__()
         self.open: list[str] = []
         self.tags: list[tuple[str, dict[str, str | None]]] = []
         self.text: dict[str, str] = {}
+        self.tables: dict[str, list[list[list[str]]]] = {}
         self.section = ""
         self.scripts: list[str] = []
         self.feed(page)
@@ -49,32 +63,42 @@ class Reader(HTMLParser):
         self.tags.append((tag, given))
         if tag == "section":
             self.section = given["id"] or ""
+            self.tables[self.section] = []
         if tag not in VOID:
             self.open.append(tag)
+        if tag == "table":
+            self.tables[self.section].append([])
+        elif tag == "tr":
+            self.tables[self.section][-1].append([])
+        elif tag in {"td", "th"}:
+            self.tables[self.section][-1][-1].append("")
+        elif tag == "small":
+            self.tables[self.section][-1][-1][-1] += "|"
 
     def handle_endtag(self, tag: str) -> None:
         assert self.open.pop() == tag
-        if tag in {"td", "th", "dt", "dd", "small"}:
-            self.text[self.section] = self.text.get(self.section, "") + " "
 
     def handle_data(self, data: str) -> None:
         if self.open and self.open[-1] == "script":
             self.scripts.append(data)
-        else:
-            self.text[self.section] = self.text.get(self.section, "") + data
+            return
+        self.text[self.section] = self.text.get(self.section, "") + data
+        if {"td", "th"} & set(self.open):
+            self.tables[self.section][-1][-1][-1] += data
 
-    def words(self, section: str) -> str:
-        return re.sub(r"\s+", " ", self.text[section])
-
-
-@pytest.fixture(scope="module")
-def inputs() -> PageInputs:
-    return page_inputs()
+    def rows(self, section: str, table: int = 0) -> dict[str, list[str]]:
+        """Rows of a table by their first cell."""
+        return {row[0]: row[1:] for row in self.tables[section][table]}
 
 
 @pytest.fixture(scope="module")
-def page(inputs: PageInputs) -> str:
-    return render(inputs)
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return page_results(tmp_path_factory.mktemp("campaign"), robot=True)
+
+
+@pytest.fixture(scope="module")
+def page(results: Results) -> str:
+    return make_page(results)
 
 
 @pytest.fixture(scope="module")
@@ -108,11 +132,9 @@ def test_page_needs_no_network(read: Reader) -> None:
 
 
 def test_every_section_is_there_in_order_with_a_link_and_a_heading(read: Reader) -> None:
-    wanted = ["summary", "maps", "coefficients", "scaling", "viewer", "calculator", "legs",
-              "sands", "reproduction", "dropped", "methods", "provenance"]  # fmt: skip
-    assert [given["id"] for tag, given in read.tags if tag == "section"] == wanted
+    assert [given["id"] for tag, given in read.tags if tag == "section"] == SECTIONS
     links = [given["href"] for tag, given in read.tags if tag == "a"][1:]
-    assert links == [f"#{name}" for name in wanted]
+    assert links == [f"#{name}" for name in SECTIONS]
     labelled = [given["aria-labelledby"] for tag, given in read.tags if tag == "section"]
     ids = {given.get("id") for tag, given in read.tags if tag == "h2"}
     assert set(labelled) <= ids
@@ -121,29 +143,52 @@ def test_every_section_is_there_in_order_with_a_link_and_a_heading(read: Reader)
 def test_every_input_has_a_label(page: str) -> None:
     controls = re.findall(r"<(?:select|input)\b", page.split("<script", maxsplit=1)[0])
     inside = re.findall(r"<label\b.*?</label>", page, re.DOTALL)
-    assert len(controls) == len(inside) == 10
+    assert len(controls) == len(inside) == 14
     assert all(re.search(r"<(?:select|input)\b", label) for label in inside)
 
 
-def test_summary_counts_runs_and_names_the_worst_flag(inputs: PageInputs, read: Reader) -> None:
-    used, dropped = run_fates(inputs.ledger)
-    assert used == {"": 1, "poppy_LP": 2, "yuma": 1}
-    assert [(run.run_id, run.reasons) for run in dropped] == [("p2", "saturated throughout")]
-    assert worst_flag(inputs, "poppy_LP") == ("p2: gap of 1.51 s in the force log", 2)
-    assert worst_flag(inputs, HOLED) == ("2 of 91 cells have no alpha", 2)
-    assert worst_flag(inputs, "poppy_CP") == ("", 0)
-    words = read.words("summary")
-    assert "poppy seeds, loose 2 1 " in words
-    # the measured legs of these tables are 0.9 times the prediction of the table; the peak of a noisy
-    # curve is found within a percent
-    assert len(re.findall(r"\+1[12] % \+1[12] % \+1[12] %", words)) == 4
-    assert "saturated throughout" in read.words("dropped")
-    assert "1 of 5 runs gave no result" in read.words("dropped")
+def test_every_row_of_a_table_is_as_wide_as_its_heading(read: Reader) -> None:
+    number = 0
+    for tables in read.tables.values():
+        for table in tables:
+            widths = [len(row) for row in table]
+            # a second row of headings, where columns have a common one
+            start = 2 if widths[1] < widths[-1] else 1
+            assert set(widths[start:]) == {widths[-1]}
+            number += 1
+    assert number == 14
 
 
-def test_rows_of_all_logs_add_up(inputs: PageInputs) -> None:
-    rows = row_fates(inputs.ledger)
-    assert sum(int(str(row["rows"])) for row in rows) == inputs.ledger["rows"].sum()
+def test_summary_counts_runs_and_names_the_worst_flag(results: Results, read: Reader) -> None:
+    outcome = outcome_of_runs(results)
+    assert outcome.used == {"": 1, "poppy_LP": 2, "yuma": 1}
+    dropped = [(run["run_id"], run["rows"], run["reasons"]) for run in outcome.dropped]
+    assert dropped == [("p2", 450, "saturated throughout")]
+    assert gravest_doubt(results, "poppy_LP") == ("p2: gap of 1.51 s in the force log", 2)
+    assert gravest_doubt(results, HOLED) == ("2 of 91 cells have no alpha", 2)
+    assert gravest_doubt(results, "poppy_CP") == ("", 0)
+    rows = read.rows("summary")
+    loose = rows["poppy seeds, loose"]
+    assert loose[:2] == ["2", "1"]
+    assert loose[-1].startswith("p2: gap of 1.51 s")
+    assert rows["Yuma sand|natural sand"][:2] == ["1", "0"]
+    errors = results.table("leg_errors.csv").query("profile == 'table' and component == 'z'")
+    for medium, title in (("poppy_LP", "poppy seeds, loose"), ("poppy_CP", "poppy seeds, close")):
+        own = errors.loc[errors["medium"] == medium, "peak_error_percent"]
+        assert rows[title][4:7] == [f"+{error:.0f} %" for error in own]
+    assert read.rows("dropped")["p2"] == [
+        "poppy seeds, loose",
+        "plate",
+        "450",
+        "saturated throughout",
+    ]
+
+
+def test_rows_of_all_logs_add_up(results: Results, read: Reader) -> None:
+    rows = rows_by_reason(results)
+    assert sum(row["rows"] for row in rows) == results.table("ledger.csv")["rows"].sum()
+    shown = read.tables["dropped"][1][1:]
+    assert [row[3] for row in shown] == [str(row["rows"]) for row in rows]
 
 
 def test_missing_cells_say_why(page: str) -> None:
@@ -154,137 +199,151 @@ def test_missing_cells_say_why(page: str) -> None:
     assert "(-30, 45): no tare: rod_p_017 is too short" in reason
 
 
-def test_numbers_of_the_live_parts(page: str, inputs: PageInputs) -> None:
+def test_numbers_of_the_live_parts(page: str, results: Results) -> None:
     data = live(page)
     body = np.array(data["legs"]["c_leg"]["body"])
     np.testing.assert_array_equal(body, model_leg("c_leg").body)
     measured = np.array(data["alpha"]["poppy_LP"]["z"], dtype=float)
     np.testing.assert_allclose(measured, reference.alpha_grid("poppy_LP")[0], atol=1e-6)
     curve = data["predicted"]["poppy_LP"]["flat_leg"]["fourier"]
-    rows = inputs.predicted.query("medium == 'poppy_LP' and leg == 'flat_leg'")
+    rows = results.table("predicted.csv").query("medium == 'poppy_LP' and leg == 'flat_leg'")
     rows = rows[rows["profile"] == "fourier"]
     np.testing.assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=1e-5)
-    assert [entry["name"] for entry in data["references"]] == [
-        "this campaign, method lsq",
-        "published Tables S2 and S3",
-    ]
+    assert [len(entry["media"]) for entry in data["references"]] == [5, 5]
     assert set(data["profiles"]["yuma"]) == {"generic"}
+    assert [one["key"] for one in data["media"]] == [*reference.MEDIA, "yuma"]
 
 
-def test_text_of_the_user_is_escaped() -> None:
-    page = render(page_inputs(nasty=True))
+def test_a_term_that_is_not_kept_counts_as_nothing(tmp_path: Path) -> None:
+    own = page_results(tmp_path)
+    table = own.table("coefficients.csv")
+    off = (table["medium"] == "poppy_LP") & (table["coefficient"] == "B11")
+    value = float(table.loc[off, "value_N_per_cm3"].iloc[0])
+    write(own, "coefficients.csv", table.assign(kept=~off))
+    changed = make_page(Results(own.campaign))
+    assert live(changed)["profiles"]["poppy_LP"]["fourier"]["values"][2] == 0
+    shown = Reader(changed).rows("coefficients")["B11"]
+    assert shown[0].partition("|")[0] == f"[{value:.4f}]"
+    assert not any(cell.startswith("[") for cell in shown[1:])
+
+
+def test_text_of_the_user_is_escaped(tmp_path: Path) -> None:
+    page = make_page(page_results(tmp_path, nasty=True))
     assert NASTY not in page
     assert "<b>" not in page
     read = Reader(page)
     assert len(read.scripts) == 2
-    data = live(page)
-    assert data["media"][0]["title"] == NASTY
-    assert NASTY in read.text["summary"]
-    assert NASTY in read.text["dropped"]
-    assert NASTY in read.text["reproduction"]
+    assert live(page)["media"][0]["title"] == NASTY
+    for section in ("summary", "coefficients", "scaling", "legs", "dropped", "reproduction"):
+        assert NASTY in read.text[section]
 
 
 def test_reproduction_puts_first_what_is_not_the_same(read: Reader) -> None:
-    words = read.words("reproduction")
-    assert "3 numbers of the paper beside ours: 1 same, 1 differs, 1 paper inconsistent." in words
-    assert words.index("poppy_LP: zeta") < words.index("poppy_LP: A00")
+    others, everything = (table[1:] for table in read.tables["reproduction"])
+    assert [(row[0], row[4]) for row in others] == [
+        ("zeta", "paper inconsistent"), ("chi, mean", "differs"),
+    ]  # fmt: skip
+    assert [row[0] for row in everything] == ["A00", "zeta", "chi, mean"]
+    assert everything[0][2:4] == ["0.051", "0.0508|0.0507 to 0.0509"]
 
 
-def test_reversal_is_explained_with_both_numbers(inputs: PageInputs, read: Reader) -> None:
-    loose = next(found for found in reversals(inputs) if found.medium == "poppy_LP")
-    assert loose.above("fourier") is True
-    assert loose.above("table") is False
+def test_reversal_is_explained_with_both_numbers(results: Results, read: Reader) -> None:
+    loose = next(found for found in reversals(results) if found.medium == "poppy_LP")
+    assert loose.above("fourier")
+    assert not loose.above("table")
     # measured alpha_z is next to nothing where the fit sees a tenth of a newton per cm^3
     assert abs(loose.deep["table"].alpha_z_N_per_cm3) < 0.01
     assert loose.deep["fourier"].alpha_z_N_per_cm3 > 0.05
-    words = read.words("viewer")
-    for source in ("table", "fourier"):
-        for leg in (FLAT, REVERSED):
-            assert f"{loose.peaks[source, leg]:.2f}" in words
+    shown = read.rows("viewer")["poppy seeds, loose"]
+    pairs = [
+        (source, leg) for source in ("measured", "table", "fourier") for leg in (FLAT, REVERSED)
+    ]
+    assert [cell.partition("|")[0] for cell in shown[:6]] == [
+        f"{loose.peaks[pair]:.2f}" for pair in pairs
+    ]
+    assert [bool(cell.partition("|")[2]) for cell in shown[:6]] == [False] * 5 + [True]
 
 
-def test_methods_are_built_from_this_run(inputs: PageInputs) -> None:
-    text = " ".join(paragraphs(inputs))
-    assert "4 runs were used and 1 dropped" in text
-    assert "further than 6 cm from walls and bottom" in text
-    fit = inputs.config.fit.model_copy(update={"wall_clearance_cm": 4.5, "confidence": 0.9})
-    other = inputs.config.model_copy(update={"fit": fit})
-    text = " ".join(paragraphs(dataclasses.replace(inputs, config=other)))
-    assert "further than 4.5 cm from walls and bottom" in text
-    assert "90 % intervals" in text
+def test_robot_section_only_where_there_is_a_robot(read: Reader, tmp_path: Path) -> None:
+    shares, best, conditions = (table[1:] for table in read.tables["robot"])
+    assert shares[0][1] == "42 of 42|predicted: 39 of 39"
+    assert [row[2] for row in best] == ["0.40", "0.40"]
+    assert len(conditions) == 42
+    without = make_page(page_results(tmp_path))
+    assert "robot" not in Reader(without).tables
+    assert live(without)["robot"] is None
+
+
+def test_methods_are_built_from_this_campaign(results: Results) -> None:
+    outcome = outcome_of_runs(results)
+    text = " ".join(paragraphs(results, outcome))
+    assert "4 runs" in text
+    assert " 6 cm" in text
     cited = {int(number) for number in re.findall(r"ref\. (\d)", text)}
     assert cited == {1, 2, 3, 4, 5, 6}
+    fit = results.config.fit.model_copy(update={"wall_clearance_cm": 4.5, "confidence": 0.9})
+    config = results.config.model_copy(update={"fit": fit})
+    changed = Results(dataclasses.replace(results.campaign, config=config))
+    text = " ".join(paragraphs(changed, outcome))
+    assert " 4.5 cm" in text
+    assert "90 %" in text
 
 
-def test_provenance_is_shown(read: Reader) -> None:
-    words = read.words("provenance")
-    for part in ("rftfit 9.9.9", "d1gest", "c0ffee"):
-        assert part in words
+def test_provenance_names_versions_and_settings(results: Results, read: Reader) -> None:
+    assert np.__version__ in read.text["provenance"]
+    assert settings_digest(results.config) in read.text["provenance"]
 
 
-def test_campaign_of_plates_alone(inputs: PageInputs) -> None:
-    plates = {"plate": inputs.config.intruders["plate"]}
-    nothing = pd.DataFrame()
-    lean = dataclasses.replace(
-        inputs,
-        config=inputs.config.model_copy(update={"intruders": plates}),
-        legs=nothing, predicted=nothing, leg_errors=nothing, sands=nothing,
-        sand_correction=nothing, runs=nothing, fits=nothing,
-    )  # fmt: skip
-    read = Reader(render(lean))
+def test_page_of_plates_alone(tmp_path: Path) -> None:
+    own = page_results(tmp_path)
+    for name in ("predicted", "leg_errors", "sands", "sand_correction"):
+        write(own, f"{name}.csv", pd.DataFrame())
+    for medium in own.media:
+        write(own, f"legs/{medium}.csv", pd.DataFrame())
+    read = Reader(make_page(Results(own.campaign)))
     assert read.open == []
-    assert "No leg was measured" in read.words("legs")
-    assert "No natural sand was measured" in read.words("sands")
+    assert read.tables["legs"] == read.tables["sands"] == read.tables["viewer"] == []
+    assert read.rows("summary")["poppy seeds, loose"][4:7] == ["not measured"] * 3
 
 
-def test_tables_read_back_from_disk_give_the_same_page(
-    inputs: PageInputs, page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("make", "medium"), [(sand_results, "yuma"), (empty_grid_results, "poppy_LP")]
+)
+def test_page_of_a_campaign_that_lacks_most(
+    make: Callable[[Path], Results], medium: str, tmp_path: Path
 ) -> None:
-    campaign = SimpleNamespace(config=inputs.config)
-    monkeypatch.setattr("rftfit.page.page.load_campaign", lambda _: campaign)
-    one = {name: tmp_path / f"{name}.csv" for name in
-           ("coefficients", "penetration", "reproduction", "ledger", "leg_errors", "sands",
-            "sand_correction")}  # fmt: skip
-    many = {name: [tmp_path / f"{name}.csv"] for name in ("fits", "legs", "predicted")}
-    for name, path in one.items():
-        write_csv(getattr(inputs, name), path)
-    for name, paths in many.items():
-        write_csv(getattr(inputs, name), paths[0])
-    many["runs"] = [tmp_path / "runs" / "poppy_LP.csv"]
-    write_csv(inputs.runs.drop(columns="medium"), many["runs"][0])
-    many["alpha"] = [tmp_path / "alpha" / f"{medium}.csv" for medium in inputs.alpha]
-    for path, table in zip(many["alpha"], inputs.alpha.values(), strict=True):
-        write_csv(table, path)
-    again = read_inputs(
-        tmp_path / "config.yaml",
-        **one,  # type: ignore[arg-type]
-        **many,  # type: ignore[arg-type]
-        code="fedcba9876543210",
-        digests={"the settings": "0123456789abcdef"},
-    )
-    assert again.provenance.versions["numpy"] == np.__version__
-    text = render(again)
-    assert "0123456789abcdef" in text
-    assert "fedcba9876543210" in text
-    other = Reader(text)
-    read = Reader(page)
-    # six digits in the files are more than the tables show; a tie may still be rounded otherwise
-    number = re.compile(r"[0-9]+(?:\.[0-9]+)?")
-    for section in ("summary", "coefficients", "scaling", "legs", "sands", "dropped"):
-        now, then = other.words(section), read.words(section)
-        assert number.sub("#", now) == number.sub("#", then)
-        for found, wanted in zip(number.findall(now), number.findall(then), strict=True):
-            last_place = 10.0 ** -len(wanted.partition(".")[2])
-            assert abs(float(found) - float(wanted)) < 1.01 * last_place
+    results = make(tmp_path)
+    page = make_page(results)
+    read, data = Reader(page), live(page)
+    assert read.open == []
+    assert [one["key"] for one in data["media"]] == [medium]
+    assert [tuple(one["media"]) for one in data["references"]] == [published().media]
+    if make is sand_results:
+        assert set(data["profiles"]["yuma"]) == {"generic"}
+        zeta = float(read.rows("scaling")["Yuma sand"][-1].partition("|")[0])
+        assert zeta == pytest.approx(SAND_ALPHA / published().chi.mean(), abs=1e-4)
+        assert read.tables["coefficients"] == []
+    else:
+        assert set(data["profiles"]["poppy_LP"]) == {"table"}
+        assert read.rows("coefficients")["A00"] == ["no value"]
+        assert read.rows("summary")["poppy seeds, loose"][-1].startswith("91 of 91 cells")
 
 
-def test_page_is_made_in_time(inputs: PageInputs) -> None:
-    begun = time.perf_counter()
-    render(inputs)
-    assert time.perf_counter() - begun < 3
+@pytest.mark.parametrize("name", ["page", "workbooks"])
+def test_page_and_workbooks_read_what_their_stage_declares(results: Results, name: str) -> None:
+    from rftfit.page.workbooks import workbooks
+
+    stage = next(one for one in STAGES if one.name == name)
+    paths = {f"results/{path.format(media=m)}" for path in stage.reads for m in results.media}
+    own = results.only(paths)
+    assert make_page(own) if name == "page" else workbooks(own)
 
 
-def test_same_inputs_same_bytes(inputs: PageInputs, page: str, tmp_path: Path) -> None:
-    target = tmp_path / "with space" / "report.html"
-    write_page(inputs, target)
-    assert target.read_bytes() == page.encode()
+def test_page_is_made_in_time(results: Results) -> None:
+    begun = time.process_time()
+    make_page(results)
+    assert time.process_time() - begun < 5
+
+
+def test_same_results_same_page(results: Results, page: str) -> None:
+    assert make_page(Results(results.campaign)) == page

@@ -1,23 +1,57 @@
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import io
+from typing import TYPE_CHECKING, Any
 
 import chain_tables as chain
 import numpy as np
 import pytest
 from openpyxl import load_workbook  # type: ignore[import-untyped]
+from page_inputs import bare_campaign, paper_config, write
 
 import rftfit
 from rftfit import reference
-from rftfit.errors import OutputError
 from rftfit.figures.maps import half_width
-from rftfit.page.workbooks import write_alpha_workbook, write_coefficient_workbook
+from rftfit.page.workbooks import new_book, workbooks
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     import numpy.typing as npt
     from openpyxl.worksheet.worksheet import Worksheet  # type: ignore[import-untyped]
+
+    from rftfit.results import Results
+
+MEDIA = [*reference.MEDIA, "generic"]
+
+
+def campaign(
+    folder: Path,
+    missing: Mapping[tuple[float, float], str] = chain.MISSING,
+    titles: Mapping[str, str] | None = None,
+) -> Results:
+    """The paper's five media."""
+    media = dict(paper_config().media)
+    for name, title in (titles or {}).items():
+        media[name] = media[name].model_copy(update={"title": title})
+    results = bare_campaign(folder, reference.MEDIA, media=media)
+    for medium in results.media:
+        write(results, f"alpha/{medium}.csv", chain.alpha_table(medium, missing))
+    write(results, "coefficients.csv", chain.coefficient_table())
+    write(results, "penetration.csv", chain.penetration_table())
+    return results
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return campaign(tmp_path_factory.mktemp("campaign"))
+
+
+@pytest.fixture(scope="module")
+def books(results: Results) -> tuple[Any, Any]:
+    alpha, coefficients = (load_workbook(io.BytesIO(content)) for content in workbooks(results))
+    return alpha, coefficients
 
 
 def block(sheet: Worksheet, head: str) -> tuple[list[object], list[object], np.ndarray]:
@@ -45,15 +79,13 @@ def numbers(values: np.ndarray) -> np.ndarray:
     return np.array(flat, dtype=float).reshape(values.shape)
 
 
-def test_alpha_workbook_holds_the_tables(tmp_path: Path) -> None:
-    tables = {medium: chain.alpha_table(medium) for medium in reference.MEDIA}
-    write_alpha_workbook(tables, tmp_path / "alpha_tables.xlsx", chain.TITLES)
-    book = load_workbook(tmp_path / "alpha_tables.xlsx")
+def test_alpha_workbook_holds_the_tables(results: Results, books: tuple[Any, Any]) -> None:
+    book, _ = books
     assert book.sheetnames == ["About", *reference.MEDIA]
     about = [cell.value for (cell,) in book["About"].iter_rows(max_col=1) if cell.value]
     assert f"Made by rftfit {rftfit.__version__}." in about
-    for medium, table in tables.items():
-        sheet = book[medium]
+    for medium in results:
+        sheet, table = book[medium.name], medium.alpha
         for c in "zx":
             gamma, beta, values = block(sheet, f"alpha_{c} (N/cm^3)")
             np.testing.assert_allclose(np.array(gamma, float), reference.GAMMA_DEG, atol=0.006)
@@ -65,9 +97,8 @@ def test_alpha_workbook_holds_the_tables(tmp_path: Path) -> None:
             same(numbers(block(sheet, head)[2]), half)
 
 
-def test_missing_cells_say_so_and_why(tmp_path: Path) -> None:
-    write_alpha_workbook({"poppy_LP": chain.alpha_table("poppy_LP")}, tmp_path / "a.xlsx")
-    sheet = load_workbook(tmp_path / "a.xlsx")["poppy_LP"]
+def test_missing_cells_say_so_and_why(books: tuple[Any, Any]) -> None:
+    sheet = books[0]["poppy_LP"]
     empty = [cell for row in sheet.iter_rows() for cell in row if cell.value == "no run"]
     assert len(empty) == 4 * len(chain.MISSING)
     notes = [cell.comment.text for cell in empty if cell.comment is not None]
@@ -76,88 +107,76 @@ def test_missing_cells_say_so_and_why(tmp_path: Path) -> None:
 
 
 def test_no_text_becomes_a_formula(tmp_path: Path) -> None:
-    bad = ["=1+1", "+cmd", "-2+3", "@SUM(A1)", "http://example.org", "{=A1}"]
-    tables = {
-        f"m{i}": chain.alpha_table("poppy_LP", {(0.0, 0.0): text}) for i, text in enumerate(bad)
-    }
-    write_alpha_workbook(tables, tmp_path / "a.xlsx", {f"m{i}": text for i, text in enumerate(bad)})
-    coefficients = chain.coefficient_table().replace({"medium": {"poppy_LP": "=1+1"}})
-    write_coefficient_workbook(coefficients, tmp_path / "c.xlsx")
-    for name in ("a.xlsx", "c.xlsx"):
-        book = load_workbook(tmp_path / name)
+    bad = ["=1+1", "+cmd", "-2+3", "@SUM(A1)", "{=A1}"]
+    titles = dict(zip(reference.MEDIA, bad, strict=True))
+    results = campaign(tmp_path, {(0.0, 0.0): "=1+1", (30.0, 0.0): "http://example.org"}, titles)
+    for content in workbooks(results):
+        book = load_workbook(io.BytesIO(content))
         cells = [cell for sheet in book for row in sheet.iter_rows() for cell in row]
         assert all(cell.data_type != "f" and cell.hyperlink is None for cell in cells)
-        assert "=1+1" in [cell.value for cell in cells]
+        assert set(bad) <= {cell.value for cell in cells}
 
 
-def test_sheet_names_are_made_acceptable(tmp_path: Path) -> None:
-    names = ["About", "x" * 40, "x" * 41, "History", "a/b"]
-    table = chain.alpha_table("poppy_LP")
-    write_alpha_workbook(dict.fromkeys(names, table), tmp_path / "a.xlsx")
-    sheets = load_workbook(tmp_path / "a.xlsx").sheetnames
+def test_sheet_names_are_made_acceptable() -> None:
+    with new_book() as book:
+        for name in ("About", "About", "x" * 40, "x" * 41, "History", "a/b"):
+            book.sheet(name)
+    sheets = load_workbook(io.BytesIO(book.content)).sheetnames
     assert sheets == ["About", "About_2", "x" * 31, "x" * 29 + "_2", "History_2", "a_b"]
 
 
-def test_coefficient_workbook_holds_values_intervals_and_what_was_published(tmp_path: Path) -> None:
-    coefficients, penetration = chain.coefficient_table(), chain.penetration_table()
-    published = {name: name for name in (*reference.MEDIA, "generic")}
-    write_coefficient_workbook(
-        coefficients, tmp_path / "c.xlsx", published, penetration, chain.TITLES
-    )
-    book = load_workbook(tmp_path / "c.xlsx")
+def test_coefficient_workbook_holds_values_intervals_and_what_was_published(
+    results: Results, books: tuple[Any, Any]
+) -> None:
+    _, book = books
+    coefficients, penetration = results.table("coefficients.csv"), results.table("penetration.csv")
     assert book.sheetnames == ["About", "lsq", "dft-index"]
     unit = "(N/cm^3; generic and zeta dimensionless)"
-    media = [*reference.MEDIA, "generic"]
+    titles = [medium.title for medium in results]
     for method in ("lsq", "dft-index"):
         sheet = book[method]
         rows = coefficients[coefficients["method"] == method]
         title = f"coefficients {unit}; grey: term not kept, counts as zero"
         heads, sides, values = block(sheet, title)
-        assert heads == [*chain.TITLES.values(), "generic"]
+        assert heads == [*titles, "generic"]
         assert sides == [*chain.TERMS, "zeta"]
         wanted = rows.pivot_table(index="coefficient", columns="medium", values="value_N_per_cm3")
-        same(numbers(values)[:9], wanted.loc[list(chain.TERMS), media])
-        zeta = penetration[penetration["method"] == method].set_index("medium")["zeta"]
-        same(numbers(values)[9], [*zeta[list(reference.MEDIA)], 1.0])
+        same(numbers(values)[:9], wanted.loc[list(chain.TERMS), MEDIA])
+        zeta = penetration[penetration["method"] == method].set_index("medium")
+        same(numbers(values)[9], [*zeta["zeta"][list(reference.MEDIA)], 1.0])
         both = block(sheet, f"95 % intervals {unit}")
-        assert both[0][:2] == ["poppy seeds, loose, lower", "poppy seeds, loose, upper"]
+        assert both[0][:2] == [f"{titles[0]}, lower", f"{titles[0]}, upper"]
         for part, start in (("lo", 0), ("hi", 1)):
             ends = rows.pivot_table(index="coefficient", columns="medium", values=part)
-            got = numbers(both[2])[:9, start::2]
-            same(got, ends.loc[list(chain.TERMS), media])
+            got = numbers(both[2])[:, start::2]
+            same(got[:9], ends.loc[list(chain.TERMS), MEDIA])
+            same(got[9, :-1], zeta[f"zeta_{part}"][list(reference.MEDIA)])
+            assert np.isnan(got[9, -1])
         printed = block(sheet, f"published, Table S2 {unit}")
-        first = reference.coefficients("poppy_LP")
-        same(numbers(printed[2])[:, 0], [first[term] for term in (*chain.TERMS, "zeta")])
+        for place, medium in enumerate(MEDIA):
+            own = reference.coefficients(medium)
+            same(numbers(printed[2])[:, place], [own[term] for term in (*chain.TERMS, "zeta")])
 
 
-def test_dropped_terms_are_grey(tmp_path: Path) -> None:
-    coefficients = chain.coefficient_table()
-    write_coefficient_workbook(coefficients, tmp_path / "c.xlsx")
-    sheet = load_workbook(tmp_path / "c.xlsx")["lsq"]
-    rows = coefficients[coefficients["method"] == "lsq"]
-    kept = dict(
-        zip(zip(rows["medium"], rows["coefficient"], strict=True), rows["kept"], strict=True)
-    )
-    for j, medium in enumerate((*reference.MEDIA, "generic"), start=2):
+def test_dropped_terms_are_grey(results: Results, books: tuple[Any, Any]) -> None:
+    sheet, rows = books[1]["lsq"], results.table("coefficients.csv").query("method == 'lsq'")
+    places = zip(rows["medium"], rows["coefficient"], strict=True)
+    kept = dict(zip(places, rows["kept"], strict=True))
+    assert not all(kept.values())
+    for j, medium in enumerate(MEDIA, start=2):
         for i, term in enumerate(chain.TERMS, start=5):
             color = sheet.cell(i, j).font.color
             grey = color is not None and color.rgb == "FF9A9A9A"
             assert grey == (not kept[medium, term])
 
 
-def test_workbooks_are_the_same_bytes_in_any_folder(tmp_path: Path) -> None:
-    for folder in ("one", "an other, \u00e9"):
-        tables = {medium: chain.alpha_table(medium) for medium in reference.MEDIA[:2]}
-        write_alpha_workbook(tables, tmp_path / folder / "a.xlsx", chain.TITLES)
-        write_coefficient_workbook(chain.coefficient_table(), tmp_path / folder / "c.xlsx")
-    for name in ("a.xlsx", "c.xlsx"):
-        one, other = (
-            (tmp_path / folder / name).read_bytes() for folder in ("one", "an other, \u00e9")
-        )
-        assert one == other
+def test_campaign_without_coefficients(tmp_path: Path) -> None:
+    results = bare_campaign(tmp_path, ("yuma",))
+    write(results, "alpha/yuma.csv", chain.alpha_table("poppy_LP"))
+    alpha, coefficients = (load_workbook(io.BytesIO(content)) for content in workbooks(results))
+    assert alpha.sheetnames == ["About", "yuma"]
+    assert coefficients.sheetnames == ["About"]
 
 
-def test_a_workbook_that_cannot_be_written_is_an_output_error(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("in the way")
-    with pytest.raises(OutputError, match="cannot write"):
-        write_coefficient_workbook(chain.coefficient_table(), tmp_path / "file" / "c.xlsx")
+def test_workbooks_are_the_same_bytes_in_any_folder(results: Results, tmp_path: Path) -> None:
+    assert workbooks(campaign(tmp_path / "an other, \u00e9")) == workbooks(results)

@@ -148,7 +148,17 @@ def test_sweep_needs_a_robot(call: Callable[..., tuple[int, str, str]]) -> None:
     assert "did you mean 'table'?" in err
     code, _, err = call("sweep", "--config", "none/config.yaml")
     assert code == 2
-    assert "does not exist" in err
+    assert "none/config.yaml" in err
+
+
+def test_every_kind_of_profile(call: Callable[..., tuple[int, str, str]]) -> None:
+    speeds = []
+    for kind in ("table", "generic", "depth_only"):
+        words = ("simulate", "--frequency", "2", "--curvature", "1", "--medium", "poppy_LP")
+        code, out, _ = call(*words, "--profile", kind, "--json", "--no-animation")
+        assert code == 0
+        speeds.append(json.loads(out)["speed_cm_per_s"])
+    assert len({round(speed, 3) for speed in speeds}) == 3
 
 
 def test_same_pictures_same_bytes() -> None:

@@ -52,12 +52,12 @@ def test_the_papers_robot() -> None:
     assert (belly.to_cm[0] - belly.from_cm[0], belly.width_cm) == (13, 2)
     parts = assemble(robot, 1.0)
     assert parts.names == ("belly", "front", "rear", "tripod_1", "tripod_2")
-    assert parts.elements == 9 * 30
+    assert (len(parts.group), parts.bodies.shape[1]) == (9, 30)
     # the two tripods stand on the same places in the plane
-    places = [sorted(parts.places[g[2] : g[2] + g[3], 0]) for g in parts.groups[3:]]
+    places = [sorted(parts.hips[parts.group == tripod, 0]) for tripod in (3, 4)]
     assert places[0] == places[1]
     text = paper_robot_path().read_text(encoding="utf-8")
-    for mark in ("given", "calibrated", "assumed", "rftfit.robot.calibrate"):
+    for mark in ("given", "calibrated", "assumed", "studies/calibrate.py"):
         assert mark in text
 
 

@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 from rftfit import reference
-from rftfit.compare.legs import Candidate
 from rftfit.model.fourier import as_array
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 from rftfit.reference import alpha_grid
@@ -99,9 +98,8 @@ def test_table_of_widths() -> None:
     measured = pd.DataFrame(
         {"curvature_times_R": [1.0, 0.8, 0.0], "frequency_Hz": [5.0, 5.0, np.nan]}
     )
-    found = widths(
-        paper_robot(), [Candidate("generic", NINE, nine_draws(0.002, 3))], measured, 0.95
-    )
+    profile = FourierProfile(NINE.coefficients, spread=nine_draws(0.002, 3))
+    found = widths(paper_robot(), {"generic": profile}, measured, 0.95)
     assert list(found.columns) == WIDTH_COLUMNS[1:]
     assert list(found["quantity"]) == [SPEED, SPEED, BEST]
     assert set(found["draws"]) == {3}

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import importlib
+import ast
 import math
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from robotsteps import step
+from robotsteps import forces, net, plain_steps, step
 
 from rftfit import reference
+from rftfit.model import kernel, profiles
 from rftfit.model.profiles import TableProfile
-from rftfit.robot import kernel, reference_kernel
 from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
 
@@ -41,7 +40,7 @@ def test_one_step_is_the_twins(
         rate = RANDOM.choice([-20.0, 0.0, 12.0])
         for rk4 in (False, True):
             ours = step(profile, parts, state, turn, rate, 1e-3, 1, rk4)
-            theirs = reference_kernel.advance(profile, parts, state, turn, rate, 1e-3, 1, rk4)[1]
+            theirs = plain_steps(profile, parts, state, turn, rate, 1e-3, 1, rk4)[1]
             np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
 
 
@@ -50,7 +49,7 @@ def test_many_steps_are_the_twins(robot: Robot, profile: Profile, rk4: bool) -> 
     parts = assemble(robot, 1.0)
     state = np.array([0.0, 3.2, 0.05, 10.0, -5.0, 0.3])
     ours = step(profile, parts, state, 0.2, 12.0, 5e-4, 200, rk4)
-    theirs = reference_kernel.advance(profile, parts, state, 0.2, 12.0, 5e-4, 200, rk4)[-1]
+    theirs = plain_steps(profile, parts, state, 0.2, 12.0, 5e-4, 200, rk4)[-1]
     np.testing.assert_allclose(ours, theirs, rtol=1e-7, atol=1e-7)
 
 
@@ -58,10 +57,10 @@ def test_many_steps_are_the_twins(robot: Robot, profile: Profile, rk4: bool) -> 
 def test_any_number_of_elements(robot: Robot, table: TableProfile, count: int) -> None:
     numerics = robot.numerics.model_copy(update={"elements": count})
     parts = assemble(robot.model_copy(update={"numerics": numerics}), 0.7)
-    assert parts.elements == 9 * count
+    assert parts.bodies.shape == (5, count, 5)
     state = random_state(0.5)
     ours = step(table, parts, state, 1.0, 12.0, 1e-3, 1)
-    theirs = reference_kernel.advance(table, parts, state, 1.0, 12.0, 1e-3, 1)[1]
+    theirs = plain_steps(table, parts, state, 1.0, 12.0, 1e-3, 1)[1]
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
 
 
@@ -70,30 +69,26 @@ def test_samples_are_the_twins(robot: Robot, profile: Profile) -> None:
     state, rate, step_s = np.array([0.0, 2.0, 0.1, 10.0, -5.0, 0.3]), 12.0, 1e-3
     samples = np.empty((5, kernel.SAMPLE_HEAD + 2 * len(parts.names)))
     step(profile, parts, state, 0.4, rate, step_s, 15, every=3, samples=samples)
-    path = reference_kernel.advance(profile, parts, state, 0.4, rate, step_s, 15)
+    path = plain_steps(profile, parts, state, 0.4, rate, step_s, 15)
     np.testing.assert_allclose(samples[:, :6], path[:15:3], rtol=1e-9, atol=1e-9)
     for row in samples:
         at, turn = row[:6], row[6]
-        every = reference_kernel.forces(profile, parts, at, turn, rate)
+        every = forces(profile, parts, at, turn, rate)
         for index, group in enumerate(every):
             np.testing.assert_allclose(
                 row[9 + 2 * index : 11 + 2 * index], group[..., :2].sum(axis=(0, 1)), atol=1e-11
             )
-        np.testing.assert_allclose(
-            row[7], reference_kernel.net(profile, parts, at, turn, rate)[2], atol=1e-11
-        )
+        np.testing.assert_allclose(row[7], net(profile, parts, at, turn, rate)[2], atol=1e-11)
         drive = 0.0
-        for group, elements, turned in zip(
-            every, reference_kernel.place(parts, at, turn, rate), parts.turns, strict=True
-        ):
-            if turned[0]:
-                # power of the legs' turn: force times the part of the velocity that it makes
-                still = reference_kernel.place(parts, at, turn, 0.0)[len(parts.names) - 2 :]
-                moved = elements[..., 6:] - still[0 if turned[1] > 0 else 1][..., 6:]
-                x, z = group[..., 2] - elements[..., 0], group[..., 3] - elements[..., 1]
-                # where the force acts, which is not the element's middle at the surface
-                moved = moved + rate * np.stack([z, -x], axis=-1)
-                drive += (group[..., 1] * moved[..., 0] + group[..., 0] * moved[..., 1]).sum()
+        still = parts.place(at, turn, 0.0)
+        for index in (3, 4):  # the tripods
+            group, elements = every[index], parts.place(at, turn, rate)[index]
+            # power of the legs' turn: force times the part of the velocity that it makes
+            moved = elements[..., 6:] - still[index][..., 6:]
+            x, z = group[..., 2] - elements[..., 0], group[..., 3] - elements[..., 1]
+            # where the force acts, which is not the element's middle at the surface
+            moved = moved + rate * np.stack([z, -x], axis=-1)
+            drive += (group[..., 1] * moved[..., 0] + group[..., 0] * moved[..., 1]).sum()
         np.testing.assert_allclose(row[8] * rate, drive, atol=1e-9)
 
 
@@ -112,31 +107,21 @@ def test_unknown_alpha_is_no_number_but_only_where_it_counts(robot: Robot) -> No
     assert "(0, 90)" in run.reason
 
 
-def test_cache_knows_the_file_it_calls_into() -> None:
-    # the digest of that file is in the closure, ...
-    function: Any = kernel._advance
-    inside = [cell.cell_contents for cell in function.py_func.__closure__]
-    assert kernel.SOURCE in inside
-    assert len(kernel.SOURCE) == 64
+def test_constants_are_those_of_the_profiles() -> None:
+    # the compiler's cache watches the kernel's own file only, so that it has to repeat them
+    assert (kernel._FOURIER, kernel._TABLE) == (profiles.FOURIER, profiles.TABLE)
+    assert (kernel._NEGLIGIBLE, kernel._STILL) == (profiles.NEGLIGIBLE, profiles.STILL)
 
 
-def test_compilers_cache_tells_closures_apart(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # ... and the closure is part of the key under which compiled code is kept
-    (tmp_path / "with_closure.py").write_text(
-        "import numba\n\n\ndef make(source):\n    @numba.njit(cache=True)\n"
-        "    def function(x):\n        return x if len(source) else 0\n\n    return function\n",
-        encoding="utf-8",
-    )
-    monkeypatch.syspath_prepend(tmp_path)
-    make: Any = importlib.import_module("with_closure").make
-    found = []
-    for source in ("first", "first", "second"):
-        function = make(source)
-        assert function(3) == 3
-        found.append((len(function.stats.cache_hits), len(function.stats.cache_misses)))
-    assert found == [(0, 1), (1, 0), (0, 1)]
+def test_compiled_code_needs_no_other_file() -> None:
+    # all that is compiled stands in one file: what it calls is either in it, or of numba's world
+    tree = ast.parse(Path(kernel.__file__).read_text(encoding="utf-8"))
+    found = [
+        node
+        for node in tree.body
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rftfit")
+    ]
+    assert found == []
 
 
 @pytest.mark.parametrize("turn", [0.7, 2.5])  # every group bears a load in one of them
@@ -153,21 +138,15 @@ def test_any_phases_and_hips(robot: Robot, profile: Profile, turn: float) -> Non
     parts = assemble(odd, 0.8)
     state, rate = np.array([40.0, 0.4, 0.2, 10.0, -5.0, 0.3]), 12.0
     ours = step(profile, parts, state, turn, rate, 1e-3, 1)
-    theirs = reference_kernel.advance(profile, parts, state, turn, rate, 1e-3, 1)[1]
+    theirs = plain_steps(profile, parts, state, turn, rate, 1e-3, 1)[1]
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
     samples = np.empty((1, kernel.SAMPLE_HEAD + 2 * len(parts.names)))
     step(profile, parts, state, turn, rate, 1e-3, 1, every=1, samples=samples)
     drive = 0.0
-    for forces, (_, _, first, members), turned in zip(
-        reference_kernel.forces(profile, parts, state, turn, rate),
-        parts.groups,
-        parts.turns,
-        strict=True,
-    ):
-        if turned[0]:
-            x, z = parts.places[first : first + members, :, None].transpose(1, 0, 2)
-            hip_x = state[0] + x * math.cos(0.2) + z * math.sin(0.2)
-            hip_z = state[1] + z * math.cos(0.2) - x * math.sin(0.2)
-            fz, fx, at_x, at_z = np.moveaxis(forces, -1, 0)
-            drive += ((at_z - hip_z) * fx - (at_x - hip_x) * fz).sum()
+    for index, group in enumerate(forces(profile, parts, state, turn, rate)):
+        x, z, turns = parts.hips[parts.group == index, :, None].transpose(1, 0, 2)
+        hip_x = state[0] + x * math.cos(0.2) + z * math.sin(0.2)
+        hip_z = state[1] + z * math.cos(0.2) - x * math.sin(0.2)
+        fz, fx, at_x, at_z = np.moveaxis(group, -1, 0)
+        drive += (turns * ((at_z - hip_z) * fx - (at_x - hip_x) * fz)).sum()
     np.testing.assert_allclose(samples[0, 8], drive, rtol=1e-9, atol=1e-9)

@@ -61,14 +61,15 @@ def test_rows_of_a_track_that_do_not_add_up(
         stage._measure(trial, tmp_path, 2)
 
 
-def test_a_sweep_on_a_medium_without_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_sweep_on_a_medium_without_runs(tmp_path: Path) -> None:
+    from light_campaign import LABORATORY, make_campaign
+
     from rftfit.cli.simulate import sweep
 
-    campaign = SimpleNamespace(media_with_runs=("yuma",), root=tmp_path)
-    section = SimpleNamespace(medium="poppy_LP")
-    monkeypatch.setattr("rftfit.campaign.load.load_campaign", lambda _: campaign)
-    monkeypatch.setattr("rftfit.workflow.robot.robot_of", lambda _: (section, None))
-    with pytest.raises(
-        InputError, match=r"config, key robot.medium: poppy_LP has no runs, so there"
-    ):
-        sweep(config=tmp_path / "config.yaml")
+    media = {"a": LABORATORY}
+    make_campaign(tmp_path / "none", media, {})
+    with pytest.raises(InputError, match="there is no section robot"):
+        sweep(config=tmp_path / "none" / "config" / "config.yaml")
+    make_campaign(tmp_path / "other", media, {}, {"robot": {"medium": "b"}}, ["b"])
+    with pytest.raises(InputError, match=r"key robot.medium: b has no runs"):
+        sweep(config=tmp_path / "other" / "config" / "config.yaml")

@@ -1,7 +1,7 @@
 """MuJoCo as an independent integrator: hinged legs, granular forces applied from outside.
 
-Only the outline of a leg and the force on an element in the medium are shared with the program:
-masses, hinges, kinematics, velocities of the elements and the steps in time are MuJoCo's, in SI.
+Only the outline of a leg and the force on an outline in a pose are shared with the program: masses,
+hinges, places and velocities of all bodies and the steps in time are MuJoCo's, in SI.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from rftfit.model.kernel import element_forces
+from rftfit.model.kernel import pose_forces
 from rftfit.model.outlines import arc, polyline
 from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate, start_state
@@ -62,55 +62,34 @@ class Independent:
             polyline([plate.from_cm, plate.to_cm], plate.width_cm)
             for plate in robot.body.plates.values()
         ]
-        outlines = [(1, plate) for plate in plates]
-        outlines += [(2 + index, leg) for index in range(len(robot.legs.hips))]
-        self.owner = np.concatenate([np.full(len(o.body), body) for body, o in outlines])
-        self.body = np.concatenate([o.body for _, o in outlines])
-        self.area = np.concatenate([2 * o.body[:, 4] * o.width_cm for _, o in outlines])
+        self.outlines = [(1, plate) for plate in plates]
+        self.outlines += [(2 + index, leg) for index in range(len(robot.legs.hips))]
         self.rate = 2 * math.pi * frequency
         self.data.qpos[3:] = [2 * math.pi * hip.phase_turns for hip in robot.legs.hips]
         self.data.qvel[3:] = self.rate
 
-    def elements(self) -> np.ndarray:
-        data = self.data
+    def pose(self, owner: int) -> np.ndarray:
+        velocity, turn = np.zeros(6), self.data.xmat[owner]
+        mujoco.mj_objectVelocity(
+            self.model, self.data, mujoco.mjtObj.mjOBJ_XBODY, owner, velocity, 0
+        )
+        x, _, z = 100 * self.data.xpos[owner]
         # legs and trunk turn about y alone: the matrix's corners say by how much
-        turn = data.xmat.reshape(-1, 3, 3)[self.owner]
-        cos, sin = turn[:, 0, 0], turn[:, 0, 2]
-        x, z, tx, tz, half = self.body.T
-        arm_x, arm_z = x * cos + z * sin, z * cos - x * sin
-        velocity = np.zeros((self.model.nbody, 6))
-        for index in range(1, self.model.nbody):
-            mujoco.mj_objectVelocity(
-                self.model, data, mujoco.mjtObj.mjOBJ_XBODY, index, velocity[index], 0
-            )
-        spin = velocity[self.owner, 1]
-        at, moves = 100 * data.xpos[self.owner], 100 * velocity[self.owner, 3:]
-        return np.ascontiguousarray(
-            np.column_stack(
-                [
-                    at[:, 0] + arm_x, at[:, 2] + arm_z, tx * cos + tz * sin, tz * cos - tx * sin,
-                    half, self.area, moves[:, 0] + spin * arm_z, moves[:, 2] - spin * arm_x,
-                ]
-            )
-        )  # fmt: skip
+        angle = math.atan2(turn[2], turn[0])
+        return np.array([[x, z, angle, 100 * velocity[3], 100 * velocity[5], velocity[1]]])
 
     def step(self) -> None:
         model, data = self.model, self.data
         mujoco.mj_step1(model, data)
-        force_z, force_x, x, z = element_forces(self.pack, self.elements()).T
-        at = 100 * data.xpos[self.owner]
-        moment = ((z - at[:, 2]) * force_x - (x - at[:, 0]) * force_z) / 100
-        sums = [
-            np.bincount(self.owner, part, minlength=model.nbody)
-            for part in (force_x, force_z, moment)
-        ]
         data.qfrc_applied[:] = 0.0
-        for index in range(1, model.nbody):
-            along, up, about = (part[index] for part in sums)
+        for owner, outline in self.outlines:
+            up, along, about = pose_forces(
+                self.pack, outline.body, outline.width_cm, False, self.pose(owner)
+            )[0]
             if along or up or about:
                 mujoco.mj_applyFT(
-                    model, data, np.array([along, 0.0, up]), np.array([0.0, about, 0.0]),
-                    data.xpos[index], index, data.qfrc_applied,
+                    model, data, np.array([along, 0.0, up]), np.array([0.0, about / 100, 0.0]),
+                    data.xpos[owner], owner, data.qfrc_applied,
                 )  # fmt: skip
         mujoco.mj_step2(model, data)
 

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 def test_areas_and_lengths_are_those_of_the_robot(robot: Robot) -> None:
     parts = assemble(robot, 1.0)
     assert parts.names == ("belly", "front", "rear", "tripod_1", "tripod_2")
-    assert parts.elements == 30 * 9
-    belly, front, rear, leg, _ = parts.members()
-    assert belly[:, 5].sum() == pytest.approx(13 * 2)
-    assert front[:, 5].sum() == pytest.approx(3 * 2)
+    assert (len(parts.group), parts.bodies.shape[1]) == (9, 30)
+    belly, front, rear, leg, _ = parts.bodies
+    area = 2 * parts.bodies[..., 4].sum(axis=1) * parts.widths_cm
+    np.testing.assert_allclose(area[:3], [13 * 2, 3 * 2, 3 * 2])
     # a half circle over the diameter 2R' = 4.1 cm, 1 cm wide
-    assert leg[:, 5].sum() == pytest.approx(math.pi * 2.05, rel=1e-3)
+    assert area[3] == pytest.approx(math.pi * 2.05, rel=1e-3)
     assert 2 * leg[:, 4].sum() == pytest.approx(math.pi * 2.05, rel=1e-3)
-    flat = assemble(robot, 0.0).members()[3]
-    assert flat[:, 5].sum() == pytest.approx(4.1)
+    flat = assemble(robot, 0.0).bodies[3]
+    assert 2 * flat[:, 4].sum() == pytest.approx(4.1)
     for plate in (belly, front, rear, leg):
         np.testing.assert_allclose(np.hypot(plate[:, 2], plate[:, 3]), 1)
     np.testing.assert_allclose(belly[:, 1], -1.0)
@@ -39,15 +39,13 @@ def test_areas_and_lengths_are_those_of_the_robot(robot: Robot) -> None:
 
 def test_tripods_are_three_hips_half_a_turn_apart(robot: Robot) -> None:
     parts = assemble(robot, 1.0)
-    np.testing.assert_array_equal(parts.groups[:, 3], [1, 1, 1, 3, 3])
-    np.testing.assert_array_equal(parts.turns[:, 0], [0, 0, 0, 1, 1])
-    np.testing.assert_allclose(parts.turns[:, 1], [1, 1, 1, 1, -1])
-    np.testing.assert_allclose(parts.turns[:, 2], 0, atol=1e-15)
-    first, last = parts.groups[3, 2], parts.groups[4, 2]
+    np.testing.assert_array_equal(parts.group, [0, 1, 2, 3, 3, 3, 4, 4, 4])
+    # half a turn is the mirror image through the hip
+    np.testing.assert_allclose(parts.bodies[4, :, :4], -parts.bodies[3, :, :4], atol=1e-15)
     z = robot.legs.hips[0].z_cm
-    np.testing.assert_allclose(parts.places[first : first + 3], [[5.5, z], [-5.5, z], [0, z]])
-    np.testing.assert_allclose(parts.places[last : last + 3], [[0, z], [5.5, z], [-5.5, z]])
-    np.testing.assert_array_equal(parts.places[:3], 0)
+    np.testing.assert_allclose(parts.hips[3:6], [[5.5, z, 1], [-5.5, z, 1], [0, z, 1]])
+    np.testing.assert_allclose(parts.hips[6:], [[0, z, 1], [5.5, z, 1], [-5.5, z, 1]])
+    np.testing.assert_array_equal(parts.hips[:3], 0)
 
 
 def test_a_newton_moves_150_grams_by_its_weight(robot: Robot) -> None:
@@ -67,19 +65,8 @@ def test_reach_of_a_leg_is_its_tip(robot: Robot, curvature: float) -> None:
 
 def test_a_robot_without_legs_reaches_nowhere(robot: Robot) -> None:
     parts = assemble(robot, 0.0)
-    still = dataclasses.replace(parts, turns=parts.turns * [0, 1, 1, 1, 1, 1, 1])
+    still = dataclasses.replace(parts, hips=parts.hips * [1, 1, 0])
     assert still.reach_cm == 0
-
-
-@pytest.mark.parametrize("curvature", [-1.0, 0.0, 0.7])
-def test_box_holds_its_elements_and_no_more(robot: Robot, curvature: float) -> None:
-    parts = assemble(robot, curvature)
-    for rows, turned in zip(parts.members(), parts.turns, strict=True):
-        ends = [rows[:, :2] + sign * rows[:, 4:5] * rows[:, 2:4] for sign in (-1, 1)]
-        low, high = np.min(ends, axis=(0, 1)), np.max(ends, axis=(0, 1))
-        np.testing.assert_allclose(turned[3:5], (low + high) / 2, atol=1e-12)
-        np.testing.assert_allclose(turned[5:7], (high - low) / 2, atol=1e-8)
-        assert (turned[5:7] > (high - low) / 2).all()
 
 
 def test_highest_point_turns_with_the_body(robot: Robot) -> None:

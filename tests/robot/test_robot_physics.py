@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from robotsteps import forces as forces_of
 from robotsteps import step
 
 from rftfit.model.profiles import FourierProfile
-from rftfit.robot import reference_kernel
 from rftfit.robot.body import NEWTON_IN_G_CM_PER_S2, assemble
 from rftfit.robot.config import Robot
 from rftfit.robot.run import simulate
@@ -110,9 +110,7 @@ def test_granular_work_is_energy_less_drive(robot: Robot, table: Profile) -> Non
         state, turn = s.states[index], math.radians(s.leg_angle_deg[index])
         power = 0.0
         for elements, forces in zip(
-            reference_kernel.place(parts, state, turn, rate),
-            reference_kernel.forces(table, parts, state, turn, rate),
-            strict=True,
+            parts.place(state, turn, rate), forces_of(table, parts, state, turn, rate), strict=True
         ):
             x, z = forces[..., 2] - elements[..., 0], forces[..., 3] - elements[..., 1]
             turning = state[5] + (rate if elements.shape[0] > 1 else 0.0)

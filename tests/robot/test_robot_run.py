@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from rftfit.model.profiles import FourierProfile
-from rftfit.robot import reference_kernel
 from rftfit.robot.body import assemble, element_series
 from rftfit.robot.config import Numerics, Robot
 from rftfit.robot.convergence import step_convergence
@@ -41,7 +40,7 @@ def test_it_begins_touching_the_surface(robot: Robot) -> None:
                 parts = assemble(settings, curvature)
                 state = start_state(settings, parts, phase)
                 assert (state[[0, 2, 3, 4, 5]] == 0).all()
-                groups = reference_kernel.place(parts, state, 2 * math.pi * phase, 0.0)
+                groups = parts.place(state, 2 * math.pi * phase, 0.0)
                 every = np.concatenate([group.reshape(-1, 8) for group in groups])
                 lowest = (every[:, 1] - every[:, 4] * np.abs(every[:, 3])).min()
                 np.testing.assert_allclose(lowest, drop, atol=1e-12)

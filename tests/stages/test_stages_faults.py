@@ -15,7 +15,7 @@ from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.errors import RftfitError
 from rftfit.lab import FAULTS, reenact
-from rftfit.workflow.measure import check, join
+from rftfit.measure.ledger import check, join
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 import pytest
-from rigroom import Results, Room, digests, paper, planned
+from rigroom import Results, Room, digests, planned
 
 from rftfit import reference
 from rftfit.errors import InputError, OutputError, RftfitError
 from rftfit.measure.alpha import alpha_table
+from rftfit.results import UndeclaredInput, open_results
 from rftfit.store import read_csv, read_parquet
-from rftfit.workflow.measure import ingest, ledger, legs, slopes, tare
+from rftfit.workflow.measure import ledger, legs, slopes
+from rftfit.workflow.plan import Plan
+from rftfit.workflow.run_stage import run_stage
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,26 +28,24 @@ RUNS = (
     "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_ex", "poppy_LP_bp00_g90_in",
     "poppy_LP_bp30_g00_h254", "poppy_LP_bp30_g00_h508", "poppy_LP_bp30_g00_h762", "poppy_LP_c_leg",
 )  # fmt: skip
-NAMES = (
-    "traces.parquet", "runs.csv", "book1.csv", "tared.parquet", "tares.csv", "book2.csv",
-    "fits.csv", "alpha.csv", "windows.parquet", "book3.csv", "curves.csv", "book4.csv",
-    "ledger.csv",
-)  # fmt: skip
+STAGES = ("ingest", "tare", "slopes", "legs", "ledger")
+LEDGERS = STAGES[:4]
 
 
 def through_files(room: Room, out: Path, config: Path) -> dict[str, Path]:
-    out.mkdir()
-    p = {name.split(".", maxsplit=1)[0]: out / name for name in NAMES}
-    medium = "poppy_LP"
-    ingest(config, medium, p["traces"], p["runs"], p["book1"])
-    tare(config, medium, p["traces"], p["runs"], p["tared"], p["tares"], p["book2"])
-    slopes(config, medium, p["runs"], p["tared"], p["tares"], p["fits"], p["alpha"], p["windows"],
-           p["book3"])  # fmt: skip
-    legs(config, medium, p["runs"], p["tared"], p["curves"], p["book4"])
-    ledger(config, [p[f"book{n}"] for n in (1, 2, 3, 4)], [p["runs"]], p["ledger"])
-    counted = read_csv(p["ledger"]).groupby("file")["rows"].sum().to_dict()
+    """Run the stages of the measurement in the campaign's folder; a copy of what they wrote."""
+    results = config.parents[1] / "results"
+    shutil.rmtree(results, ignore_errors=True)
+    for stage in STAGES:
+        run_stage(config, stage)
+    shutil.copytree(results, out)
+    files = {path.parent.name: path for path in out.rglob("poppy_LP.*")}
+    files |= {f"ledger_{stage}": out / "ledger" / stage / "poppy_LP.csv" for stage in LEDGERS}
+    files |= {name: out / name / "poppy_LP.csv" for name in ("tares", "legs", "runs")}
+    files["ledger"] = out / "ledger.csv"
+    counted = read_csv(files["ledger"]).groupby("file")["rows"].sum().to_dict()
     assert counted == room.counted
-    return p
+    return files
 
 
 def close(one: pd.DataFrame, other: pd.DataFrame) -> None:
@@ -75,7 +76,7 @@ def test_files_hold_what_the_functions_give(some: Room, tmp_path: Path) -> None:
     direct = some.chain()
     close(read_csv(p["fits"]), direct.fits)
     close(read_csv(p["alpha"]), direct.alpha)
-    close(read_csv(p["curves"]), direct.curves)
+    close(read_csv(p["legs"]), direct.curves)
     close(read_csv(p["tares"]), direct.tares)
     windows, tared = read_parquet(p["windows"]), read_parquet(p["tared"])
     assert windows["run_id"].tolist() == tared["run_id"].tolist()
@@ -232,7 +233,7 @@ def test_one_run_of_each_kind_of_error_reaches_the_files(room: Room, tmp_path: P
     assert "the file is empty" in str(fits.loc[0, "reason"])
     again = alpha_table(fits, "poppy_LP", 0.95, 3)
     close(read_csv(p["alpha"]), again)
-    assert len(read_csv(p["curves"])) == 0
+    assert len(read_csv(p["legs"])) == 0
 
 
 def test_tables_are_read_without_a_warning(some: Room, tmp_path: Path) -> None:
@@ -295,30 +296,57 @@ def test_air_run_that_no_leg_names_is_in_the_ledger(some: Room, tmp_path: Path) 
 
 def test_run_that_is_in_no_ledger_stops_the_workflow(some: Room, tmp_path: Path) -> None:
     config = some.write()
-    p = through_files(some, tmp_path / "out", config)
-    book = read_csv(p["book1"])
-    for name in ("book1", "book2", "book3", "book4"):
-        part = read_csv(p[name])
-        part[part["run_id"] != "poppy_LP_c_leg"].to_csv(p[name], index=False)
-    assert "poppy_LP_c_leg" in set(book["run_id"])
+    through_files(some, tmp_path / "out", config)
+    results = open_results(config)
+    for stage in LEDGERS:
+        name = f"ledger/{stage}/poppy_LP.csv"
+        part = results.table(name)
+        results._tables[name] = part[part["run_id"] != "poppy_LP_c_leg"]
     with pytest.raises(RftfitError, match="1 runs are not in the ledger, first poppy_LP_c_leg"):
-        ledger(config, [p[f"book{n}"] for n in (1, 2, 3, 4)], [p["runs"]], p["ledger"])
+        ledger(results)
 
 
-def test_disk_that_refuses(some: Room, tmp_path: Path) -> None:
+def test_disk_that_refuses(some: Room) -> None:
     config = some.write()
-    blocked = tmp_path / "file"
+    blocked = some.folder / "results"
     blocked.write_text("no folder", encoding="utf-8")
     with pytest.raises(OutputError, match="cannot write"):
-        ingest(config, "poppy_LP", blocked / "t.parquet", blocked / "r.csv", blocked / "l.csv")
-    with pytest.raises(InputError, match=re.escape("nowhere.csv")):
-        legs(config, "poppy_LP", tmp_path / "nowhere.csv", tmp_path / "n.parquet",
-             tmp_path / "c.csv", tmp_path / "l.csv")  # fmt: skip
+        run_stage(config, "ingest")
+    blocked.unlink()
+    with pytest.raises(InputError, match=re.escape("results/runs/poppy_LP.csv")):
+        run_stage(config, "legs")
 
 
-def test_medium_that_is_not_in_the_config(some: Room, tmp_path: Path) -> None:
-    out = [tmp_path / name for name in ("t.parquet", "r.csv", "l.csv")]
-    with pytest.raises((KeyError, InputError)):
-        ingest(some.write(), "poppy_XX", *out)
-    assert not any(path.exists() for path in out)
-    assert "poppy_XX" not in paper().media
+def test_a_stage_reads_what_it_declares_and_nothing_else(some: Room, tmp_path: Path) -> None:
+    config = some.write()
+    through_files(some, tmp_path / "out", config)
+    plan = Plan(config)
+    (task,) = plan.stages["legs"]
+    results = open_results(config).only(task.reads)
+    assert len(legs(results, "poppy_LP")[0]) > 0
+    with pytest.raises(UndeclaredInput):
+        slopes(results, "poppy_LP")
+
+
+def test_what_a_stage_did_not_write_is_not_read(some: Room, tmp_path: Path) -> None:
+    """An edit or one flipped bit of an intermediate is refused by name, and made again by its stage."""
+    config = some.write()
+    files = through_files(some, tmp_path / "out", config)
+    for name in ("runs", "tared", "tares", "traces"):
+        path = some.folder / "results" / files[name].relative_to(tmp_path / "out")
+        content = path.read_bytes()
+        place = len(content) // 2
+        path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
+        reader, maker = {"runs": ("tare", "ingest"), "traces": ("tare", "ingest")}.get(
+            name, ("slopes", "tare")
+        )
+        findings = [one for one in Plan(config).all_findings() if one.stage == maker]
+        assert [(one.sort, one.what) for one in findings] == [
+            ("edited", path.relative_to(some.folder).as_posix())
+        ]
+        if name in ("tared", "tares"):
+            with pytest.raises(InputError, match="not as the stage tare wrote it"):
+                run_stage(config, reader)
+        assert run_stage(config, maker) == 1
+        assert path.read_bytes() == content
+        assert run_stage(config, maker) == 0

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from rftfit.errors import InputError
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.store import write_csv, write_parquet
 from rftfit.workflow import figures, validate
 from rftfit.workflow.figures import stress_runs
@@ -34,29 +35,30 @@ def test_runs_of_the_figure_of_stress() -> None:
         InputError, match=r"figures.stress_runs: found b, c; allowed: run_id of the"
     ):
         stress_runs(campaign("a", "b", "c"))
-    with pytest.raises(InputError, match="the run sheet has no slanted plate run to draw"):
-        stress_runs(campaign())
+    assert stress_runs(campaign()) == []
 
 
 def test_clocks_that_were_not_estimated(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(figures, "load_campaign", lambda _: campaign())
     monkeypatch.setattr(figures, "ingest_traces", lambda *_: ([SimpleNamespace(alignment=None)],))
-    with pytest.raises(
-        InputError, match=r"sand: no run whose clocks .*; is clock.method estimate\?"
-    ):
-        figures.figure_clocks(tmp_path / "config.yaml", "sand", tmp_path / "a.png")
+    figures.figure_clocks(tmp_path / "config.yaml", "sand", tmp_path / "a.png")
+    assert "no run whose clocks were estimated" in (tmp_path / "a.svg").read_text(encoding="utf-8")
 
 
-def test_figures_without_a_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+@pytest.mark.parametrize("reason", ["no tare: t cannot be used", ""])
+def test_figures_without_a_run(
+    reason: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setattr(figures, "load_campaign", lambda _: campaign("a"))
     monkeypatch.setattr(figures, "stress_samples", lambda *_: pd.DataFrame({"run_id": []}))
     table, rows = tmp_path / "table.csv", tmp_path / "rows.parquet"
-    write_csv(pd.DataFrame({"run_id": ["a"], "abscissa": ["path_cm"], "valid_to": [1.0]}), table)
+    row = {"run_id": "a", "abscissa": "depth_cm", "valid_to": np.nan, "reason": reason}
+    write_csv(pd.DataFrame([row]), table)
     write_parquet(pd.DataFrame({"run_id": ["a"]}), rows)
-    with pytest.raises(InputError, match="none of the runs a has a tared stroke to draw"):
-        figures.figure_stress(tmp_path, [rows], [rows], [table], tmp_path / "a.png")
-    with pytest.raises(InputError, match="sand: no plate run has a tare to draw"):
-        figures.figure_tare(tmp_path, "sand", rows, table, tmp_path / "a.png")
+    figures.figure_stress(tmp_path, [rows], [rows], [table], tmp_path / "stress.png")
+    figures.figure_tare(tmp_path, "sand", rows, table, tmp_path / "tare.png")
+    assert f"a: {reason}" in (tmp_path / "stress.svg").read_text(encoding="utf-8")
+    assert (reason or NO_TARE_FLAG) in (tmp_path / "tare.svg").read_text(encoding="utf-8")
 
 
 def test_a_sand_without_a_linear_regime() -> None:

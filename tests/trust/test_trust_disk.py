@@ -16,7 +16,6 @@ from disks import on_own_disks, why_not
 
 from rftfit.errors import OutputError
 from rftfit.store import atomic_path
-from rftfit.workflow.snakemake import Watcher, failure_text, nothing_written
 
 FULL = Path("/dev/full")
 SCALE = "-m rftfit.cli.main scale --alpha 0.9"
@@ -25,9 +24,10 @@ STAGE = """
 import sys
 from rftfit.errors import OutputError
 import rftfit.__main__ as program
-def fails():
+import rftfit.workflow.run_stage as runner
+def fails(*_):
     raise OutputError("results/alpha.csv: cannot write")
-program.stage_function = lambda name: fails
+runner.run_stage = fails
 sys.exit(program.main(["slopes"]))
 """
 DRAWING = """
@@ -113,45 +113,6 @@ def test_a_disk_that_refuses_a_result(tmp_path: Path, options: str, why: str) ->
     assert "Traceback" not in done.stdout + done.stderr
     # ls finds nothing, not even an unfinished file
     assert not done.stdout.endswith("csv\n")
-
-
-def told(*lines: str) -> Watcher:
-    watcher = Watcher()
-    for line in lines:
-        watcher.feed(line)
-    watcher.close()
-    return watcher
-
-
-def test_a_job_whose_log_cannot_be_made(tmp_path: Path) -> None:
-    """Nothing of it was started: the shell said why in the user's language, and ended with 1."""
-    status = "CalledProcessError: Command 'exec python' returned non-zero exit status 1."
-    block = ("Error in rule page:", "    jobid: 3", "    log: results/logs/page.log")
-    refused = told(status, *block)
-    text = failure_text(refused, tmp_path, Path("log"))
-    assert "  page:\n    results/logs/page.log: cannot write: free some space" in text
-    assert nothing_written(refused, tmp_path)
-    # a log that is there, or a job that ended otherwise, is something else
-    other = told(status.replace("status 1", "status 137"), *block)
-    assert "killed (SIGKILL)" in failure_text(other, tmp_path, Path("log"))
-    assert not nothing_written(other, tmp_path)
-    (tmp_path / "results/logs").mkdir(parents=True)
-    (tmp_path / "results/logs/page.log").touch()
-    assert "no message; exit status 1" in failure_text(refused, tmp_path, Path("log"))
-    assert not nothing_written(refused, tmp_path)
-
-
-def test_snakemake_itself_cannot_write(tmp_path: Path) -> None:
-    refused = told(
-        "OSError: [Errno 28] No space left on device", "During handling of the above exception"
-    )
-    assert failure_text(refused, tmp_path, Path("log")) == (
-        "the workflow stopped before any job:\n    Snakemake cannot write: No space left on device; "
-        "free some space or allow writing there, then run again\nThe whole log: log"
-    )
-    assert nothing_written(refused, tmp_path)
-    assert not nothing_written(told("OSError: [Errno 2] No such file or directory"), tmp_path)
-    assert not nothing_written(told(), tmp_path)
 
 
 def test_the_reason_is_the_systems_own(tmp_path: Path) -> None:

@@ -8,22 +8,21 @@ import os
 import random
 import time
 from pathlib import Path
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rftfit.cli.verify import compare
 from rftfit.errors import InputError
 from rftfit.robot.config import paper_robot_path
 from rftfit.store import digests, read_csv, write_csv
-from rftfit.store.digests import Seen, read_sums, sha256_of, write_sums
+from rftfit.store.digests import Seen, read_sums, sha256_of, sums_text
 from rftfit.store.tables import guarded, unguarded
 from rftfit.workflow.plan import Plan
-from rftfit.workflow.provenance import OWN, Graph, Record, Step, graph_of, present_state, unpacked
+from rftfit.workflow.provenance import changes_between, present_state
+from rftfit.workflow.records import Record, Records
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -128,7 +127,7 @@ def test_pipes_devices_folders_and_nothing_are_not_read(tmp_path: Path) -> None:
 
 def test_sums_come_back_and_are_those_of_sha256sum(logs: list[str], tmp_path: Path) -> None:
     digests = {path: sha256_of(path) for path in logs}
-    write_sums({**digests, "missing.csv": ""}, tmp_path / "sums")
+    (tmp_path / "sums").write_text(sums_text({**digests, "missing.csv": ""}), encoding="utf-8")
     assert read_sums(tmp_path / "sums") == digests
     line = (tmp_path / "sums").read_text(encoding="utf-8").splitlines()[0]
     assert line == f"{digests[logs[0]]}  {logs[0]}"
@@ -161,65 +160,28 @@ def test_no_import_is_overlooked() -> None:
     assert problems == []
 
 
-# --- the graph --------------------------------------------------------------------------------------
+# --- records of tasks ---------------------------------------------------------------------------------
 
 
-class Params(dict[str, Any]):
-    """As Snakemake's: values or functions of the wildcards."""
+def record() -> Record:
+    return Record({"code": "c1", "settings": "s1"}, {"results/a.csv": "1"}, {"results/b.csv": "2"})
 
 
-def rule(name: str, read: list[Any], made: list[str], **params: object) -> SimpleNamespace:
-    return SimpleNamespace(name=name, input=read, output=made, params=Params(params))
+def test_records_come_back(tmp_path: Path) -> None:
+    records = Records.load(tmp_path, "slopes")
+    assert records.tasks == {}
+    records.tasks["sand"] = record()
+    records.save()
+    assert Records.load(tmp_path, "slopes").tasks == {"sand": record()}
 
 
-def lab_rules() -> list[SimpleNamespace]:
-    return [
-        rule("read", [lambda w: [f"raw/{w.medium}.csv"]], ["r/t/{medium}.parquet", "r/u/{medium}.csv"],
-             raw=lambda w: f"raw-{w.medium}", rows=lambda w: f"rows-{w.medium}", code="c1"),
-        rule("fit", ["r/t/{medium}.parquet"], ["r/a/{medium}.csv"], settings="s1", code="c2"),
-        rule("join", ["r/a/sand.csv", "r/a/seed.csv"], ["r/all.csv"], code="c3"),
-        rule("draw", ["r/a/{medium}.csv", "r/all.csv", "notes.txt"], ["r/{medium}.png"], code="c3"),
-        rule("never", ["r/all.csv"], ["r/never.csv"], code="c3"),
-    ]  # fmt: skip
-
-
-MEANINGS = {
-    **{f"{what}-{medium}": (medium,) for what in ("raw", "rows") for medium in ("sand", "seed")},
-    "s1": ("fit", "media"), "c1": ("m.read",), "c2": ("m.fit",), "c3": ("m.other",),
-}  # fmt: skip
-
-
-@pytest.fixture
-def graph() -> Graph:
-    return graph_of(lab_rules(), ["r/sand.png"], ["sand", "seed"], lambda _, one: MEANINGS[one])
-
-
-def test_steps_are_read_off_the_rules(graph: Graph) -> None:
-    assert list(graph.steps) == ["read", "fit", "join", "draw"]
-    both = ("sand", "seed")
-    assert graph.steps["read"] == Step(
-        "read", both, ("r/t/{medium}.parquet", "r/u/{medium}.csv"), (), OWN, OWN, (), ("m.read",), "c1"
-    )  # fmt: skip
-    assert graph.steps["join"].reads == (("r/a/{medium}.csv", both),)
-    # drawn for one medium only, from that medium's table and one of both
-    assert graph.steps["draw"].values == ("sand",)
-    assert graph.steps["draw"].inputs("sand") == ["r/a/sand.csv", "r/all.csv"]
-    assert graph.steps["draw"].files == ("notes.txt",)
-    assert graph.steps["fit"].settings == ("fit", "media")
-
-
-def test_a_chain_names_every_job_before_those_that_read_it(graph: Graph) -> None:
-    chain = graph.chain("r/sand.png")
-    assert sorted(chain) == sorted(
-        [("read", "sand"), ("read", "seed"), ("fit", "sand"), ("fit", "seed"), ("join", ""), ("draw", "sand")]
-    )  # fmt: skip
-    for place, job in enumerate(chain):
-        assert set(graph.parents(job)) <= set(chain[:place])
-    assert graph.chain("r/a/seed.csv") == [("read", "seed"), ("fit", "seed")]
-
-
-def test_the_graph_survives_being_written(graph: Graph) -> None:
-    assert unpacked(graph.packed()) == graph
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"sand": 1}', '{"sand": {"depends": {}}}',
+    '{"sand": {"depends": {"code": 1}, "reads": {}, "writes": {}}}'])  # fmt: skip
+def test_a_damaged_record_counts_as_none(tmp_path: Path, text: str) -> None:
+    path = Records.load(tmp_path, "slopes").path
+    path.parent.mkdir(parents=True)
+    path.write_text(text, encoding="utf-8")
+    assert Records.load(tmp_path, "slopes").tasks == {}
 
 
 # --- the robot ---------------------------------------------------------------------------------------
@@ -248,27 +210,27 @@ def robot_campaign(tmp_path: Path) -> Path:
     return root
 
 
-def test_the_robots_files_are_in_the_record(robot_campaign: Path) -> None:
+def test_the_robots_files_are_watched(robot_campaign: Path) -> None:
     plan = Plan(robot_campaign / "config" / "config.yaml")
-    names = ["config/mine.yaml", "raw/paper/robot/runs.csv", "raw/paper/robot/a1.csv"]
-    assert plan.robot_files == names
-    made = "results/robot/measured.csv"
-    rules = [rule("robot_measured", names, [made]), rule("other", [], ["results/x.csv"])]
-    graph = graph_of(rules, [made, "results/x.csv"], [], lambda *_: ())
-    results = {made: "1", "results/x.csv": "2"}
-    record = Record(present_state(plan.campaign, graph, Seen(None)), graph, results)
-    assert {
-        name: sha256_of(robot_campaign / name) for name in names
-    }.items() <= record.state.logs.items()
-    for name in names:
+    names = {"config/mine.yaml", "raw/paper/robot/runs.csv", "raw/paper/robot/a1.csv"}
+    assert {name: sha256_of(robot_campaign / name) for name in names} == plan.robot_digests
+    state = present_state(plan)
+    for name in sorted(names):
         path = robot_campaign / name
-        before, content = plan.content(names), path.read_bytes()
-        path.write_bytes(content + b"# changed\n")
-        now = present_state(plan.campaign, graph, Seen(None))
-        compared = compare(record, now, results)
-        assert [(found.sort, found.name) for found in compared.findings] == [("log", name)]
-        assert set(compared.of_result) == {made}
-        assert Plan(plan.config).content(names) != before
+        content = path.read_bytes()
+        # the sheet has to stay readable, a track and a comment need not
+        new = (
+            content.replace(b",1,2,", b",1,3,")
+            if name.endswith("runs.csv")
+            else content + b"# changed\n"
+        )
+        path.write_bytes(new)
+        changed = Plan(plan.config, fresh=True)
+        found = changes_between(state, present_state(changed))
+        assert [(one.sort, one.name) for one in found] == [("log", name)]
+        for stage, watches in (("robot_measured", True), ("robot_sweep", True), ("fourier", False)):
+            before, after = plan.stages[stage][0].depends, changed.stages[stage][0].depends
+            assert (before != after) is watches, stage
         path.write_bytes(content)
 
 

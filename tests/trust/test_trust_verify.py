@@ -6,18 +6,21 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import stat
 import subprocess
 import sys
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
 import pytest
 import yaml
 from campaigns import make_campaign
 
-from rftfit.__main__ import main as stage
 from rftfit.cli.main import INPUT_NOT_VALID, NOT_AS_RECORDED
-from rftfit.workflow.provenance import read_record
+from rftfit.errors import RftfitError
+from rftfit.workflow.diff import compare
+from rftfit.workflow.run_stage import run_stage
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -47,6 +50,14 @@ class Checked:
     def verify(self, *words: str) -> subprocess.CompletedProcess[str]:
         done = subprocess.run(
             [sys.executable, "-m", "rftfit.cli.main", "verify", *words],
+            cwd=self.root, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert "Traceback" not in done.stdout + done.stderr
+        return done
+
+    def run(self, *words: str) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [sys.executable, "-m", "rftfit.cli.main", "run", *words],
             cwd=self.root, capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert "Traceback" not in done.stdout + done.stderr
@@ -85,7 +96,7 @@ def run_once(tmp_path_factory: pytest.TempPathFactory) -> Checked:
 @pytest.fixture
 def checked(run_once: Checked) -> Iterator[Checked]:
     names = (LOG, "raw/paper/runs.csv", "config/config.yaml", "results/alpha/poppy_LP.csv",
-             "results/provenance.json", "results/figures/fig_s6_fit.svg")  # fmt: skip
+             "results/provenance.json", "results/figures/fit_maps.svg")  # fmt: skip
     kept = {name: (run_once.root / name).read_bytes() for name in names}
     states = {name: (run_once.root / name).stat() for name in names}
     yield run_once
@@ -116,18 +127,29 @@ def test_all_is_as_recorded(checked: Checked) -> None:
     done = checked.verify()
     assert done.returncode == 0, done.stdout
     assert "all as recorded" in done.stdout
-    assert checked.folder.jobs() == {}
+    assert "Nothing to do" in checked.run("--dry-run").stdout
 
 
 def test_the_record_names_every_result_and_its_content(checked: Checked) -> None:
     results = checked.root / "results"
-    own = {"provenance.json", "ro-crate-metadata.json"}
     there = {
         f"results/{path.relative_to(results).as_posix()}": sha256(path)
         for path in results.rglob("*")
-        if path.is_file() and path.relative_to(results).parts[0] != "logs" and path.name not in own
+        if path.is_file() and path.relative_to(results).parts[0] not in ("logs", "records")
     }
-    assert checked.record()["results"] == there
+    recorded = {
+        path: digest
+        for file in (results / "records").glob("*.json")
+        for task in json.loads(file.read_text(encoding="utf-8")).values()
+        for path, digest in task["writes"].items()
+    }
+    assert recorded == there
+    stages = checked.record()["stages"]
+    assert {path for tasks in stages.values() for one in tasks.values() for path in one["writes"]} == {
+        path for path in there
+        if path.rsplit("/", 1)[1] not in
+        ("provenance.json", "ro-crate-metadata.json", "manifest.sha256", "run_sheet.csv")
+    }  # fmt: skip
 
 
 def test_sums_of_all_logs_are_right(checked: Checked) -> None:
@@ -152,8 +174,8 @@ def test_a_chain_is_told(checked: Checked) -> None:
     done = checked.verify("results/coefficients.csv")
     assert done.returncode == 0
     for part in ("ingest of poppy_LP, yuma", "slopes of poppy_LP, yuma", "fourier", "scaling",
-                 "382 logs: raw/paper/air/air_c_leg_force.csv", "191 rows of raw/paper/runs.csv",
-                 "transducer", "rftfit.workflow.measure"):  # fmt: skip
+                 "382 logs: air/air_c_leg_force.csv", "191 rows of the run sheet",
+                 "depends on: "):  # fmt: skip
         assert part in done.stdout
     alone = checked.verify("results/alpha/yuma.csv").stdout
     assert "poppy_LP_" not in alone
@@ -167,15 +189,8 @@ def test_a_log_changed_behind_its_date_is_noticed(checked: Checked) -> None:
     assert f"file {LOG}: was sha256" in done.stdout
     assert checked.verify("results/alpha/poppy_LP.csv").returncode == 0
     assert checked.verify("results/alpha/yuma.csv").returncode == NOT_AS_RECORDED
-    jobs = checked.folder.jobs()
-    assert jobs["ingest"] == jobs["slopes"] == ["yuma"]
-    said = subprocess.run(
-        [sys.executable, "-m", "rftfit.cli.main", "run", "--dry-run"],
-        cwd=checked.root, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert (
-        "1 log changed since the results were made: yuma/yuma_bp00_g90_in_force.csv" in said.stderr
-    )
+    said = checked.run("--dry-run")
+    assert "logs changed since the results were made: ingest yuma" in said.stderr
 
 
 def test_a_log_that_is_gone_is_noticed(checked: Checked) -> None:
@@ -218,31 +233,61 @@ def test_a_changed_setting_is_noticed(checked: Checked) -> None:
 
 
 def test_changed_code_is_noticed(checked: Checked) -> None:
-    path = checked.root / "results" / "provenance.json"
-    data = checked.record()
-    data["code"]["modules"]["rftfit.model.fourier"] = "0" * 16
+    path = checked.root / "results" / "records" / "fourier.json"
+    kept = path.read_text(encoding="utf-8")
+    data = json.loads(kept)
+    data[""]["depends"]["code"] = "0" * 16
     path.write_text(json.dumps(data), encoding="utf-8")
     done = checked.verify("results/coefficients.csv")
+    path.write_text(kept, encoding="utf-8")
     assert done.returncode == NOT_AS_RECORDED
-    assert "code of rftfit.model.fourier: was 0000000000000000" in done.stdout
+    assert "fourier: made with other code" in done.stdout
     assert checked.verify("results/tares/yuma.csv").returncode == 0
+
+
+def test_edits_and_damage_are_made_again(checked: Checked) -> None:
+    """An edit, a spreadsheet's save, one flipped bit in each kind of intermediate, a deleted one."""
+    results = checked.root / "results"
+    before = {path: sha256(path) for path in results.rglob("*") if path.is_file()}
+    before = {path: one for path, one in before.items() if "logs" not in path.parts}
+    replace(results / "alpha" / "poppy_LP.csv", "0.", "9.")
+    saved = (results / "coefficients.csv").read_text(encoding="utf-8").replace("\n", "\r\n")
+    (results / "coefficients.csv").write_bytes(b"\xef\xbb\xbf" + saved.encode())
+    flipped = ("traces/yuma.parquet", "tared/poppy_LP.parquet", "windows/yuma.parquet",
+               "fits/yuma.csv", "ledger/tare/poppy_LP.csv", "fourier/media.csv", "report.html",
+               "quality/yuma.png", "alpha_tables.xlsx", "provenance.json")  # fmt: skip
+    for name in flipped:
+        path = results / name
+        content = bytearray(path.read_bytes())
+        content[len(content) // 2] ^= 1
+        path.write_bytes(content)
+    (results / "runs" / "yuma.csv").unlink()
+    assert checked.verify("results/report.html").returncode != 0
+    done = checked.run()
+    assert done.returncode == 0, done.stderr
+    assert "made again" in done.stderr
+    assert "results/alpha/poppy_LP.csv" in done.stderr
+    assert "not there, made again: results/runs/yuma.csv" in done.stderr
+    assert {path: sha256(path) for path in before} == before
+    assert checked.verify().returncode == 0
+    assert "Nothing to do" in checked.run().stdout
 
 
 def test_a_result_written_by_hand_is_noticed_with_what_was_made_from_it(checked: Checked) -> None:
     replace(checked.root / "results" / "alpha" / "poppy_LP.csv", "poppy_LP", "poppy_XP")
     done = checked.verify()
     assert done.returncode == NOT_AS_RECORDED
-    assert "result results/alpha/poppy_LP.csv: was sha256" in done.stdout
+    assert "result results/alpha/poppy_LP.csv: edited or damaged" in done.stdout
     assert checked.verify("results/coefficients.csv").returncode == NOT_AS_RECORDED
-    assert checked.verify("results/fits/poppy_LP.csv").returncode == 0
+    assert checked.verify("results/tares/poppy_LP.csv").returncode == 0
 
 
 def test_a_result_that_is_gone_is_noticed(checked: Checked) -> None:
-    (checked.root / "results" / "figures" / "fig_s6_fit.svg").unlink()
+    (checked.root / "results" / "figures" / "fit_maps.svg").unlink()
     done = checked.verify("results/figures")
     assert done.returncode == NOT_AS_RECORDED
-    assert "results/figures/fig_s6_fit.svg: not as recorded" in done.stdout
-    assert "is not there" in done.stdout
+    assert "results/figures/fit_maps.svg: not as recorded" in done.stdout
+    assert "not there" in done.stdout
 
 
 @pytest.mark.parametrize("word", ["results/coeficients.csv", "raw", "../elsewhere.csv"])
@@ -265,22 +310,49 @@ def test_a_record_that_is_absent_or_damaged_is_told(checked: Checked, text: str 
     assert "rftfit run" in done.stderr
 
 
-@pytest.mark.parametrize("what", ["raw", "rows", "settings"])
-def test_a_change_while_the_workflow_runs_is_an_error(
-    checked: Checked, tmp_path: Path, capfd: pytest.CaptureFixture[str], what: str
-) -> None:
+@pytest.mark.parametrize("what", ["log", "row", "setting", "result"])
+def test_a_change_while_the_workflow_runs_is_an_error(checked: Checked, what: str) -> None:
     """The record is not written when it would not be true."""
-    from rftfit.workflow.plan import Plan
+    if what == "log":
+        change_log_behind_the_date(checked.root)
+    elif what == "row":
+        replace(checked.root / "raw" / "paper" / "runs.csv", "yuma_bp00_g90_in,", "yuma_new,")
+    elif what == "setting":
+        replace(checked.root / "config" / "config.yaml", "threshold: 0.05", "threshold: 0.06")
+    else:
+        replace(checked.root / "results" / "alpha" / "poppy_LP.csv", "poppy_LP", "poppy_XP")
+    before = sha256(checked.root / "results" / "provenance.json")
+    with pytest.raises(RftfitError):
+        run_stage(checked.root / "config" / "config.yaml", "provenance")
+    assert sha256(checked.root / "results" / "provenance.json") == before
 
-    plan = Plan(checked.root / "config" / "config.yaml")
-    digests = {"raw": plan.raw(), "rows": plan.rows(), "settings": plan.settings(), what: "0" * 16}
-    graph = read_record(checked.root).graph
-    words = [f"config={checked.root}/config/config.yaml", f"steps={json.dumps(graph.packed())}"]
-    words += [f"{name}={digest}" for name, digest in digests.items()]
-    words += [f"{name}={tmp_path / name}" for name in ("record", "sums", "sheet", "crate")]
-    assert stage(["provenance", *words]) == 1
-    assert "while the workflow ran" in capfd.readouterr().err
-    assert list(tmp_path.iterdir()) == []
+
+def test_diff_of_two_folders_of_results(checked: Checked, tmp_path: Path) -> None:
+    """One changed log: which alpha moved, by how much, and because of what."""
+    first = tmp_path / "before"
+    shutil.copytree(checked.root / "results", first)
+    assert compare(first, checked.root) == ([], [], [])
+    second = tmp_path / "after"
+    shutil.copytree(checked.root / "results", second)
+    table = pd.read_csv(second / "alpha" / "yuma.csv")
+    cell = int(table["alpha_z_N_per_cm3"].notna().to_numpy().argmax())
+    half = float(table["alpha_z_hi_N_per_cm3"][cell] - table["alpha_z_lo_N_per_cm3"][cell]) / 2
+    moved = table["alpha_z_N_per_cm3"].to_numpy(float).copy()
+    moved[cell] += 2 * half
+    table["alpha_z_N_per_cm3"] = moved
+    table.to_csv(second / "alpha" / "yuma.csv", index=False)
+    replace(second / "manifest.sha256", (second / "manifest.sha256").read_text()[:5], "00000")
+    data = json.loads((second / "provenance.json").read_text(encoding="utf-8"))
+    data["settings"]["fourier"]["threshold"] = 0.06
+    (second / "provenance.json").write_text(json.dumps(data), encoding="utf-8")
+    (found,), changes, alone = compare(first, second)
+    assert (found.file, found.quantity) == ("alpha/yuma.csv", "alpha_z_N_per_cm3")
+    assert found.half_widths == pytest.approx(2, rel=1e-3)
+    assert [(one.sort, one.name) for one in changes if one.sort == "setting"] == [
+        ("setting", "fourier.threshold")
+    ]
+    assert sum(one.sort == "log" for one in changes) == 1
+    assert alone == []
 
 
 def test_the_crate_is_sound(checked: Checked) -> None:
@@ -313,11 +385,7 @@ def test_the_crate_is_sound(checked: Checked) -> None:
                     assert one["@id"] in entities or one["@id"].startswith("https://w3id.org/")
     actions = [entity for entity in data["@graph"] if entity["@type"] == "CreateAction"]
     made = [one["@id"] for action in actions for one in many(action["result"])]
-    assert (
-        len(made)
-        == len(set(made))
-        == len(parts - {"provenance.json", "manifest.sha256", "run_sheet.csv"})
-    )
+    assert len(made) == len(set(made)) == len(parts)
 
 
 def many(value: Any) -> list[Any]:

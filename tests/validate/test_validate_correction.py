@@ -89,6 +89,14 @@ def test_media_and_models_come_in_order() -> None:
     assert table["rms_cv_N"].to_numpy() == pytest.approx(0, abs=1e-12)
 
 
+def test_a_sand_without_a_measured_leg_is_no_fault() -> None:
+    """A table without rows does not know which of its columns hold words."""
+    untyped = pd.DataFrame(columns=curves(ONE, ONE).columns)
+    typed = curves(ONE, ONE).iloc[:0]
+    for pair in ((untyped, typed), (typed, untyped), (untyped, curves(ONE, ONE))):
+        assert corrections(*pair).empty
+
+
 def test_no_natural_sand_leaves_an_empty_table_with_its_columns() -> None:
     nothing = curves(ONE, ONE).iloc[:0]
     found = corrections(nothing, nothing)

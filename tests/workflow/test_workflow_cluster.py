@@ -13,11 +13,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 PROFILE = PROJECT / "profiles" / "slurm" / "config.yaml"
-# what takes long has a job to itself; the other two have no work of their own
-ALONE = {f"robot_sweep_{name}" for name in ("table", "generic", "depth_only")}
-ALONE |= {f"robot_full_batch_{name}" for name in ("table", "generic", "depth_only")}
-ALONE |= {"robot_intervals"}
-NO_WORK = {"all", "robot_full"}
+# what takes long has a job to itself
+ALONE = {"ingest", "figures", "quality", "robot_figures", "robot_sweep", "robot_motion"}
+NO_WORK = {"all"}
 
 pytestmark = pytest.mark.slow
 
@@ -34,7 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Folder:
 
 def test_every_rule_has_a_place(profile: Any, folder: Folder) -> None:
     rules = set(folder.snakemake("--list-rules").stdout.split())
-    assert {"ingest", "page", "robot_full_batch_table"} < rules
+    assert {"ingest", "page", "robot_sweep"} < rules
     grouped = set(profile["groups"])
     named = grouped | set(profile["set-resources"])
     assert named <= rules
@@ -59,10 +57,8 @@ def test_groups_make_no_circle(profile: Any, folder: Folder, tmp_path: Path) -> 
     # all but what only the plugin understands, which need not be installed here
     kept = {k: v for k, v in profile.items() if k != "executor" and not k.startswith("slurm-")}
     (tmp_path / "config.yaml").write_text(yaml.safe_dump(kept), encoding="utf-8")
-    text = folder.run("--dry-run", "all", "robot_full", "--workflow-profile", str(tmp_path))
+    text = folder.run("--dry-run", "all", "--workflow-profile", str(tmp_path))
     groups = re.findall(r"Group job (\w+) ", text)
-    assert set(groups) == {"medium", "tables", "figures", "robot", "end"}
-    batches = text.count("rule robot_full_batch_")
-    assert batches == 3 * profile["set-scatter"]["sweep"]
+    assert set(groups) == {"measure", "model", "report"}
     # a few dozen jobs at most, whatever the campaign
-    assert len(groups) + 4 <= 24
+    assert len(groups) + len(ALONE) <= 12

@@ -1,146 +1,82 @@
-# Logs to alpha tables: one job per medium and stage, never one per log.
-# The digests among the params make a change of code, settings or run sheet rerun just what hangs on it.
+# From logs to alpha. Logs are no inputs for Snakemake: their content is watched, by `state`.
 
 
 rule ingest:
+    # Read force and motion logs: clocks, frame, zero, phases.
     input:
-        logs=lambda wildcards: PLAN.logs(wildcards.medium),
+        PLAN.inputs("ingest"),
     output:
-        traces="results/traces/{medium}.parquet",
-        runs="results/runs/{medium}.csv",
-        ledger="results/ledger/ingest/{medium}.csv",
+        update(PLAN.outputs("ingest")),
     log:
-        "results/logs/ingest/{medium}.log",
+        "results/logs/ingest.log",
     conda:
         "../envs/rftfit.yaml"
+    threads: workflow.cores
     params:
-        campaign=CONFIG,
-        code=PLAN.code("ingest"),
-        # of other packages, whose code is part of the digest above
-        dialects=PLAN.dialects(),
-        # the content of the logs, whatever their dates say
-        raw=lambda wildcards: PLAN.raw(wildcards.medium),
-        rows=lambda wildcards: PLAN.rows(wildcards.medium),
-        settings=PLAN.settings(
-            "raw",
-            "dialect",
-            "force_log",
-            "motion_log",
-            "transducer",
-            "arm",
-            "clock",
-            "surface",
-            "rigid_contact",
-            "intruders",
-            "fit",
-        ),
+        state=PLAN.state("ingest"),
     shell:
-        "python -m rftfit ingest config={params.campaign:q} medium={wildcards.medium:q}"
-        " traces={output.traces:q} runs={output.runs:q} ledger={output.ledger:q} 2> {log:q}"
+        STAGE
 
 
 rule tare:
+    # Subtract rod-only runs at equal depth, legs turned in air at equal theta.
     input:
-        traces="results/traces/{medium}.parquet",
-        runs="results/runs/{medium}.csv",
+        PLAN.inputs("tare"),
     output:
-        tared="results/tared/{medium}.parquet",
-        tares="results/tares/{medium}.csv",
-        ledger="results/ledger/tare/{medium}.csv",
+        update(PLAN.outputs("tare")),
     log:
-        "results/logs/tare/{medium}.log",
+        "results/logs/tare.log",
     conda:
         "../envs/rftfit.yaml"
     params:
-        campaign=CONFIG,
-        code=PLAN.code("tare"),
-        rows=lambda wildcards: PLAN.rows(wildcards.medium),
+        state=PLAN.state("tare"),
     shell:
-        "python -m rftfit tare config={params.campaign:q} medium={wildcards.medium:q}"
-        " traces={input.traces:q} runs={input.runs:q} tared={output.tared:q}"
-        " tares={output.tares:q} ledger={output.ledger:q} 2> {log:q}"
+        STAGE
 
 
 rule slopes:
+    # Fit zero-intercept slopes of stress against depth: alpha(beta, gamma).
     input:
-        runs="results/runs/{medium}.csv",
-        tared="results/tared/{medium}.parquet",
-        tares="results/tares/{medium}.csv",
+        PLAN.inputs("slopes"),
     output:
-        fits="results/fits/{medium}.csv",
-        alpha=report(
-            "results/alpha/{medium}.csv",
-            caption="../report/alpha.rst",
-            category=PROFILES,
-            labels=shown("table", "alpha", "{medium}"),
-        ),
-        windows="results/windows/{medium}.parquet",
-        ledger="results/ledger/slopes/{medium}.csv",
+        update(PLAN.outputs("slopes")),
     log:
-        "results/logs/slopes/{medium}.log",
+        "results/logs/slopes.log",
     conda:
         "../envs/rftfit.yaml"
     params:
-        campaign=CONFIG,
-        code=PLAN.code("slopes"),
-        rows=lambda wildcards: PLAN.rows(wildcards.medium),
-        settings=PLAN.settings("transducer", "container", "intruders", "fit", "media"),
+        state=PLAN.state("slopes"),
     shell:
-        "python -m rftfit slopes config={params.campaign:q} medium={wildcards.medium:q}"
-        " runs={input.runs:q} tared={input.tared:q} tares={input.tares:q} fits={output.fits:q}"
-        " alpha={output.alpha:q} windows={output.windows:q} ledger={output.ledger:q} 2> {log:q}"
+        STAGE
 
 
 rule legs:
+    # Average the force on turning legs over theta.
     input:
-        runs="results/runs/{medium}.csv",
-        tared="results/tared/{medium}.parquet",
+        PLAN.inputs("legs"),
     output:
-        curves="results/legs/{medium}.csv",
-        ledger="results/ledger/legs/{medium}.csv",
+        update(PLAN.outputs("legs")),
     log:
-        "results/logs/legs/{medium}.log",
+        "results/logs/legs.log",
     conda:
         "../envs/rftfit.yaml"
     params:
-        campaign=CONFIG,
-        code=PLAN.code("legs"),
-        rows=lambda wildcards: PLAN.rows(wildcards.medium),
+        state=PLAN.state("legs"),
     shell:
-        "python -m rftfit legs config={params.campaign:q} medium={wildcards.medium:q}"
-        " runs={input.runs:q} tared={input.tared:q} curves={output.curves:q}"
-        " ledger={output.ledger:q} 2> {log:q}"
+        STAGE
 
 
 rule ledger:
+    # Account for every row of every log.
     input:
-        parts=expand(
-            "results/ledger/{stage}/{medium}.csv",
-            stage=["ingest", "tare", "slopes", "legs"],
-            medium=PLAN.media,
-        )
-        + ["results/ledger/robot.csv"] * bool(PLAN.robot_medium),
-        runs=expand("results/runs/{medium}.csv", medium=PLAN.media),
+        PLAN.inputs("ledger"),
     output:
-        ledger=report(
-            "results/ledger.csv",
-            caption="../report/ledger.rst",
-            category=OVERVIEW,
-            labels=shown("table", "what became of every row"),
-        ),
+        update(PLAN.outputs("ledger")),
     log:
         "results/logs/ledger.log",
     conda:
         "../envs/rftfit.yaml"
     params:
-        campaign=CONFIG,
-        code=PLAN.code("ledger"),
-        # runs that belong to no medium are read here
-        raw=lambda wildcards: PLAN.raw(""),
-        rows=PLAN.rows(),
-        settings=PLAN.settings("raw", "dialect", "force_log", "motion_log", "media"),
-        parts=named("parts"),
-        runs=named("runs"),
+        state=PLAN.state("ledger"),
     shell:
-        "python -m rftfit ledger config={params.campaign:q} {params.parts:q} {params.runs:q}"
-        " ledger={output.ledger:q} 2> {log:q}"
+        STAGE

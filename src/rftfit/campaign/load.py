@@ -64,6 +64,28 @@ class Campaign:
         used = {run.medium for run in self.runs}
         return tuple(medium for medium in self.config.media if medium in used)
 
+    def of_role(self, role: str) -> tuple[str, ...]:
+        """Media with runs that play a role: ``laboratory`` or ``natural_sand``."""
+        return tuple(name for name in self.media_with_runs if self.config.media[name].role == role)
+
+    def with_legs(self, role: str) -> tuple[str, ...]:
+        """Media of a role in which legs were turned."""
+        legged = {run.medium for run in self.runs if run.kind == "leg"}
+        return tuple(name for name in self.of_role(role) if name in legged)
+
+    @cached_property
+    def robot_medium(self) -> str:
+        """Medium that the campaign's robot runs on; empty where there is none or no run on it."""
+        robot = self.config.robot
+        return (
+            robot.medium if robot is not None and robot.medium in self.of_role("laboratory") else ""
+        )
+
+    @cached_property
+    def titles(self) -> dict[str, str]:
+        """Titles of the media."""
+        return {name: medium.title for name, medium in self.config.media.items()}
+
     @cached_property
     def unclaimed(self) -> tuple[Run, ...]:
         """The in-air runs that no leg names, so that they belong to no medium, by run_id."""

@@ -135,3 +135,10 @@ def escaped(text: str) -> str:
         char if char.isprintable() else char.encode("unicode_escape").decode("ascii")
         for char in text
     )
+
+
+def choose(what: str, word: str, allowed: Sequence[str], more: str = "") -> str:
+    """Check a word against the allowed ones and return it; `more` is said after the allowed words."""
+    if word not in allowed:
+        raise InputError(unknown_word(what, word, allowed) + (more and f" ({more})"))
+    return word

@@ -9,6 +9,7 @@ import typer
 import rftfit
 from rftfit.cli import main
 from rftfit.cli.check import check
+from rftfit.cli.diff import diff
 from rftfit.cli.example import example
 from rftfit.cli.init import init
 from rftfit.cli.inspect_log import inspect_log
@@ -51,6 +52,7 @@ app.command(
     "Example with words for Snakemake itself, after two dashes: rftfit run -- --forceall",
 )(run)
 app.command("verify", epilog="Example: rftfit verify results/coefficients.csv")(verify)
+app.command("diff", epilog="Example: rftfit diff results_before results")(diff)
 app.command("example", epilog="Example: rftfit example cmu-sand")(example)
 app.command("scale", epilog="Example: rftfit scale --alpha 0.9 --se 0.02 --output sand.csv")(scale)
 app.command(

@@ -5,34 +5,28 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
 import rftfit
+from rftfit.campaign.problems import choose
 from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError, OutputError
-from rftfit.store import atomic_path, write_bytes
+from rftfit.store import atomic_path, write_bytes, write_text
 from rftfit.store.digests import read_sums, sha256_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import pandas as pd
-
-    from rftfit.campaign.config import Config
-    from rftfit.campaign.load import Campaign
-    from rftfit.cli.predict import Peak
-    from rftfit.compare.sands import Estimate, PlateResult
-    from rftfit.measure.ingest import Trace
-
-
-# --- Where an example's files come from: the package, a folder, a mirror, or the public repository.
-
+    from rftfit.workflow.plates import Penetration, Plates
 
 SUMS = "logs.sha256"
 INSTALL = "pip install pooch"
+
+
+_PLATE_OF_THE_PAPER_CM = 3.8
 
 
 @dataclass(frozen=True)
@@ -161,80 +155,28 @@ def _download(address: str, raw: Path, wanted: Mapping[str, str]) -> None:
             ) from error
 
 
-# --- What an example of plate penetrations says, in words that follow from its numbers.
+def summary(found: Plates, folder: str) -> str:
+    """Say what the plates come to, in words that follow from the numbers.
 
-
-LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
-_PLATE_OF_THE_PAPER_CM = 3.8
-
-
-class Run(NamedTuple):
-    """One run: clocks, surface and slope; NaN where there is none.
-
-    `clock_s`, `clock_se_s`: Offset of the clocks and its standard error.
-    `surface_mm`, `surface_se_mm`: Arm z of the free surface and its standard error.
-    `alpha`, `alpha_se`, `alpha_dof`: alpha_z(0, 90 deg), N/cm^3, its standard error and degrees of
-        freedom.
-    `curvature`, `curvature_p`: Departure of a parabola from the line at the end of the window, and
-        its probability by noise.
-    `reason`: Why there is no alpha.
+    `folder`: Name of the results' folder.
     """
-
-    name: str
-    plate: str
-    clock_s: float
-    clock_se_s: float
-    surface_mm: float
-    surface_se_mm: float
-    alpha: float
-    alpha_se: float
-    alpha_dof: float
-    curvature: float
-    curvature_p: float
-    reason: str
-
-
-class Scaling(NamedTuple):
-    """What the scaling routine makes of the alpha of one plate.
-
-    `peaks`: Greatest forces, by leg and name.
-    """
-
-    zeta: float
-    lo: float
-    hi: float
-    peaks: dict[str, dict[str, Peak]]
-
-
-def summary(
-    config: Config,
-    runs: list[Run],
-    combined: dict[str, PlateResult],
-    sizes: dict[str, float],
-    with_size: Estimate,
-    spread: str,
-    scalings: dict[str, Scaling],
-    folder: str,
-) -> str:
-    """Write the summary.
-
-    `combined`: By plate, the smallest first. `sizes`: cm. `with_size`: Exponent m of alpha ~
-    size^m. `spread`: Where the run-to-run spread is from. `folder`: Name of the results' folder.
-    """
-    level = f"{100 * config.fit.confidence:g} %"
+    level = f"{100 * found.config.fit.confidence:g} %"
+    closing = (
+        f"Tables and figures: {folder}/\n"
+        "(clocks: how clocks and surface were found; stress: every run beside its fit)."
+    )
     return "\n\n".join(
         [
-            _runs_text(runs),
-            _plates_text(config, combined, sizes, scalings, spread, level),
-            _verdict(combined, with_size, level),
-            _legs_text(config, combined, sizes, scalings, level),
-            f"Tables and figures: {folder}/\n(clocks: how clocks and surface were found; stress: every "
-            + "run beside its fit).",
+            _runs_text(found.runs),
+            _plates_text(found, level),
+            _verdict(found, level),
+            _legs_text(found, level),
+            closing,
         ]
     )
 
 
-def _runs_text(runs: list[Run]) -> str:
+def _runs_text(runs: list[Penetration]) -> str:
     rows = []
     for run in runs:
         hours = round(run.clock_s / 3600) if np.isfinite(run.clock_s) else 0
@@ -258,35 +200,33 @@ def _runs_text(runs: list[Run]) -> str:
     )
 
 
-def _plates_text(
-    config: Config, combined: dict[str, PlateResult], sizes: dict[str, float],
-    scalings: dict[str, Scaling], spread: str, level: str,
-) -> str:  # fmt: skip
+def _plates_text(found: Plates, level: str) -> str:
     rows = [
         [
             name,
-            f"{sizes[name]:g}",
+            f"{found.sizes_cm[name]:g}",
             str(result.runs),
             f"{result.alpha.value:.3f}",
             f"{result.alpha.lo:.3f} to {result.alpha.hi:.3f}",
             f"{100 * result.largest_deviation:.1f} %",
-            f"{scalings[name].zeta:.3f}",
-            f"{scalings[name].lo:.3f} to {scalings[name].hi:.3f}",
+            f"{found.scaled[name].zeta:.3f}",
+            f"{found.scaled[name].zeta_lo:.3f} to {found.scaled[name].zeta_hi:.3f}",
         ]
-        for name, result in combined.items()
+        for name, result in found.combined.items()
     ]
     header = ["plate", "cm", "runs", "alpha_z", level, "farthest run", "zeta", level]
-    fit = config.fit
+    fit = found.config.fit
     window = f"{fit.submergence_cm or 0:g} to {fit.max_depth_cm or np.nan:g} cm"
     bare = ", no tare subtracted" if fit.missing_tare == "flag" else ""
     return (
-        f"alpha_z(0, 90 deg) over depths of {window}{bare}; run-to-run spread: {spread};\n"
+        f"alpha_z(0, 90 deg) over depths of {window}{bare}; run-to-run spread: {found.spread};\n"
         "zeta by the scaling routine from the published five media (interval for one further medium)\n\n"
         + table(header, rows)
     )
 
 
-def _verdict(combined: dict[str, PlateResult], with_size: Estimate, level: str) -> str:
+def _verdict(found: Plates, level: str) -> str:
+    combined, with_size = found.combined, found.with_size
     rows = [
         [name, f"{r.exponent.value:.2f}", f"{r.exponent.lo:.2f} to {r.exponent.hi:.2f}"]
         for name, r in combined.items()
@@ -317,13 +257,15 @@ def _verdict(combined: dict[str, PlateResult], with_size: Estimate, level: str) 
     )
 
 
-def _legs_text(
-    config: Config, combined: dict[str, PlateResult], sizes: dict[str, float],
-    scalings: dict[str, Scaling], level: str,
-) -> str:  # fmt: skip
-    nearest = min(combined, key=lambda name: abs(sizes[name] - _PLATE_OF_THE_PAPER_CM))
+def _legs_text(found: Plates, level: str) -> str:
+    from rftfit.model.prediction import find_peaks
+
+    sizes = found.sizes_cm
+    nearest = min(sizes, key=lambda name: abs(sizes[name] - _PLATE_OF_THE_PAPER_CM))
+    own = found.forces[found.forces["plate"] == nearest].drop(columns="plate")
     rows = []
-    for leg, peaks in scalings[nearest].peaks.items():
+    for leg, table_of_leg in own.groupby("leg", sort=False):
+        peaks = {peak.name: peak for peak in find_peaks(table_of_leg.drop(columns="leg"))}
         cells = []
         for name in ("lift", "thrust"):
             peak = peaks.get(name)
@@ -332,230 +274,23 @@ def _legs_text(
                 if peak is None
                 else [f"{peak.value:.1f}", f"{peak.lo:.1f} to {peak.hi:.1f}"]
             )
-        rows.append([leg, *cells])
+        rows.append([str(leg), *cells])
+    alpha = found.combined[nearest].alpha.value
     ratios = ", ".join(
-        f"{result.alpha.value / combined[nearest].alpha.value:.2f} times with {name}"
-        for name, result in combined.items()
+        f"{result.alpha.value / alpha:.2f} times with {name}"
+        for name, result in found.combined.items()
         if name != nearest
     )
-    deepest = config.fit.max_depth_cm
-    reach = (
-        f" The plates tell of the sand down to {deepest:g} cm; the tip of a leg goes to 5.6 cm."
-        if deepest
-        else ""
-    )
-    others = f"\nThe same prediction is {ratios}." if ratios else ""
-    return (
+    text = (
         f"Forces on the model legs in this sand (N), from {nearest}, nearest in size to the plate that "
         f"resistive\nforce theory was measured with ({count(len(rows), 'leg')}, hip at 2 cm)\n\n"
         + table(["leg", "peak lift", level, "peak thrust", level], rows)
-        + others
-        + ("\n" + reach.strip() if reach else "")
     )
-
-
-# --- Penetrations with plates of several sizes, from logs to alpha, zeta and forces on legs.
-
-
-class _Chain(NamedTuple):
-    """What the campaign's own stages made of a medium."""
-
-    traces: list[Trace]
-    status: pd.DataFrame
-    fits: pd.DataFrame
-    stress: dict[str, tuple[np.ndarray, np.ndarray]]
-    ledger: pd.DataFrame
-
-
-def run_plates(config: Path, results: Path) -> str:
-    """Run the chain on a campaign of vertical penetrations and write its results.
-
-    `results`: Folder; gets ``runs.csv``, ``fits.csv``, ``ledger.csv``, ``plates.csv``,
-    ``forces.csv``, ``summary.txt`` and the figures ``clocks`` and ``stress``. Returns the summary,
-    for people.
-    """
-    from rftfit.campaign.load import load_campaign
-    from rftfit.compare.sands import by_plate, depth_exponent, size_exponent
-    from rftfit.figures.plates import draw_plates
-    from rftfit.figures.protocol import draw_clocks
-    from rftfit.figures.style import save
-    from rftfit.store import write_csv, write_text
-    from rftfit.workflow.measure import check
-
-    campaign = load_campaign(config)
-    chain = _chain(campaign)
-    check(chain.ledger, chain.status)
-    runs = _runs(campaign, chain)
-    good = [run for run in runs if np.isfinite(run.alpha)]
-    confidence = campaign.config.fit.confidence
-    plates = sorted({run.plate for run in good}, key=lambda name: _size(campaign, name))
-    if not plates:
-        reasons = "; ".join(f"{run.name}: {run.reason}" for run in runs)
-        raise InputError(f"no run gives an alpha: {reasons}")
-    of_plate = {name: [run for run in good if run.plate == name] for name in plates}
-    combined, spread = by_plate(
-        {
-            name: (
-                np.array([run.alpha for run in own]),
-                np.array([run.alpha_se for run in own]),
-                np.array([run.alpha_dof for run in own]),
-            )
-            for name, own in of_plate.items()
-        },
-        {
-            name: np.array([depth_exponent(*chain.stress[run.name]) for run in own])
-            for name, own in of_plate.items()
-        },
-        confidence,
-    )
-    sizes = {name: _size(campaign, name) for name in plates}
-    with_size = size_exponent(
-        [sizes[run.plate] for run in good], [run.alpha for run in good], confidence
-    )
-    scalings, forces = _scale(combined, confidence)
-    text = summary(
-        campaign.config, runs, combined, sizes, with_size, spread.source, scalings, results.name
-    )
-    ends = {name: (r.alpha.value, r.alpha.lo, r.alpha.hi) for name, r in combined.items()}
-    write_csv(chain.status, results / "runs.csv")
-    write_csv(chain.fits, results / "fits.csv")
-    write_csv(chain.ledger, results / "ledger.csv")
-    write_csv(_plates_table(combined, sizes, scalings), results / "plates.csv")
-    write_csv(forces, results / "forces.csv")
-    save(draw_clocks(chain.traces), results / "clocks")
-    save(draw_plates(chain.stress, of_plate, ends, sizes), results / "stress")
-    write_text(results / "summary.txt", text + "\n")
+    if ratios:
+        text += f"\nThe same prediction is {ratios}."
+    if deepest := found.config.fit.max_depth_cm:
+        text += f"\nThe plates tell of the sand down to {deepest:g} cm; the tip of a leg goes to 5.6 cm."
     return text
-
-
-def _chain(campaign: Campaign) -> _Chain:
-    """Go through ingest, tare and slopes, as the workflow does."""
-    import pandas as pd
-
-    from rftfit.measure.ledger import Why
-    from rftfit.measure.strokes import split_runs
-    from rftfit.workflow.measure import fit_medium, ingest_traces, join, samples_of, tare_medium
-
-    parts: list[_Chain] = []
-    for medium in campaign.media_with_runs:
-        traces, rows, first = ingest_traces(campaign, medium)
-        status = pd.DataFrame(rows)
-        tared, tares, second = tare_medium(campaign, medium, samples_of(traces), status)
-        fits, windows, third = fit_medium(campaign, medium, status, tared, tares)
-        good = windows["why"].to_numpy() == Why.GOOD
-        stress = {}
-        for name, place in split_runs(tared).items():
-            area = campaign.config.intruders[campaign.by_id[name].intruder]
-            part = tared.iloc[place][good[place]]
-            assert area.shape != "leg"
-            stress[name] = (
-                part["depth_cm"].to_numpy(),
-                part["force_z_N"].to_numpy() / area.area_cm2,
-            )
-        book = join([first.table(), second.table(), third.table()])
-        parts.append(_Chain(traces, status, fits, stress, book))
-    return _Chain(
-        [trace for part in parts for trace in part.traces],
-        pd.concat([part.status for part in parts], ignore_index=True),
-        pd.concat([part.fits for part in parts], ignore_index=True),
-        {name: pair for part in parts for name, pair in part.stress.items()},
-        pd.concat([part.ledger for part in parts], ignore_index=True),
-    )
-
-
-def _runs(campaign: Campaign, chain: _Chain) -> list[Run]:
-    status = {row["run_id"]: row for row in chain.status.to_dict("records")}
-    runs = []
-    for row in chain.fits.to_dict("records"):
-        fact = status[row["run_id"]]
-        runs.append(
-            Run(
-                str(row["run_id"]),
-                campaign.by_id[str(row["run_id"])].intruder,
-                float(fact["clock_offset_s"]),
-                float(fact["clock_se_s"]),
-                float(fact.get("surface_z_mm", np.nan)),
-                float(fact.get("surface_se_mm", np.nan)),
-                float(row["alpha_z_N_per_cm3"]),
-                float(row["alpha_z_se_N_per_cm3"]),
-                float(row["alpha_z_dof"]),
-                float(row["nonlinear_z_ratio"]),
-                float(row["nonlinear_z_p"]),
-                str(row["reason"]),
-            )
-        )
-    return runs
-
-
-def _size(campaign: Campaign, name: str) -> float:
-    plate = campaign.config.intruders[name]
-    assert plate.shape != "leg"
-    return plate.length_cm
-
-
-def _scale(
-    combined: dict[str, PlateResult], confidence: float
-) -> tuple[dict[str, Scaling], pd.DataFrame]:
-    """Run the scaling routine on alpha of each plate; zeta, peak forces, and forces by pose."""
-    import pandas as pd
-
-    from rftfit.cli.predict import find_peaks, from_test, make_motion, make_outline, predict_forces
-    from rftfit.cli.scale import scale_from
-    from rftfit.model.scaling import published
-
-    reference, motion = published(), make_motion(None, None)
-    scalings, parts = {}, []
-    for name, result in combined.items():
-        scaled = scale_from(reference, result.alpha.value, result.alpha.se, confidence)
-        source = from_test(reference, result.alpha.value, result.alpha.se, confidence)
-        peaks = {}
-        for leg in LEGS:
-            outline = make_outline(leg, None, None, None, 30)
-            prediction = predict_forces(source, outline, motion.poses, confidence)
-            peaks[leg] = {peak.name: peak for peak in find_peaks(motion, prediction)}
-            columns = {"plate": name, "leg": leg, motion.key: motion.columns[motion.key]}
-            for quantity in ("force_z_N", "force_x_N"):
-                stem = quantity.removesuffix("_N")
-                lo, hi = prediction.ends[quantity]
-                columns |= {
-                    quantity: prediction.values[quantity],
-                    f"{stem}_lo_N": lo,
-                    f"{stem}_hi_N": hi,
-                }
-            parts.append(pd.DataFrame(columns))
-        scalings[name] = Scaling(scaled.zeta, scaled.zeta_lo, scaled.zeta_hi, peaks)
-    return scalings, pd.concat(parts, ignore_index=True)
-
-
-def _plates_table(
-    combined: dict[str, PlateResult], sizes: dict[str, float], scalings: dict[str, Scaling]
-) -> pd.DataFrame:
-    import pandas as pd
-
-    return pd.DataFrame(
-        [
-            {
-                "plate": name,
-                "size_cm": sizes[name],
-                "runs": result.runs,
-                "alpha_z_N_per_cm3": result.alpha.value,
-                "alpha_z_se_N_per_cm3": result.alpha.se,
-                "alpha_z_lo_N_per_cm3": result.alpha.lo,
-                "alpha_z_hi_N_per_cm3": result.alpha.hi,
-                "largest_deviation_percent": 100 * result.largest_deviation,
-                "depth_exponent": result.exponent.value,
-                "depth_exponent_lo": result.exponent.lo,
-                "depth_exponent_hi": result.exponent.hi,
-                "zeta": scalings[name].zeta,
-                "zeta_lo": scalings[name].lo,
-                "zeta_hi": scalings[name].hi,
-            }
-            for name, result in combined.items()
-        ]
-    )
-
-
-# --- ``rftfit example``: a real campaign, from its logs to forces on legs.
 
 
 def example(
@@ -578,16 +313,15 @@ def example(
     cmu-sand: nine penetrations of circular plates of three sizes into sand, force in ROS bags and
     motion in text files on another clock (23 MB).
     """
-    from rftfit.campaign.problems import unknown_word
+    from rftfit.workflow.plates import run_plates
 
-    if name not in EXAMPLES:
-        raise InputError(unknown_word("example", name, EXAMPLES))
-    chosen = EXAMPLES[name]
+    chosen = EXAMPLES[choose("example", name, tuple(EXAMPLES))]
     target = Path(name) if folder is None else folder
     say(f"{chosen.title.capitalize()}, in {target}")
     source = own_files(name)
     lay_out(source, target)
     fetch_logs(chosen, source, target / "raw", origin)
-    say()
-
-    say(run_plates(target / "config" / "config.yaml", target / "results"))
+    results = target / "results"
+    text = summary(run_plates(target / "config" / "config.yaml", results), results.name)
+    write_text(results / "summary.txt", text + "\n")
+    say(f"\n{text}")

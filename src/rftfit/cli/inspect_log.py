@@ -13,7 +13,7 @@ from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError
 from rftfit.figures import style
 from rftfit.figures.style import FORMATS, content
-from rftfit.logs.base import Log, join
+from rftfit.logs.base import Log, join_blocks
 from rftfit.logs.inspect import GAP_STEPS
 from rftfit.store import write_bytes
 
@@ -23,90 +23,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.conventions import FloatArray
-    from rftfit.logs.base import Reader
+    from rftfit.logs.base import LogError, Reader
     from rftfit.logs.inspect import Clock, Survey
 
-
-# --- All columns of a log against time, one panel each.
-
+_MOST_GAPS = 10
+_PANEL_CM = 3.0
 
 MOST_ROWS = 200_000
 """Rows that are drawn of a long log."""
-
-_PANEL_CM = 3.0
-
-
-@style.styled
-def draw_log(log: Log, time_name: str = "time") -> Figure:
-    """Draw a log.
-
-    `time_name`: The column that is the time; by default ``time``; rows are counted where there is
-    none. Returns one panel for each other column.
-    """
-    timed = time_name in log.columns
-    time = log.columns[time_name] if timed else np.arange(log.size, dtype=float)
-    names = [name for name in log.columns if name != time_name] or list(log.columns)
-    figure = style.new_figure(style.DOUBLE_CM, _PANEL_CM * len(names) + 1.5)
-    figure.set_layout_engine("constrained")
-    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    for panel, name in zip(panels, names, strict=True):
-        # counted from the first row: clocks run since midnight
-        shown = time - time[0] if time.size else time
-        panel.plot(*_broken(shown, log.columns[name]), linewidth=0.7)
-        unit = log.units.get(name, "")
-        panel.set_ylabel(f"{name} ({unit})" if unit else name)
-    unit = log.units.get(time_name, "s" if timed else "rows")
-    start = f", counted from {time[0]:.10g} {unit}" if time.size else ""
-    panels[-1].set_xlabel(f"time ({unit}){start}")
-    panels[0].set_title("; ".join([log.path.name, *(n for n in log.notes if "drawn" in n)]))
-    return figure
-
-
-def _broken(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Break a curve where rows are missing: a line there would be an invention."""
-    steps = np.diff(time)
-    forward = steps[steps > 0]
-    if not forward.size:
-        return time, values
-    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(forward)) + 1
-    return np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan)
-
-
-def thinned(blocks: Iterable[Log], rows: int) -> Log:
-    """Keep every k-th row of a long log, so that it can be drawn in bounded memory.
-
-    `rows`: Usable rows in all. Returns at most `MOST_ROWS` rows and one a block.
-    """
-    every = max(1, math.ceil(rows / MOST_ROWS))
-    note = (f"every {every}. row is drawn",) if every > 1 else ()
-    parts = []
-    for log in blocks:
-        columns = {name: values[::every].copy() for name, values in log.columns.items()}
-        size = next(iter(columns.values())).size
-        parts.append(Log(log.path, columns, log.units, size, notes=note))
-    return join(parts)
-
-
-def plot_log(reader: Reader, source: Path, found: Survey, target: Path) -> None:
-    """Draw a log into a file.
-
-    `source`: The log. `found`: What is known of it. `target`: Its ending is the format, one of
-    `FORMATS`.
-    """
-    ending = target.suffix.lower().removeprefix(".")
-    if ending not in FORMATS:
-        raise InputError(
-            f"{target}: found the ending {target.suffix!r}; allowed: .{', .'.join(FORMATS)}"
-        )
-    log = thinned(reader.stream(source), found.used)
-    figure = draw_log(log, found.quantities.get("time", "time"))
-    write_bytes(target, content(figure, ending))
-
-
-# --- ``rftfit inspect``: what a log is, before any run sheet names it.
-
-
-_MOST_GAPS = 10
 
 
 def inspect_log(
@@ -130,13 +54,13 @@ def inspect_log(
     rig's csv pair, ATI Net F/T, ATI through NI DAQ, rostopic csv, LabVIEW, Instron-style exports,
     xlsx, Parquet and others; any other delimited text is described in the config.
     """
-    from rftfit.logs.inspect import survey
+    from rftfit.logs.inspect import survey_file
 
     reader, text, others = _reader(log, dialect, option or [])
-    found = survey(reader.stream(log))
-    say(describe(reader, found, text, others))
+    surveys, refused = survey_file(reader, log)
+    say(describe(reader, surveys, refused, text, others))
     if plot is not None:
-        plot_log(reader, log, found, plot)
+        plot_log(reader, surveys, plot)
         say(f"\nDrawing: {plot}")
 
 
@@ -183,22 +107,29 @@ def _option(pair: str) -> tuple[str, str | float]:
 
 
 def describe(
-    reader: Reader, found: Survey, text: dict[str, Any] | None = None, others: Sequence[str] = ()
+    reader: Reader,
+    surveys: Sequence[Survey],
+    refused: LogError | None = None,
+    text: dict[str, Any] | None = None,
+    others: Sequence[str] = (),
 ) -> str:
-    """Everything that `rftfit inspect` prints of a log.
+    """Return everything that `rftfit inspect` prints of a log.
 
-    `reader`: That read it. `text`: Its format, where no dialect knows it and it was read as
-    delimited text. `others`: Which other dialects claim it, or were tried.
+    `surveys`: Of the file, or of the channels of each of its clocks. `refused`: Why it is no log as
+    it stands. `text`: Its format, where it was read as delimited text. `others`: Which other
+    dialects claim it, or were tried.
     """
     from rftfit.logs.delimited import encoding_of
-    from rftfit.logs.inspect import config_block, kinds, lacking
+    from rftfit.logs.inspect import config_block, kinds, lacking, together
     from rftfit.logs.registry import head_of
 
-    path = found.first.path
-    kind = " and ".join(kinds(found)) or "unknown kind of"
+    whole = together(surveys)
+    path = whole.path
+    kind = " and ".join(kinds(whole)) or "unknown kind of"
+    names = dict.fromkeys(column.name for found in surveys for column in found.columns)
     known = [
         f"dialect: {reader.name}, {reader.describe()}",
-        f"  recognised by {reader.evidence}; columns are {', '.join(found.first.columns)}",
+        f"  recognised by {reader.evidence}; columns are {', '.join(names)}",
     ]
     if text is not None:
         shape = ", ".join(f"{key} {value!r}" for key, value in text.items())
@@ -210,40 +141,41 @@ def describe(
         f"{path}: {kind} log, {megabytes(path.stat().st_size)}",
         *known,
         *(f"  {line}" for line in others),
-        "",
-        table(
-            ["column", "quantity", "unit", "lowest", "highest", "resolution"],
-            [
-                [
-                    c.name,
-                    c.quantity,
-                    c.unit or "-",
-                    *(_short(number) for number in (c.lowest, c.highest, c.resolution)),
-                ]
-                for c in found.columns
-            ],
-        ),
-        "",
-        f"rows: {found.rows}, of which {found.used} can be read",
-        *(f"  {number} dropped: {reason}" for reason, number in found.dropped.items()),
-        *(f"  {number} missing: {reason}" for reason, number in _shares(found)),
-        *_clock_lines(found.clock, found.time_unit or "s"),
-        *(f"note: {note}" for note in found.notes),
+    ]
+    if refused is not None:
+        why = str(refused).removeprefix(f"{path}: ")
+        lines += ["", f"refused as one log: {why}", "", "by clock:"]
+    for found in surveys:
+        lines += ["", *_survey_lines(found)]
+    lines += [
         "",
         "needed beside this file:",
-        *(f"  {need}" for need in lacking(found)),
+        *(f"  {need}" for need in lacking(whole)),
         "",
         "for config.yaml (quantities are guessed from names and units: check them):",
-        *(f"  {line}" for line in config_block(found, reader.name, text)),
+        *(f"  {line}" for line in config_block(whole, reader.name, text)),
     ]
     return "\n".join(lines)
 
 
-def _shares(found: Survey) -> list[tuple[str, str]]:
+def _survey_lines(found: Survey) -> list[str]:
+    header = ["column", "quantity", "unit", "lowest", "highest", "resolution"]
+    rows = [
+        [c.name, c.quantity, c.unit or "-", *map(_short, (c.lowest, c.highest, c.resolution))]
+        for c in found.columns
+    ]
     whole = found.rows + sum(found.missing.values())
     return [
-        (reason, f"{number} ({number / whole:.1%} of all)")
-        for reason, number in found.missing.items()
+        table(header, rows),
+        "",
+        f"rows: {found.rows}, of which {found.used} can be read",
+        *(f"  {number} dropped: {reason}" for reason, number in found.dropped.items()),
+        *(
+            f"  {number} ({number / whole:.1%} of all) missing: {reason}"
+            for reason, number in found.missing.items()
+        ),
+        *_clock_lines(found.clock, found.time_unit or "s"),
+        *(f"note: {note}" for note in found.notes),
     ]
 
 
@@ -269,3 +201,77 @@ def _clock_lines(clock: Clock | None, unit: str) -> list[str]:
 
 def _short(number: float) -> str:
     return f"{number:.6g}" if math.isfinite(number) else "-"
+
+
+# --- All columns of a log against time, one panel each
+
+
+def plot_log(reader: Reader, surveys: Sequence[Survey], target: Path) -> None:
+    """Draw a log into a file, whose ending is the format, one of `FORMATS`."""
+    ending = target.suffix.lower().removeprefix(".")
+    if ending not in FORMATS:
+        raise InputError(
+            f"{target}: found the ending {target.suffix!r}; allowed: .{', .'.join(FORMATS)}"
+        )
+    logs = []
+    for found in surveys:
+        names = [column.name for column in found.columns]
+        own = reader if len(surveys) == 1 else reader.only(names)
+        logs.append(thinned(own.stream(found.path), found.used))
+    figure = draw_log(*logs, time_name=surveys[0].quantities.get("time", "time"))
+    write_bytes(target, content(figure, ending))
+
+
+def thinned(blocks: Iterable[Log], rows: int) -> Log:
+    """Keep every k-th of so many rows, so that a long log can be drawn in bounded memory."""
+    every = max(1, math.ceil(rows / MOST_ROWS))
+    note = (f"every {every}. row is drawn",) if every > 1 else ()
+    parts = []
+    for log in blocks:
+        columns = {name: values[::every].copy() for name, values in log.columns.items()}
+        size = next(iter(columns.values())).size
+        parts.append(Log(log.path, columns, log.units, size, notes=note))
+    return join_blocks(parts)
+
+
+@style.styled
+def draw_log(*logs: Log, time_name: str = "time") -> Figure:
+    """Draw one panel for each column of a log, or of the logs of each clock of a file.
+
+    Where no column has the name of the time, rows are counted.
+    """
+    panels_of = [(log, n) for log in logs for n in _drawn(log, time_name)]
+    figure = style.new_figure(style.DOUBLE_CM, _PANEL_CM * len(panels_of) + 1.5)
+    figure.set_layout_engine("constrained")
+    panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
+    # counted from the first row: clocks run since midnight
+    first = _time(logs[0], time_name)[:1]
+    for panel, (log, name) in zip(panels, panels_of, strict=True):
+        time = _time(log, time_name)
+        panel.plot(*_broken(time - first if first.size else time, log.columns[name]), linewidth=0.7)
+        unit = log.units.get(name, "")
+        panel.set_ylabel(f"{name} ({unit})" if unit else name)
+    unit = logs[0].units.get(time_name, "s" if time_name in logs[0].columns else "rows")
+    start = f", counted from {first[0]:.10g} {unit}" if first.size else ""
+    panels[-1].set_xlabel(f"time ({unit}){start}")
+    thin = [note for note in logs[0].notes if "drawn" in note]
+    panels[0].set_title("; ".join([logs[0].path.name, *thin]))
+    return figure
+
+
+def _drawn(log: Log, time_name: str) -> list[str]:
+    return [name for name in log.columns if name != time_name] or list(log.columns)
+
+
+def _time(log: Log, name: str) -> FloatArray:
+    return log.columns[name] if name in log.columns else np.arange(log.size, dtype=float)
+
+
+def _broken(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Break a curve where rows are missing: a line there would be an invention."""
+    steps = np.diff(time)
+    forward = steps[steps > 0]
+    if not forward.size:
+        return time, values
+    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(forward)) + 1
+    return np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,8 +14,10 @@ import numpy as np
 import typer
 
 import rftfit
+from rftfit.campaign.problems import choose
 from rftfit.cli.output import check_target, count, say, table, warn
-from rftfit.cli.scale import number_of
+from rftfit.cli.predict import check_choice, make_profile
+from rftfit.cli.scale import check_test, number_of
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
@@ -25,9 +28,6 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
     from rftfit.robot.run import RobotRun
-
-
-# --- Files of one run of the robot, never over files of somebody else's.
 
 
 MOTION = "motion.csv"
@@ -45,10 +45,7 @@ _SLOWEST = 4.0
 
 
 def check_folder(folder: Path, force: bool) -> None:
-    """Refuse a folder with files that an earlier run did not write.
-
-    `force`: Whether the user said that they may be overwritten.
-    """
+    """Refuse a folder with files that an earlier run did not write, unless the user said `force`."""
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: this is a file; name a folder for the results")
     check_target(folder / MOTION, MARK, "motion", force)
@@ -120,24 +117,15 @@ def write_animation(
     return [folder / "animation.gif", folder / "animation.mp4"]
 
 
-# --- What a run of the robot came to, for people and as JSON.
-
-
 def ranges(tail: pd.DataFrame) -> dict[str, tuple[float, float]]:
-    """Least and greatest of what matters, over the last two strides.
-
-    `tail`: From `rftfit.workflow.figures.tail_of`. Returns by column.
-    """
+    """Least and greatest of what matters over the last two strides, by column."""
     names = ["velocity_x_cm_per_s", "z_cm", "pitch_deg"]
     names += [n for n in tail.columns if n.startswith(("force_z_tripod", "force_x_tripod"))]
     return {name: (float(tail[name].min()), float(tail[name].max())) for name in names}
 
 
 def as_text(run: RobotRun, tail: pd.DataFrame) -> str:
-    """Write a run for people.
-
-    `tail`: Its last two strides.
-    """
+    """Write a run, and its last two strides, for people."""
     if run.outcome == "steady":
         sd = run.speed_sd_cm_per_s
         between = f", s.d. between strides {sd:.2g}" if math.isfinite(sd) else ""
@@ -154,10 +142,7 @@ def as_text(run: RobotRun, tail: pd.DataFrame) -> str:
 def json_text(
     names: dict[str, str], run: RobotRun, tail: pd.DataFrame, files: dict[str, str]
 ) -> str:
-    """Write a run as JSON; what is not known is null.
-
-    `names`: What was run on what. `files`: What is written where.
-    """
+    """Write a run as JSON; what is not known is null."""
 
     def number(value: float) -> float | None:
         return float(value) if np.isfinite(value) else None
@@ -180,9 +165,6 @@ def json_text(
         "files": files,
     }
     return json.dumps(content, indent=2)
-
-
-# --- ``rftfit simulate``: one run of the robot, as numbers, figure and animation.
 
 
 def simulate(
@@ -246,19 +228,18 @@ def simulate(
     csv, a figure of the last two strides, and an animation with the force on every element as an
     arrow. x is forward, z up; a pitch above 0 is nose down.
     """
-    from rftfit.cli.predict import _check_together, _source
     from rftfit.robot.config import paper_robot, read_robot
-    from rftfit.robot.run import simulate as run_robot
-    from rftfit.workflow.figures import SAMPLES, tail_of
+    from rftfit.workflow.robot import SAMPLES, tail_of
 
-    kind = None if profile is None else profile.replace("_", "-")
-    _check_together(medium, kind, results, method, alpha, None)
+    check_choice(medium, profile, results, method, alpha, None)
+    if alpha is not None:
+        check_test(alpha, 0.0, 0.95)
     body = paper_robot() if robot is None else read_robot(robot)
-    source = _source(medium, kind, results, method, alpha, 0.0, 0.95)
+    source = make_profile(medium, profile, results, method, alpha)
     check_folder(output, force)
     try:
-        run = run_robot(
-            body, source.profile, frequency, curvature, phase, samples_per_stride=SAMPLES
+        run = rftfit.simulate(
+            source, frequency, curvature, body, phase_turns=phase, samples_per_stride=SAMPLES
         )
     except ValueError as error:
         raise InputError(str(error)) from error
@@ -281,16 +262,13 @@ def simulate(
     if not as_json:
         say(f"Motion and forces: {files['motion']}\nFigure: {files['figure']}")
     if animation:
-        made = write_animation(output, body, source.profile, run, SAMPLES, f"{body.title}, {told}")
+        made = write_animation(output, body, source, run, SAMPLES, f"{body.title}, {told}")
         if not as_json:
             say(f"Animation: {', '.join(map(str, made))}")
 
 
-# --- ``rftfit sweep``: the paper's whole sweep of the robot, with a progress bar, resumable.
-
-
-TARGET = "robot_full"
-NEEDED = ("results/robot/measured.csv", "results/coefficients.csv")
+NEEDED = ("results/robot/measured.csv", "results/robot/intervals.csv")
+"""What a sweep and its tables are made from; these need the tables of alpha."""
 
 
 def sweep(
@@ -306,13 +284,6 @@ def sweep(
     cores: Annotated[
         int | None, typer.Option(min=1, help="Runs at once; default: all cores.")
     ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(
-            help="Deal the runs out as batches to a cluster: slurm, or a folder with a Snakemake "
-            "profile; --cores is then what one batch gets."
-        ),
-    ] = None,
 ) -> None:
     """Run the robot over the paper's 51 curvatures, 26 frequencies and 3 starting phases.
 
@@ -320,43 +291,36 @@ def sweep(
     the whole sweep, in results/robot_full. What is finished is kept when it is stopped: start it
     again to go on.
     """
-    from rftfit.campaign.load import load_campaign
-    from rftfit.cli.predict import choose
-    from rftfit.cli.run import run
-    from rftfit.workflow.robot import PROFILES, robot_of, swept
+    from rftfit.workflow.robot import PROFILES, SWEEPS, swept
+    from rftfit.workflow.run_stage import run_stage
 
     names = list(dict.fromkeys(profile or PROFILES))
     for name in names:
         choose("--profile", name, PROFILES)
-    campaign = load_campaign(config)
-    section, _ = robot_of(campaign)
-    if section.medium not in campaign.media_with_runs:
-        raise InputError(
-            f"config, key robot.medium: {section.medium} has no runs, so there is nothing for the "
-            "robot to run on"
+    campaign = rftfit.open(config).campaign
+    if not campaign.robot_medium:
+        section = campaign.config.robot
+        why = (
+            "there is no section robot, so there is no robot to run"
+            if section is None
+            else f"key robot.medium: {section.medium} has no runs, so there is nothing to run on"
         )
-    if cluster is not None:
-        if set(names) != set(PROFILES):
-            raise InputError("--cluster and --profile: a cluster runs all profiles at once")
-        run([TARGET], config=config, cores=cores, cluster=cluster)
-        return
-    alpha = f"results/alpha/{section.medium}.csv"
-    run([*NEEDED, alpha], config=config, cores=cores)
-    measured, coefficients = (campaign.root / path for path in NEEDED)
+        raise InputError(f"config, {why}")
+    rftfit.run(config, NEEDED, cores)
+    threads, results = cores or os.cpu_count() or 1, rftfit.open(config)
     try:
         for name in names:
             with _bar(name) as show:
-                swept(
-                    config, name, TARGET, campaign.root / alpha, coefficients, measured, show, cores
-                )
+                swept(results, name, SWEEPS[1], threads, show)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             "Stopped. Runs that were finished are kept; `rftfit sweep` goes on from there."
         ) from None
     if set(names) == set(PROFILES):
-        run([TARGET], config=config, cores=cores)
+        for stage in ("robot_full", "robot_full_figures"):
+            run_stage(config, stage, threads)
     else:
-        say(f"`rftfit run {TARGET}` makes tables and figures once every profile is done.")
+        say("`rftfit sweep` without --profile makes the tables and figures.")
 
 
 @contextlib.contextmanager

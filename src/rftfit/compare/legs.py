@@ -8,12 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.alpha import column
-from rftfit.model.draws import alpha_draws, interval
-from rftfit.model.motion import THETA_DEG, sweep, sweep_draws
+from rftfit.model.motion import rotation
 from rftfit.model.outlines import leg_outline
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
-from rftfit.model.scaling import generic, scale_new_medium, with_interval
+from rftfit.model.prediction import predict
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,13 +19,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.config import Config, Leg
     from rftfit.conventions import FloatArray
-    from rftfit.model.forces import Forces
     from rftfit.model.profiles import Profile
-    from rftfit.model.scaling import MediumFit, Reference
-
-
-# --- Peak of a measured curve: the highest of many noisy readings is too high, a parabola is not.
-
 
 HALF_WIDTH_DEG = 5.0
 """Of the parabola: the published curves are one within 0.5 % of their peaks."""
@@ -59,7 +50,7 @@ def extreme(force: FloatArray, component: str) -> int:
 
 
 def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> Peak:
-    """Fit a parabola around the highest reading and take its highest point.
+    """Fit a parabola around the highest reading and take its highest point: the reading is too high.
 
     `theta_deg`, `force_N`: shape (n,); One reading a degree, in order. `component`: ``z``, or
     ``x``, whose peak is the largest force of either sign. Returns the highest reading itself where
@@ -109,114 +100,12 @@ def _long_run_variance(force: FloatArray) -> float:
     return _BLOCK * (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20
 
 
-# --- Predicted force on the legs of one medium by every profile, each with its interval.
-
-
-PROFILES = ("table", "fourier", "generic", "depth_only")
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A profile and its draws.
-
-    `name`: One of `PROFILES`.
-    `draws`: The same with a leading axis of draws.
-    """
-
-    name: str
-    profile: Profile
-    draws: Profile
-
-
-def laboratory_candidates(
-    table: pd.DataFrame, own: MediumFit, reference: list[MediumFit], config: Config
-) -> list[Candidate]:
-    """Make the profiles of a medium that was measured over the grid.
-
-    The draws carry the errors of alpha of this medium and, for the generic profile, of all.
-
-    `table`: Its alpha table. `own`: Its nine-term fit. `reference`: Fits that M0 is the mean of;
-    at least one. Returns in the order of `PROFILES`; those that need a fit only where there is
-    one.
-    """
-    settings = config.fourier
-    measured = TableProfile.from_table(table)
-    many = TableProfile(*alpha_draws(table, settings.draws, settings.seed, config.fit.confidence))
-    found = [
-        Candidate("table", measured, many),
-        Candidate("depth_only", DepthOnlyProfile.of(measured), DepthOnlyProfile.of(many)),
-    ]
-    if not own.reason:
-        m0 = generic(np.stack([fit.used for fit in reference]))
-        m0_draws = generic(np.stack([fit.draws for fit in reference], axis=1))
-        found += [
-            Candidate("fourier", FourierProfile(own.used), FourierProfile(own.draws)),
-            Candidate(
-                "generic", scaled_generic(own.zeta, m0), scaled_generic(own.zeta_draws, m0_draws)
-            ),
-        ]
-    return sorted(found, key=lambda candidate: PROFILES.index(candidate.name))
-
-
-def leg_prediction(candidate: Candidate, leg: Leg, config: Config) -> pd.DataFrame:
-    """Force on a turning leg against theta, with the interval that the errors of alpha give.
-
-    Returns one row per degree; columns as in docs/architecture.md without medium, leg and profile.
-    """
-    outline, rate = leg_outline(leg), config.arm.leg_speed_rad_per_s
-    best = sweep(candidate.profile, outline, None, leg.hip_height_cm, rate)
-    many = sweep_draws(candidate.draws, outline, None, leg.hip_height_cm, rate)
-    ends = [interval(draws, config.fit.confidence) for draws in (many.force_z_N, many.force_x_N)]
-    return _frame(best, ends[0], ends[1])
-
-
-def sand_prediction(
-    table: pd.DataFrame, reference: Reference, leg: Leg, config: Config
-) -> pd.DataFrame:
-    """Force on a turning leg in a medium known by one penetration test.
-
-    The interval is that for one further medium: the scatter of chi and of the profiles between the
-    reference media, and the error of the test.
-
-    `table`: Its alpha table, of which only (0, 90 deg) is used. `reference`: Of at least two
-    media. Returns as `leg_prediction`; `reason` says where the published media serve as reference.
-    """
-    cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
-    m0, level = reference.m0, config.fit.confidence
-    scaled = scale_new_medium(
-        float(cell[column("z")]), float(cell[column("z", "_se")]), reference.chi, m0, level
-    )
-    outline, rate = leg_outline(leg), config.arm.leg_speed_rad_per_s
-    best = sweep(FourierProfile(scaled.zeta * m0), outline, None, leg.hip_height_cm, rate)
-    unit = sweep(FourierProfile(m0), outline, None, leg.hip_height_cm, rate)
-    each = sweep_draws(FourierProfile(reference.scaled), outline, None, leg.hip_height_cm, rate)
-    z = with_interval(scaled, unit.force_z_N, each.force_z_N, level)
-    x = with_interval(scaled, unit.force_x_N, each.force_x_N, level)
-    frame = _frame(best, z[1:], x[1:])
-    return frame if best.reason else frame.assign(reason=reference.note)
-
-
-def _frame(
-    best: Forces, z: tuple[FloatArray, FloatArray], x: tuple[FloatArray, FloatArray]
-) -> pd.DataFrame:
-    import pandas as pd
-
-    return pd.DataFrame(
-        {
-            "theta_deg": THETA_DEG,
-            "force_z_N": best.force_z_N,
-            "force_z_lo_N": z[0],
-            "force_z_hi_N": z[1],
-            "force_x_N": best.force_x_N,
-            "force_x_lo_N": x[0],
-            "force_x_hi_N": x[1],
-            "moment_N_cm": best.moment_N_cm,
-            "reason": best.reason,
-        }
-    )
-
-
-# --- Measured against predicted force on the legs: peaks, errors over theta, explained variance.
+def leg_prediction(profile: Profile, leg: Leg, config: Config) -> pd.DataFrame:
+    """Force on a turning leg against theta, one row per degree, with the intervals of the profile."""
+    motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
+    level = config.fit.confidence
+    # of the moment nothing is measured
+    return predict(profile, leg_outline(leg), motion, level, quantities=("force_z_N", "force_x_N"))
 
 
 COMPONENTS = ("z", "x")
@@ -259,6 +148,9 @@ def leg_errors(
         for component in COMPONENTS:
             spread = (bed_spread or {}).get(str(medium), 0.0)
             found = _compare(own, part, component, spread, confidence)
+            if own is not None and "flags" in own:
+                flags = [str(flag) for flag in own["flags"].unique() if str(flag)]
+                found["reason"] = "; ".join(filter(None, (str(found["reason"]), *flags)))
             rows.append(name | {"component": component} | found)
     return pd.DataFrame(rows, columns=COLUMNS)
 

@@ -83,6 +83,10 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
     """
     import pandas as pd
 
+    columns = ["medium", "model", "factor_z", "factor_x", "rms_fit_N", "rms_cv_N",
+               "gain_cv_percent", "earns_its_place"]  # fmt: skip
+    if measured.empty or predicted.empty:
+        return pd.DataFrame(columns=columns)
     both = measured.merge(
         predicted, on=["medium", "leg", "theta_deg"], suffixes=("_measured", "")
     ).dropna(subset=["force_z_N", "force_x_N"])
@@ -109,8 +113,6 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
                     "earns_its_place": bool(model != "none" and gain >= WORTH),
                 }
             )
-    columns = ["medium", "model", "factor_z", "factor_x", "rms_fit_N", "rms_cv_N",
-               "gain_cv_percent", "earns_its_place"]  # fmt: skip
     return pd.DataFrame(rows, columns=columns)
 
 

@@ -1,4 +1,4 @@
-"""The scaled coefficients of all media beside the generic ones, and the generic maps (Fig. S7)."""
+"""How far one generic profile, scaled by zeta, stands for all media."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.figures import maps, style
-from rftfit.figures.maps import Evaluate, kept_coefficients, middles
+from rftfit.figures import captions, maps, style
+from rftfit.figures.maps import kept_coefficients, middles, why_no_fit
+from rftfit.figures.registry import figure, only_if
+from rftfit.model.fourier import evaluate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from rftfit.results import Results
 
 GENERIC = "generic"
 
@@ -33,27 +36,77 @@ TERM_LABELS = {
 """The nine terms as the paper writes them."""
 
 
-def _zetas(penetration: pd.DataFrame, method: str, media: list[str]) -> dict[str, float]:
-    rows = penetration[penetration["method"] == method].set_index("medium")["zeta"].astype(float)
-    absent = [medium for medium in media if medium not in rows.index]
-    if absent:
-        raise ValueError(f"no zeta of method {method!r} for {', '.join(absent)}")
-    return {medium: float(rows.loc[medium]) for medium in media}
+def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+    table = results.table("coefficients.csv")
+    own = table[(table["method"] == results.config.fourier.method) & (table["medium"] == GENERIC)]
+    own = own[own["value_N_per_cm3"].notna()]
+    values = zip(own["coefficient"], own["value_N_per_cm3"], strict=True)
+    terms = ", ".join(f"{term} {style.number(value)}" for term, value in values)
+    return captions.zetas(results) | {"generic": terms}
 
 
-def _coefficients(
-    axes: Axes,
-    coefficients: pd.DataFrame,
-    zetas: dict[str, float],
-    titles: Mapping[str, str] | None,
+@figure(
+    "generic_profile",
+    reads=("alpha/{laboratory}.csv", "coefficients.csv", "penetration.csv"),
+    settings=("fourier", "media"),
+    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    paper="Fig. S7",
+    section="Force profiles",
+    caption="""Coefficients and profiles of the media over their zeta, and their mean, the generic profile, by \
+{method}.
+Good: the coefficients of all media lie together, and the points along the lines of perfect collapse.
+Scaling: {zetas}.
+Generic coefficients, without a unit: {generic}.""",
+    numbers=_numbers,
+)
+def generic_profile(results: Results) -> Figure:
+    """Draw the media scaled onto the generic profile.
+
+    Above: the coefficients of each medium over its zeta, with intervals (of the coefficient; zeta is
+    taken as known), and the generic M0 as a bar with its interval. Below: the generic maps, and
+    measured alpha / zeta against generic alpha with the line of perfect collapse.
+    """
+    method, penetration = results.config.fourier.method, results.table("penetration.csv")
+    if why := why_no_fit(penetration, method, "zeta"):
+        return style.missing(f"no generic profile by {method}", why)
+    coefficients, titles = results.table("coefficients.csv"), results.campaign.titles
+    rows = coefficients[coefficients["method"] == method]
+    generic = kept_coefficients(coefficients, method, GENERIC)
+    scaled = penetration[penetration["method"] == method]
+    zetas = dict(zip(scaled["medium"], scaled["zeta"].astype(float), strict=True))
+    zetas = {str(m): zetas.get(m, np.nan) for m in rows["medium"].unique() if m != GENERIC}
+    page = style.new_figure(style.DOUBLE_CM, 12.7)
+    top = style.axes_cm(page, 1.25, 1.35, style.DOUBLE_CM - 1.45, 5.1)
+    top.set_title(
+        f"coefficients of each medium over its zeta, and their mean ({method})", loc="left"
+    )
+    _draw_coefficients(top, rows, zetas, titles)
+    beta, gamma = middles()
+    angles = np.degrees(beta[:, 0])
+    surfaces = evaluate(generic, beta, gamma)
+    side, line = maps.SIDE_CM, 8.1
+    for i, component in enumerate("zx"):
+        axes = style.axes_cm(page, 1.25 + i * maps.PITCH_CM, line, side, side)
+        maps.angle_axes(axes, name_beta=i == 0)
+        axes.set_title(rf"generic $\alpha_{component}$ (dimensionless)")
+        maps.add_bar(page, axes, maps.add_surface(axes, surfaces[i]))
+        maps.add_signs(axes, component, angles, angles, surfaces[i])
+        axes = style.axes_cm(page, 10.55 + i * 4.45, line, side, side)
+        _draw_collapse(axes, component, results, zetas, generic)
+    maps.add_legend(page, signs=True, missing=False)
+    return page
+
+
+def _draw_coefficients(
+    axes: Axes, coefficients: pd.DataFrame, zetas: Mapping[str, float], titles: Mapping[str, str]
 ) -> None:
     looks = style.medium_looks(zetas)
     terms = [term for term in TERM_LABELS if term in set(coefficients["coefficient"])]
     place = {term: float(i) for i, term in enumerate(terms)}
     axes.axhline(0, color="black", linewidth=0.4)
-    generic = coefficients[coefficients["medium"] == GENERIC]
-    at = generic["coefficient"].map(place).to_numpy(float)
-    value, low, high = (generic[name].to_numpy(float) for name in ("value_N_per_cm3", "lo", "hi"))
+    rows = coefficients[coefficients["medium"] == GENERIC]
+    at = rows["coefficient"].map(place).to_numpy(float)
+    value, low, high = (rows[name].to_numpy(float) for name in ("value_N_per_cm3", "lo", "hi"))
     axes.bar(
         at, high - low, 0.84, bottom=low, color="#cccccc", linewidth=0, label="generic, interval"
     )
@@ -63,15 +116,14 @@ def _coefficients(
         x = rows["coefficient"].map(place).to_numpy(float)
         x = x + 0.7 * ((i + 0.5) / len(zetas) - 0.5)
         colour, marker = looks[medium]
-        scaled, low, high = (
+        value, low, high = (
             rows[name].to_numpy(float) / zeta for name in ("value_N_per_cm3", "lo", "hi")
         )
         axes.vlines(x, low, high, color=colour, linewidth=0.8)
-        kept = rows["kept"].to_numpy(bool)
-        label = style.title_of(medium, titles)
-        axes.plot(x[kept], scaled[kept], marker, color=colour, label=label)
-        axes.plot(x[~kept], scaled[~kept], marker, color=colour, markerfacecolor="white")
-    if not coefficients["kept"].to_numpy(bool).all():
+        kept = rows["kept"].fillna(True).to_numpy(bool)
+        axes.plot(x[kept], value[kept], marker, color=colour, label=style.title_of(medium, titles))
+        axes.plot(x[~kept], value[~kept], marker, color=colour, markerfacecolor="white")
+    if not coefficients["kept"].fillna(True).all():
         axes.plot([], [], "o", color="#555555", markerfacecolor="white", label="term not kept")
     axes.set_xticks(list(place.values()), [TERM_LABELS[term] for term in terms], fontsize=7)
     axes.set(xlim=(-0.6, len(terms) - 0.4), ylabel=r"coefficient / $\zeta$ (dimensionless)")
@@ -80,20 +132,16 @@ def _coefficients(
     )
 
 
-def _collapse(
-    axes: Axes,
-    component: str,
-    tables: pd.DataFrame,
-    zetas: dict[str, float],
-    generic: dict[str, float],
-    evaluate: Evaluate,
-) -> None:
+def _draw_collapse(
+    axes: Axes, component: str, results: Results, zetas: Mapping[str, float],
+    generic: Mapping[str, float],
+) -> None:  # fmt: skip
     looks = style.medium_looks(zetas)
     ends: list[float] = []
     for medium, zeta in zetas.items():
-        rows = tables[tables["medium"] == medium]
+        rows = results[medium].alpha
         angles = (np.radians(rows[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
-        model = evaluate(generic, *angles)[0 if component == "z" else 1]
+        model = evaluate(generic, *angles)["zx".index(component)]
         columns = (f"alpha_{component}_{part}N_per_cm3" for part in ("", "lo_", "hi_"))
         value, low, high = (rows[name].to_numpy(float) / zeta for name in columns)
         colour, marker = looks[medium]
@@ -108,49 +156,3 @@ def _collapse(
     axes.set_ylabel(f"measured $\\alpha_{component}$ / $\\zeta$\n(dimensionless)")
     axes.set_title("line: perfect collapse", fontsize=6)
     axes.set_aspect("equal")
-
-
-@style.styled
-def draw_generic(
-    coefficients: pd.DataFrame,
-    penetration: pd.DataFrame,
-    tables: pd.DataFrame,
-    evaluate: Evaluate,
-    method: str = "lsq",
-    titles: Mapping[str, str] | None = None,
-) -> Figure:
-    """How far one generic profile, scaled by zeta, stands for all media (Fig. S7).
-
-    Above: the coefficients of each medium divided by its zeta, with intervals (of the coefficient;
-    zeta is taken as known), and the generic M0 as a bar with its interval. Below: the generic maps,
-    and measured alpha / zeta against generic alpha with the line of perfect collapse.
-
-    `coefficients`: Long coefficient table with medium ``generic``; terms not kept count as zero in
-    the maps. `penetration`: With ``method, medium, zeta``. `tables`: Alpha tables of the media,
-    one under the other. `evaluate`: `rftfit.model.fourier.evaluate`. `method`: ``lsq`` or ``dft-
-    index``. `titles`: Names of the media.
-    """
-    rows = coefficients[coefficients["method"] == method]
-    media = [str(name) for name in rows["medium"].unique() if name != GENERIC]
-    generic = kept_coefficients(coefficients, method, GENERIC)
-    zetas = _zetas(penetration, method, media)
-    figure = style.new_figure(style.DOUBLE_CM, 12.7)
-    top = style.axes_cm(figure, 1.25, 1.35, style.DOUBLE_CM - 1.45, 5.1)
-    top.set_title(
-        f"coefficients of each medium over its zeta, and their mean ({method})", loc="left"
-    )
-    _coefficients(top, rows, zetas, titles)
-    beta, gamma = middles()
-    angles = np.degrees(beta[:, 0])
-    surfaces = evaluate(generic, beta, gamma)
-    side, line = maps.SIDE_CM, 8.1
-    for i, component in enumerate("zx"):
-        axes = style.axes_cm(figure, 1.25 + i * 4.08, line, side, side)
-        maps.angle_axes(axes, name_beta=i == 0)
-        axes.set_title(rf"generic $\alpha_{component}$ (dimensionless)")
-        maps.add_bar(figure, axes, maps.add_surface(axes, surfaces[i]))
-        maps.add_signs(axes, component, angles, angles, surfaces[i])
-        axes = style.axes_cm(figure, 10.55 + i * 4.45, line, side, side)
-        _collapse(axes, component, tables, zetas, generic, evaluate)
-    maps.add_legend(figure, signs=True, missing=False)
-    return figure

@@ -6,12 +6,12 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.ticker import NullLocator
 
-from rftfit.errors import InputError
-from rftfit.figures import leg_panels, style
-from rftfit.figures.leg_panels import add_sketch, sketched
-from rftfit.model.scaling import routines
+from rftfit.campaign.config import Leg
+from rftfit.figures import captions, leg_panels, style
+from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, Columns, rows_of
+from rftfit.figures.maps import why_no_fit
+from rftfit.figures.registry import figure, only_if
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping, Sequence
@@ -20,85 +20,80 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.campaign.config import Leg
-    from rftfit.figures.maps import FloatArray
+    from rftfit.campaign.load import Campaign
+    from rftfit.conventions import FloatArray
+    from rftfit.results import Results
 
     Row = Mapping[Hashable, Any]
 
 
-# --- Force on the legs in one medium against theta, measured and by every model (Figs. 3D to 3F).
+def _legged(campaign: Campaign) -> tuple[str, ...]:
+    return campaign.with_legs("laboratory")
+
+
+# One medium, by every model
 
 
 PROFILES = ("table", "fourier", "depth_only")
-_LEFT_CM, _GAP_CM, _RIGHT_CM, _TOP_CM = 1.05, 0.85, 0.2, 0.85
-_SKETCH_CM, _PANEL_CM, _BETWEEN_CM = 2.75, 4.3, 0.3
+_SKETCH_CM, _PANEL_CM, _BETWEEN_CM, _TOP_CM = 2.75, 4.3, 0.3, 0.85
 _BEYOND = 2.5
 """A baseline that is larger than all else by this factor would flatten the rest: it is cut off."""
 
 _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$ (N)"}
 
 
-@style.styled
-def draw_legs(
-    predicted: pd.DataFrame,
-    measured: pd.DataFrame,
-    medium: str,
-    titles: Mapping[str, str] | None = None,
-    legs: Mapping[str, Leg] | None = None,
-    profiles: Sequence[str] = PROFILES,
-    confidence: float = 0.95,
-) -> Figure:
-    """Draw F_z and F_x on each leg in one medium against theta, measured and predicted (Fig. 3D-F).
+@figure(
+    "legs",
+    reads=("predicted.csv", "legs/{media}.csv"),
+    settings=("fit", "intruders", "media"),
+    media=lambda campaign: _legged(campaign)[:1],
+    paper="Figs. 3D to 3F",
+    section="Legs",
+    caption="""Forces on the legs turned through {medium}, measured (dots) and predicted (lines); bands are \
+{level} intervals that follow from those of alpha.
+Good: the line of the interpolated table runs through the dots; the depth-only model is the baseline to beat.
+Error of the predicted peak lift: {peaks}.""",
+    numbers=lambda results, medium: {"peaks": captions.peaks_by_leg(results, medium, PROFILES)},
+)
+def legs(results: Results, medium: str) -> Figure:
+    """Draw F_z and F_x on each leg in one medium against theta, measured and predicted.
 
     Above each column the leg is drawn in the sand. Every panel has its own range of forces. Where
     the depth-only model is far above all others it is cut off and its peak is written in the panel.
-
-    `predicted`: Predicted curves with intervals (``results/predicted``). `measured`: Measured,
-    tared curves (``results/legs``). `titles`: Names of the media. `legs`: Legs of the config, in
-    the order in which they are drawn; by default the paper's three and any others in the tables.
-    `profiles`: Keys of `curves.PROFILE_LOOKS`. `confidence`: Level of the intervals in
-    `predicted`.
     """
-    unknown = [name for name in profiles if name not in leg_panels.PROFILE_LOOKS]
-    if unknown:
-        raise InputError(
-            f"no profile {unknown[0]!r} to draw; there are {', '.join(leg_panels.PROFILE_LOOKS)}"
-        )
-    predicted, measured = (leg_panels.rows_of(t, medium=medium) for t in (predicted, measured))
-    if predicted.empty and measured.empty:
-        raise InputError(f"no leg was measured in or predicted for medium {medium!r}")
-    names = leg_panels.leg_order((predicted, measured), None if legs is None else list(legs))
-    shapes = sketched(legs)
-    space = style.DOUBLE_CM - _LEFT_CM - _RIGHT_CM - (len(names) - 1) * _GAP_CM
-    width = min(space / len(names), 8.0)
-    total = _LEFT_CM + len(names) * width + (len(names) - 1) * _GAP_CM + _RIGHT_CM
-    body = _TOP_CM + _SKETCH_CM + 2 * _PANEL_CM + 2 * _BETWEEN_CM
-    figure = style.new_figure(max(total, style.SINGLE_CM), body + 1.45)
-    style.text_cm(figure, 0.15, 0.12, style.title_of(medium, titles), va="top", weight="bold")
-    for column, leg in enumerate(names):
-        left = _LEFT_CM + column * (width + _GAP_CM)
-        tag = f"{chr(ord('D') + column)}  " if len(names) <= 3 else ""
-        style.text_cm(figure, left, _TOP_CM - 0.08, tag + leg_panels.leg_title(leg), va="bottom")
-        sketch = style.axes_cm(figure, left, _TOP_CM, width, _SKETCH_CM)
-        add_sketch(sketch, shapes.get(leg))
+    predicted, measured = (rows_of(table, medium=medium) for table in leg_panels.curves(results))
+    shapes = {n: leg for n, leg in results.config.intruders.items() if isinstance(leg, Leg)}
+    columns = Columns(list(shapes), left=1.05, gap=0.85)
+    page = columns.page(_TOP_CM + _SKETCH_CM + 2 * _PANEL_CM + 2 * _BETWEEN_CM + 1.45)
+    style.text_cm(page, 0.15, 0.12, style.plain(results[medium].title), va="top", weight="bold")
+    for column, (leg, left) in enumerate(columns.lefts()):
+        tag = f"{'DEF'[column]}  " if len(shapes) <= 3 else ""
+        style.text_cm(page, left, _TOP_CM - 0.08, tag + leg_panels.leg_title(leg), va="bottom")
+        sketch = style.axes_cm(page, left, _TOP_CM, columns.width, _SKETCH_CM)
+        leg_panels.add_sketch(sketch, shapes[leg])
         for row, component in enumerate("zx"):
             top = _TOP_CM + _SKETCH_CM + _BETWEEN_CM + row * (_PANEL_CM + _BETWEEN_CM)
-            axes = style.axes_cm(figure, left, top, width, _PANEL_CM)
+            axes = style.axes_cm(page, left, top, columns.width, _PANEL_CM)
             leg_panels.theta_axes(axes, name=row == 1)
-            _draw_panel(
-                axes, leg_panels.rows_of(predicted, leg=leg), leg_panels.rows_of(measured, leg=leg),
-                component, profiles,
-            )  # fmt: skip
+            _draw_models(axes, rows_of(predicted, leg=leg), rows_of(measured, leg=leg), component)
             if column == 0:
                 axes.set_ylabel(_FORCE_LABELS[component])
-    _legend(figure, profiles, f"{100 * confidence:.4g} %")
-    return figure
+    dots = {"marker": "o", "markersize": 2, "linestyle": ""}
+    entries = {"measured": style.line(leg_panels.MEASURED, **dots)}
+    for profile in PROFILES:
+        colour, line, _ = PROFILE_LOOKS[profile]
+        entries[f"predicted, {PROFILE_TITLES[profile]}"] = style.line(colour, linestyle=line)
+    entries[f"{style.level(results)} interval of a prediction"] = style.patch(
+        facecolor="#888888", alpha=0.4
+    )
+    across = len(entries) if columns.is_wide else 2
+    style.legend(page, entries, across, handlelength=2.4, columnspacing=1.1)
+    return page
 
 
-def _draw_panel(
-    axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, component: str,
-    profiles: Sequence[str],
-) -> None:  # fmt: skip
+def _draw_models(
+    axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, component: str
+) -> None:
     column = f"force_{component}_N"
     notes, seen = [], []
     if leg_panels.has_force(measured, component):
@@ -108,13 +103,13 @@ def _draw_panel(
     else:
         notes.append("not measured" + leg_panels.why_missing(measured))
     baseline = np.zeros(1)
-    for profile in profiles:
-        rows = leg_panels.rows_of(predicted, profile=profile)
+    for profile in PROFILES:
+        rows = rows_of(predicted, profile=profile)
         if not leg_panels.has_force(rows, component):
-            title = leg_panels.PROFILE_TITLES[profile]
+            title = PROFILE_TITLES[profile]
             notes.append(f"{title}: no prediction{leg_panels.why_missing(rows)}")
             continue
-        colour, line, _ = leg_panels.PROFILE_LOOKS[profile]
+        colour, line, _ = PROFILE_LOOKS[profile]
         leg_panels.add_predicted(axes, rows, component, colour, line)
         force = rows[[column, f"force_{component}_lo_N", f"force_{component}_hi_N"]].to_numpy(float)
         if profile == "depth_only":
@@ -123,7 +118,7 @@ def _draw_panel(
             seen.append(force.ravel())
     largest = max((float(np.nanmax(np.abs(force))) for force in seen), default=0.0)
     if seen and float(np.nanmax(np.abs(baseline))) > _BEYOND * largest:
-        rows = leg_panels.rows_of(predicted, profile="depth_only")
+        rows = rows_of(predicted, profile="depth_only")
         at = int(np.nanargmax(np.abs(rows[column].to_numpy(float))))
         peak, theta_deg = (float(rows[name].iloc[at]) for name in (column, "theta_deg"))
         place = f"{style.number(peak, 1)} N at {style.degrees(theta_deg)}"
@@ -133,112 +128,95 @@ def _draw_panel(
     leg_panels.force_range(axes, seen, notes)
 
 
-def _legend(figure: Figure, profiles: Sequence[str], level: str) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    entries: dict[str, Line2D | Patch] = {
-        "measured": Line2D(
-            [], [], color=leg_panels.MEASURED, marker="o", markersize=2, linestyle=""
-        )
-    }
-    for profile in profiles:
-        colour, line, _ = leg_panels.PROFILE_LOOKS[profile]
-        label = f"predicted, {leg_panels.PROFILE_TITLES[profile]}"
-        entries[label] = Line2D([], [], color=colour, linestyle=line)
-    entries[f"{level} interval of a prediction"] = Patch(facecolor="#888888", alpha=0.4)
-    across = len(entries) if figure.get_figwidth() > 12 * style.CM else 2
-    figure.legend(
-        list(entries.values()), list(entries), loc="lower center", ncols=across, handlelength=2.4,
-        columnspacing=1.1, borderaxespad=0.2,
-    )  # fmt: skip
+# All media, one row each
 
 
-# --- Force on the legs in several media, one row of panels per medium (Figs. S5 and S12).
-
-
-_LEG_MEDIA_LEFT_CM, _LEG_MEDIA_GAP_CM, _LEG_MEDIA_RIGHT_CM, _LEG_MEDIA_TOP_CM = 1.5, 0.75, 0.2, 0.4
-_LEG_MEDIA_PANEL_CM, _PITCH_CM = 3.05, 3.75
-_PALE = {"z": style.OKABE_ITO["sky blue"], "x": style.OKABE_ITO["orange"]}
+_ROW_TOP_CM, _ROW_PANEL_CM, _ROW_PITCH_CM = 0.4, 3.05, 3.75
 _LINES: dict[str, Any] = {"z": "-", "x": (0, (4, 1.2))}
 
 
-@style.styled
-def draw_leg_media(
-    predicted: pd.DataFrame,
-    measured: pd.DataFrame,
-    media: Sequence[str] | None = None,
-    titles: Mapping[str, str] | None = None,
-    legs: Sequence[str] | None = None,
-    profile: str = "table",
-    confidence: float = 0.95,
-) -> Figure:
-    """Draw F_z and F_x on every leg in every medium, measured and predicted (Figs. S5, S12).
+@figure(
+    "legs_by_medium",
+    reads=("predicted.csv", "legs/{media}.csv"),
+    settings=("fit", "media"),
+    media=only_if(_legged),
+    paper="Fig. S5",
+    section="Legs",
+    caption="""Forces on the legs in all laboratory media, measured, and predicted from the interpolated table, \
+with {level} intervals. The peak lifts stand above each panel.
+Good: lines run through the dots.
+Error of the predicted peak lift: {peaks}.""",
+    numbers=lambda results, _: captions.peaks(results, results.laboratory),
+)
+def legs_by_medium(results: Results) -> Figure:
+    """Draw F_z and F_x on every leg in every laboratory medium, measured and predicted."""
+    return _draw_media(results, results.laboratory, "table")
 
-    Every panel has its own range of forces; its peak lifts stand above it.
 
-    `predicted`: Predicted curves with intervals (``results/predicted``). `measured`: Measured,
-    tared curves (``results/legs``). `media`: Rows of the figure; by default all media of the
-    tables that have this profile or a measured leg. `titles`: Names of the media. `legs`: Columns;
-    by default all of the tables, the paper's three first. `profile`: ``table`` (Fig. S5),
-    ``generic`` (Fig. S12), ``fourier`` or ``depth_only``. `confidence`: Level of the intervals in
-    `predicted`.
-    """
-    if profile not in leg_panels.PROFILE_LOOKS:
-        raise InputError(
-            f"no profile {profile!r} to draw; there are {', '.join(leg_panels.PROFILE_LOOKS)}"
-        )
-    predicted = leg_panels.rows_of(predicted, profile=profile)
-    tables = (predicted, measured)
-    if media is None:
-        media = list(dict.fromkeys(str(name) for t in tables for name in t["medium"].unique()))
-    if not media:
-        raise InputError("there is no medium whose legs could be drawn")
-    chosen = [table[table["medium"].isin(list(media))] for table in tables]
-    names = leg_panels.leg_order(chosen, legs)
-    space = (
-        style.DOUBLE_CM
-        - _LEG_MEDIA_LEFT_CM
-        - _LEG_MEDIA_RIGHT_CM
-        - (len(names) - 1) * _LEG_MEDIA_GAP_CM
-    )
-    width = min(space / len(names), 7.2)
-    total = (
-        _LEG_MEDIA_LEFT_CM
-        + len(names) * width
-        + (len(names) - 1) * _LEG_MEDIA_GAP_CM
-        + _LEG_MEDIA_RIGHT_CM
-    )
-    figure = style.new_figure(
-        max(total, style.SINGLE_CM),
-        _LEG_MEDIA_TOP_CM + len(media) * _PITCH_CM + (1.5 if total > 12 else 2.1),
-    )
-    for column, leg in enumerate(names):
-        left = _LEG_MEDIA_LEFT_CM + column * (width + _LEG_MEDIA_GAP_CM)
-        style.text_cm(
-            figure, left + width / 2, 0.1, leg_panels.leg_title(leg), ha="center", va="top",
-            weight="bold",
-        )  # fmt: skip
+def _sand_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+    titles = results.campaign.titles
+    found = {m: captions.peaks_by_leg(results, m, ["generic"]) for m in results.sands}
+    return {"peaks": "; ".join(f"{titles[m]}, {text}" for m, text in found.items() if text)}
+
+
+@figure(
+    "legs_in_sands",
+    reads=("predicted.csv", "legs/{media}.csv"),
+    settings=("fit", "media"),
+    media=only_if(lambda campaign: campaign.with_legs("natural_sand")),
+    paper="Fig. S12",
+    section="Natural sands",
+    caption="""Forces on the legs in the natural sands, measured, and predicted from one penetration test by the \
+scaling routine, with {level} intervals.
+Good: lines as near to the dots as in the laboratory media.
+Error of the predicted peak lift: {peaks}.""",
+    numbers=_sand_numbers,
+)
+def legs_in_sands(results: Results) -> Figure:
+    """Draw F_z and F_x on every leg in every natural sand, measured and predicted."""
+    return _draw_media(results, results.sands, "generic")
+
+
+def _draw_media(results: Results, media: Sequence[str], profile: str) -> Figure:
+    """Draw one row of panels for each medium; every panel has its own range of forces."""
+    predicted, measured = leg_panels.curves(results)
+    tables = rows_of(predicted, profile=profile), measured
+    names = leg_panels.leg_order(table[table["medium"].isin(list(media))] for table in tables)
+    columns = Columns(names, left=1.5, gap=0.75, widest=7.2)
+    foot = 1.5 if columns.is_wide else 2.1
+    page = columns.page(_ROW_TOP_CM + len(media) * _ROW_PITCH_CM + foot)
+    width = columns.width
+    for column, (leg, left) in enumerate(columns.lefts()):
+        title, middle = leg_panels.leg_title(leg), left + width / 2
+        style.text_cm(page, middle, 0.1, title, ha="center", va="top", weight="bold")
         for row, medium in enumerate(media):
-            top = _LEG_MEDIA_TOP_CM + 0.35 + row * _PITCH_CM
-            axes = style.axes_cm(figure, left, top, width, _LEG_MEDIA_PANEL_CM)
+            top = _ROW_TOP_CM + 0.35 + row * _ROW_PITCH_CM
+            axes = style.axes_cm(page, left, top, width, _ROW_PANEL_CM)
             leg_panels.theta_axes(axes, name=row == len(media) - 1)
-            ours, theirs = (leg_panels.rows_of(t, medium=medium, leg=leg) for t in tables)
-            _leg_media_draw_panel(axes, ours, theirs)
+            ours, theirs = (rows_of(table, medium=medium, leg=leg) for table in tables)
+            _draw_leg(axes, ours, theirs)
             axes.set_title(_peaks(ours, theirs), fontsize=5, loc="left", pad=2)
             if column == 0:
                 axes.set_ylabel("force (N)")
                 axes.yaxis.set_label_coords(-0.72 / width, 0.5)
-                middle = top + _LEG_MEDIA_PANEL_CM / 2
                 style.text_cm(
-                    figure, 0.12, middle, style.title_of(medium, titles), rotation=90,
-                    ha="left", va="center", weight="bold", fontsize=6.5,
+                    page, 0.12, top + _ROW_PANEL_CM / 2, style.plain(results[medium].title),
+                    rotation=90, ha="left", va="center", weight="bold", fontsize=6.5,
                 )  # fmt: skip
-    _leg_media_legend(figure, profile, f"{100 * confidence:.4g} %", 3 if total > 12 else 2)
-    return figure
+    entries = {}
+    for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
+        dots = {"marker": "o", "markersize": 2, "linestyle": ""}
+        entries[f"{word}, measured"] = style.line(style.PALE_COLOURS[c], **dots)
+        line = style.line(style.COMPONENT_COLOURS[c], linestyle=_LINES[c])
+        entries[f"{word}, predicted ({PROFILE_TITLES[profile]})"] = line
+    entries[f"{style.level(results)} interval of a prediction"] = style.patch(
+        facecolor="#888888", alpha=0.4
+    )
+    style.legend(page, entries, 3 if columns.is_wide else 2, handlelength=2.4)
+    return page
 
 
-def _leg_media_draw_panel(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame) -> None:
+def _draw_leg(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame) -> None:
     seen, notes = [], []
     missing = [c for c in "zx" if not leg_panels.has_force(measured, c)]
     if missing:
@@ -249,7 +227,8 @@ def _leg_media_draw_panel(axes: Axes, predicted: pd.DataFrame, measured: pd.Data
     for c in "zx":
         if c not in missing:
             theta, force = leg_panels.broken(measured, f"force_{c}_N")
-            axes.plot(theta, force, "o", color=_PALE[c], markersize=1.5, markeredgewidth=0)
+            axes.plot(theta, force, "o", color=style.PALE_COLOURS[c], markersize=1.5,
+                      markeredgewidth=0)  # fmt: skip
             seen.append(force)
     for c in "zx":
         if c not in unpredicted:
@@ -265,14 +244,14 @@ def _what(components: list[str]) -> str:
 
 def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
     """Largest lift of both curves, the predicted one with its interval."""
-    seen, ours = leg_panels.peak(measured), leg_panels.peak(predicted)
-    told = [f"measured {_three(seen)}"] if np.isfinite(seen) else []
-    if np.isfinite(ours):
-        force = predicted["force_z_N"].to_numpy(float)
-        row = predicted.iloc[int(np.nanargmax(force))]
-        low, high = float(row["force_z_lo_N"]), float(row["force_z_hi_N"])
+    told = []
+    if leg_panels.has_force(measured, "z"):
+        told.append(f"measured {_three(float(measured['force_z_N'].max()))}")
+    if leg_panels.has_force(predicted, "z"):
+        row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
+        peak, low, high = (float(row[f"force_z_{end}N"]) for end in ("", "lo_", "hi_"))
         span = f" ({_three(low)}\N{EN DASH}{_three(high)})" if np.isfinite(low) and low >= 0 else ""
-        told.append(f"predicted {_three(ours)}{span}")
+        told.append(f"predicted {_three(peak)}{span}")
     return "peak $F_z$ (N): " + ", ".join(told) if told else ""
 
 
@@ -282,157 +261,109 @@ def _three(value: float) -> str:
     return style.number(value, digits)
 
 
-def _leg_media_legend(figure: Figure, profile: str, level: str, across: int) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    entries: dict[str, Line2D | Patch] = {}
-    words = {"z": "vertical force $F_z$", "x": "horizontal force $F_x$"}
-    for c, word in words.items():
-        how: dict[str, Any] = {"marker": "o", "markersize": 2, "linestyle": ""}
-        entries[f"{word}, measured"] = Line2D([], [], color=_PALE[c], **how)
-        line = Line2D([], [], color=style.COMPONENT_COLOURS[c], linestyle=_LINES[c])
-        entries[f"{word}, predicted ({leg_panels.PROFILE_TITLES[profile]})"] = line
-    entries[f"{level} interval of a prediction"] = Patch(facecolor="#888888", alpha=0.4)
-    figure.legend(
-        list(entries.values()), list(entries), loc="lower center", ncols=across, handlelength=2.4,
-        columnspacing=1.2, borderaxespad=0.2,
-    )  # fmt: skip
+# All media over zeta, with the generic prediction
 
 
-# --- Forces on the legs over zeta, all media together, with the generic prediction (Fig. S8).
+_ZETA_TOP_CM, _ZETA_PANEL_CM, _ZETA_BETWEEN_CM = 0.5, 4.6, 0.35
+_DASHES: tuple[Any, ...] = (
+    "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1)),
+)  # fmt: skip
 
 
-(
-    _GENERIC_FORCES_LEFT_CM,
-    _GENERIC_FORCES_GAP_CM,
-    _GENERIC_FORCES_RIGHT_CM,
-    _GENERIC_FORCES_TOP_CM,
-) = 1.1, 0.8, 0.2, 0.5
-_GENERIC_FORCES_PANEL_CM, _GENERIC_FORCES_BETWEEN_CM = 4.6, 0.35
-_GENERIC_FORCES_LINES: tuple[Any, ...] = (
-    "-",
-    (0, (5, 1.2)),
-    (0, (1, 0.9)),
-    (0, (5, 1, 1, 1)),
-    (0, (2.5, 1)),
+@figure(
+    "forces_over_zeta",
+    reads=("predicted.csv", "legs/{media}.csv", "penetration.csv"),
+    settings=("fit", "fourier", "media"),
+    media=only_if(_legged),
+    paper="Fig. S8",
+    section="Legs",
+    caption="""Measured forces over zeta, all laboratory media on one another, and the generic prediction (black) \
+with the widest of its {level} intervals.
+Good: one curve. Where the media are alike but for zeta, all curves fall on the black one.
+Scaling: {zetas}.""",
+    numbers=lambda results, _: captions.zetas(results),
 )
+def forces_over_zeta(results: Results) -> Figure:
+    """Draw measured F / zeta of all laboratory media on each leg against theta, with the generic one.
 
-
-@style.styled
-def draw_generic_forces(
-    predicted: pd.DataFrame,
-    measured: pd.DataFrame,
-    penetration: pd.DataFrame,
-    media: Sequence[str] | None = None,
-    method: str = "lsq",
-    titles: Mapping[str, str] | None = None,
-    legs: Sequence[str] | None = None,
-    confidence: float = 0.95,
-) -> Figure:
-    """Draw measured F / zeta of all media on each leg against theta, with the generic one (Fig. S8).
-
-    Where one profile stands for all media, all curves fall on the generic one. Zeta counts as known
-    for the measured curves. The generic curve is the mean over media of their scaled prediction
-    over zeta (one and the same curve), its band the widest of their intervals.
-
-    `predicted`: Predicted curves with profile ``generic`` (``results/predicted``). `measured`:
-    Measured, tared curves (``results/legs``). `penetration`: With ``method, medium, zeta``
-    (dimensionless, the number of N/cm^3). `media`: By default those with a row of this method: the
-    laboratory media. Natural sands are looked up under `rftfit.model.scaling.routines`. `method`:
-    ``lsq`` or ``dft-index``. `titles`: Names of the media. `legs`: Columns; by default all of the
-    tables, the paper's three first. `confidence`: Level of the intervals in `predicted`.
+    Zeta counts as known. The generic curve is the mean over media of their scaled prediction over
+    zeta (one and the same curve), its band the widest of their intervals.
     """
-    zetas = _zetas(penetration, method, media)
-    tables = [t[t["medium"].isin(list(zetas))] for t in (predicted, measured)]
-    tables[0] = leg_panels.rows_of(tables[0], profile="generic")
-    names = leg_panels.leg_order(tables, legs)
-    space = (
-        style.DOUBLE_CM
-        - _GENERIC_FORCES_LEFT_CM
-        - _GENERIC_FORCES_RIGHT_CM
-        - (len(names) - 1) * _GENERIC_FORCES_GAP_CM
-    )
-    width = min(space / len(names), 7.5)
-    total = (
-        _GENERIC_FORCES_LEFT_CM
-        + len(names) * width
-        + (len(names) - 1) * _GENERIC_FORCES_GAP_CM
-        + _GENERIC_FORCES_RIGHT_CM
-    )
-    across = 4 if total > 12 else 2
-    lines = -(-(len(zetas) + 2) // across)
-    figure = style.new_figure(
-        max(total, style.SINGLE_CM),
-        _GENERIC_FORCES_TOP_CM
-        + 2 * _GENERIC_FORCES_PANEL_CM
-        + _GENERIC_FORCES_BETWEEN_CM
-        + 0.95
-        + 0.34 * lines,
-    )
-    for column, leg in enumerate(names):
-        left = _GENERIC_FORCES_LEFT_CM + column * (width + _GENERIC_FORCES_GAP_CM)
+    method, penetration = results.config.fourier.method, results.table("penetration.csv")
+    own = penetration[penetration["method"] == method]
+    if why := why_no_fit(own, method, "zeta"):
+        return style.missing(f"no zeta by {method}, so forces cannot be scaled", why)
+    zetas = dict(zip(own["medium"], own["zeta"].where(own["zeta"] > 0).astype(float), strict=True))
+    titles = {medium: style.title_of(medium, results.campaign.titles) for medium in zetas}
+    predicted, measured = (t[t["medium"].isin(list(zetas))] for t in leg_panels.curves(results))
+    predicted = rows_of(predicted, profile="generic")
+    columns = Columns(leg_panels.leg_order((predicted, measured)), left=1.1, gap=0.8, widest=7.5)
+    across = 4 if columns.is_wide else 2
+    foot = 0.95 + 0.34 * -(-(len(zetas) + 2) // across)
+    page = columns.page(_ZETA_TOP_CM + 2 * _ZETA_PANEL_CM + _ZETA_BETWEEN_CM + foot)
+    for column, (leg, left) in enumerate(columns.lefts()):
         for row, component in enumerate("zx"):
-            top = _GENERIC_FORCES_TOP_CM + row * (
-                _GENERIC_FORCES_PANEL_CM + _GENERIC_FORCES_BETWEEN_CM
-            )
-            axes = style.axes_cm(figure, left, top, width, _GENERIC_FORCES_PANEL_CM)
+            top = _ZETA_TOP_CM + row * (_ZETA_PANEL_CM + _ZETA_BETWEEN_CM)
+            axes = style.axes_cm(page, left, top, columns.width, _ZETA_PANEL_CM)
             leg_panels.theta_axes(axes, name=row == 1)
-            ours, theirs = (leg_panels.rows_of(t, leg=leg) for t in tables)
-            _generic_forces_draw_panel(axes, ours, theirs, component, zetas, titles)
+            generic = _generic(rows_of(predicted, leg=leg), component, zetas)
+            _draw_scaled(axes, generic, rows_of(measured, leg=leg), component, zetas, titles)
             if row == 0:
                 axes.set_title(leg_panels.leg_title(leg), weight="bold")
             if column == 0:
                 axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
-                axes.yaxis.set_label_coords(-0.65 / width, 0.5)
-    _generic_forces_legend(figure, zetas, titles, f"{100 * confidence:.4g} %", across)
-    return figure
+                axes.yaxis.set_label_coords(-0.65 / columns.width, 0.5)
+    looks = style.medium_looks(zetas)
+    entries = {
+        rf"{titles[medium]} ($\zeta$ = {style.number(zeta)})": style.line(
+            looks[medium][0], linestyle=_DASHES[i % len(_DASHES)]
+        )
+        for i, (medium, zeta) in enumerate(zetas.items())
+    }
+    entries["generic prediction"] = style.line("black", linewidth=1.6)
+    entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
+    style.legend(page, entries, across, handlelength=2.6)
+    return page
 
 
-def _zetas(penetration: pd.DataFrame, method: str, media: Sequence[str] | None) -> dict[str, float]:
-    names = (method, *routines(method))
-    tables = [penetration[penetration["method"] == name] for name in names]
-    if media is None:
-        media = [str(name) for name in tables[0]["medium"]]
-    if not media:
-        raise InputError(f"there is no medium with a zeta of method {method!r} to draw")
-    found: dict[str, float] = {}
-    for medium in media:
-        values = [float(z) for t in tables for z in t.loc[t["medium"] == medium, "zeta"]]
-        good = [z for z in values if np.isfinite(z) and z > 0]
-        found[medium] = good[0] if good else float("nan")
-    if not np.isfinite(list(found.values())).any():
-        raise InputError(f"no medium has a zeta of method {method!r}: forces cannot be scaled")
-    return found
+def _generic(
+    predicted: pd.DataFrame, component: str, zetas: Mapping[str, float]
+) -> list[FloatArray]:
+    """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing."""
+    names = [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
+    rows = predicted[predicted["medium"].map(dict(zetas)).notna()]
+    rows = rows[np.isfinite(rows[names[0]].to_numpy(float))]
+    if rows.empty:
+        return []
+    scale = rows["medium"].map(dict(zetas)).to_numpy(float)
+    scaled = rows.assign(**{name: rows[name].to_numpy(float) / scale for name in names})
+    by_theta = scaled.groupby("theta_deg", sort=True)[names].agg(["mean", "min", "max"])
+    ends = zip(names, ("mean", "min", "max"), strict=True)
+    return [by_theta.index.to_numpy(float), *(by_theta[end].to_numpy(float) for end in ends)]
 
 
-def _generic_forces_draw_panel(
-    axes: Axes,
-    predicted: pd.DataFrame,
-    measured: pd.DataFrame,
-    component: str,
-    zetas: Mapping[str, float],
-    titles: Mapping[str, str] | None,
-) -> None:
+def _draw_scaled(
+    axes: Axes, generic: list[FloatArray], measured: pd.DataFrame, component: str,
+    zetas: Mapping[str, float], titles: Mapping[str, str],
+) -> None:  # fmt: skip
     seen: list[FloatArray] = []
     missing = []
-    generic = _generic(predicted, component, zetas)
-    if generic is not None:
+    if generic:
         theta, force, low, high = generic
         axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0)
         axes.plot(theta, force, color="black", linewidth=1.6)
         seen += [force, low, high]
     looks = style.medium_looks(zetas)
     for i, (medium, zeta) in enumerate(zetas.items()):
-        rows = leg_panels.rows_of(measured, medium=medium)
+        rows = rows_of(measured, medium=medium)
         if np.isfinite(zeta) and leg_panels.has_force(rows, component):
             theta, force = leg_panels.broken(rows, f"force_{component}_N")
-            line = _GENERIC_FORCES_LINES[i % len(_GENERIC_FORCES_LINES)]
+            line = _DASHES[i % len(_DASHES)]
             axes.plot(theta, force / zeta, color=looks[medium][0], linestyle=line, linewidth=0.9)
             seen.append(force / zeta)
         else:
-            missing.append(style.title_of(medium, titles))
-    notes = ["no generic prediction"] if generic is None else []
+            missing.append(titles[medium])
+    notes = [] if generic else ["no generic prediction"]
     if len(missing) == len(zetas):
         notes.append("not measured in any medium")
     elif missing:
@@ -440,113 +371,77 @@ def _generic_forces_draw_panel(
     leg_panels.force_range(axes, seen, notes)
 
 
-def _generic(
-    predicted: pd.DataFrame, component: str, zetas: Mapping[str, float]
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
-    """Theta, and the scaled prediction over zeta with the ends of the widest interval."""
-    names = [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
-    rows = predicted[predicted["medium"].map(dict(zetas)).notna()]
-    rows = rows[np.isfinite(rows[names[0]].to_numpy(float))]
-    if rows.empty:
-        return None
-    scale = rows["medium"].map(dict(zetas)).to_numpy(float)
-    scaled = rows.assign(**{name: rows[name].to_numpy(float) / scale for name in names})
-    by_theta = scaled.groupby("theta_deg", sort=True)[names].agg(["mean", "min", "max"])
-    ends = zip(names, ("mean", "min", "max"), strict=True)
-    force, low, high = (by_theta[end].to_numpy(float) for end in ends)
-    return by_theta.index.to_numpy(float), force, low, high
+# Predicted over measured peak lift of every model, leg and medium
 
 
-def _generic_forces_legend(
-    figure: Figure,
-    zetas: Mapping[str, float],
-    titles: Mapping[str, str] | None,
-    level: str,
-    across: int,
-) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    looks = style.medium_looks(zetas)
-    entries: dict[str, Line2D | Patch] = {}
-    for i, (medium, zeta) in enumerate(zetas.items()):
-        line = Line2D(
-            [],
-            [],
-            color=looks[medium][0],
-            linestyle=_GENERIC_FORCES_LINES[i % len(_GENERIC_FORCES_LINES)],
-        )
-        entries[rf"{style.title_of(medium, titles)} ($\zeta$ = {style.number(zeta)})"] = line
-    entries["generic prediction"] = Line2D([], [], color="black", linewidth=1.6)
-    entries[f"{level} interval of it"] = Patch(facecolor="#bdbdbd")
-    figure.legend(
-        list(entries.values()), list(entries), loc="lower center", ncols=across, handlelength=2.6,
-        columnspacing=1.2, borderaxespad=0.2,
-    )  # fmt: skip
-
-
-# --- Predicted over measured peak lift of every model, leg and medium, with intervals.
-
-
-(
-    _MEDIA_OVERVIEW_LEFT_CM,
-    _MEDIA_OVERVIEW_RIGHT_CM,
-    _MEDIA_OVERVIEW_TOP_CM,
-    _ROW_CM,
-    _MEDIA_OVERVIEW_BETWEEN_CM,
-) = 2.8, 0.25, 0.5, 0.54, 0.6
+_PEAKS_LEFT_CM, _PEAKS_RIGHT_CM, _PEAKS_TOP_CM, _PEAKS_ROW_CM, _PEAKS_GAP_CM = (
+    2.8,
+    0.25,
+    0.5,
+    0.54,
+    0.6,
+)
 _BANDS = {33.0: "#ececec", 10.0: "#cfcfcf"}
 """Errors that the paper states, percent, and their shades."""
 
 _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-_PEAKS = {"z": "peak lift", "x": "peak horizontal force"}
 
 
-@style.styled
-def draw_peak_errors(
-    errors: pd.DataFrame,
-    component: str = "z",
-    media: Sequence[str] | None = None,
-    titles: Mapping[str, str] | None = None,
-    legs: Sequence[str] | None = None,
-    confidence: float = 0.95,
-) -> Figure:
-    """Draw predicted over measured peak force, one panel per leg, one row per medium.
+@figure(
+    "peak_errors",
+    reads=("leg_errors.csv",),
+    settings=("fit", "media"),
+    media=only_if(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
+    section="Legs",
+    caption="""How far the predicted peak lift is from the measured one, with its {level} interval, on a \
+logarithmic axis of their ratio. The shades are what the paper states: 10 % (c-leg, four media) and 33 % (all legs \
+and media).
+Good: points inside the shades.
+Errors: {peaks}.""",
+    numbers=lambda results, _: captions.peaks(results, results.media),
+)
+def peak_errors(results: Results) -> Figure:
+    """Draw predicted over measured peak lift, one panel per leg, one row per medium.
 
     The axis is logarithmic in the ratio, so that a tenth and ten times too much are alike far off,
     and its ticks say the error in percent of the measured peak.
-
-    `errors`: ``results/leg_errors.csv``. `component`: Peak lift or peak horizontal force. `media`:
-    Rows; by default all of the table. `titles`: Names of the media. `legs`: Panels; by default all
-    of the table, the paper's three first. `confidence`: Level of the intervals in `errors`.
     """
-    rows = errors[errors["component"] == component]
-    if media is None:
-        media = [str(medium) for medium in rows["medium"].unique()]
+    table = results.table("leg_errors.csv")
+    rows = table[table["component"] == "z"]
+    media = [str(medium) for medium in rows["medium"].unique()]
     if not media:
-        raise InputError(f"no leg errors of component {component!r} to draw")
-    names = leg_panels.leg_order([rows], legs)
-    found = set(rows["profile"])
-    profiles = [profile for profile in leg_panels.PROFILE_LOOKS if profile in found]
+        return style.missing("no leg was measured in or predicted for any medium")
+    names = leg_panels.leg_order([rows])
+    profiles = [profile for profile in PROFILE_LOOKS if profile in set(rows["profile"])]
     ratios = _ratios(rows)
-    height = len(media) * _ROW_CM
-    total = _MEDIA_OVERVIEW_TOP_CM + len(names) * (height + _MEDIA_OVERVIEW_BETWEEN_CM) + 1.75
-    figure = style.new_figure(style.SINGLE_CM, total)
-    low, high = _span(ratios)
+    every = ratios[["ratio", "ratio_lo", "ratio_hi"]].to_numpy(float)
+    found = [0.6, 1.6, *every[np.isfinite(every)].tolist()]
+    span = min(found) / 1.15, max(found) * 1.15
+    height = len(media) * _PEAKS_ROW_CM
+    page = style.new_figure(
+        style.SINGLE_CM, _PEAKS_TOP_CM + len(names) * (height + _PEAKS_GAP_CM) + 1.75
+    )
     for i, leg in enumerate(names):
-        top = _MEDIA_OVERVIEW_TOP_CM + i * (height + _MEDIA_OVERVIEW_BETWEEN_CM)
-        width = style.SINGLE_CM - _MEDIA_OVERVIEW_LEFT_CM - _MEDIA_OVERVIEW_RIGHT_CM
-        axes = style.axes_cm(figure, _MEDIA_OVERVIEW_LEFT_CM, top, width, height)
-        _prepare(axes, (low, high), [style.title_of(name, titles) for name in media])
+        top = _PEAKS_TOP_CM + i * (height + _PEAKS_GAP_CM)
+        width = style.SINGLE_CM - _PEAKS_LEFT_CM - _PEAKS_RIGHT_CM
+        axes = style.axes_cm(page, _PEAKS_LEFT_CM, top, width, height)
+        _prepare(axes, span, [style.title_of(name, results.campaign.titles) for name in media])
         axes.set_title(leg_panels.leg_title(leg), weight="bold", loc="left")
         for place, medium in enumerate(media):
             own = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]
             _draw_row(axes, place, {str(r["profile"]): r for r in own.to_dict("records")}, profiles)
         axes.tick_params(labelbottom=i == len(names) - 1)
         if i == len(names) - 1:
-            axes.set_xlabel(f"error of the predicted {_PEAKS[component]} (% of measured)")
-    _media_overview_legend(figure, profiles, f"{100 * confidence:.4g} %")
-    return figure
+            axes.set_xlabel("error of the predicted peak lift (% of measured)")
+    entries = {}
+    for profile in profiles:
+        colour, _, marker = PROFILE_LOOKS[profile]
+        entries[PROFILE_TITLES[profile]] = style.line(colour, marker=marker, markersize=2.6)
+    for percent, shade in reversed(_BANDS.items()):
+        entries[f"within {percent:.0f} %"] = style.patch(facecolor=shade)
+    entries[f"bars: {style.level(results)} interval"] = style.line("none", linestyle="")
+    style.legend(page, entries, 3)
+    return page
 
 
 def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
@@ -563,13 +458,9 @@ def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(ratio=good[0], ratio_lo=good[1], ratio_hi=good[2])
 
 
-def _span(ratios: pd.DataFrame) -> tuple[float, float]:
-    every = ratios[["ratio", "ratio_lo", "ratio_hi"]].to_numpy(float)
-    found = [0.6, 1.6, *every[np.isfinite(every)].tolist()]
-    return min(found) / 1.15, max(found) * 1.15
-
-
 def _prepare(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> None:
+    from matplotlib.ticker import NullLocator
+
     axes.set_xscale("log")
     for percent, shade in _BANDS.items():
         axes.axvspan(1 - percent / 100, 1 + percent / 100, color=shade, linewidth=0, zorder=0)
@@ -591,12 +482,12 @@ def _draw_row(axes: Axes, place: int, own: Mapping[str, Row], profiles: Sequence
     for i, profile in enumerate(drawn):
         ratio, low, high = (float(own[profile][n]) for n in ("ratio", "ratio_lo", "ratio_hi"))
         if not np.isfinite(ratio):
-            missing.append(leg_panels.PROFILE_TITLES[profile])
+            missing.append(PROFILE_TITLES[profile])
             continue
         if np.isfinite(high) and not np.isfinite(low):
             low = axes.get_xlim()[0]  # an interval that includes zero has no end on this axis
         points += [ratio, low, high]
-        colour, _, marker = leg_panels.PROFILE_LOOKS[profile]
+        colour, _, marker = PROFILE_LOOKS[profile]
         y = place + 0.74 * ((i + 0.5) / len(drawn) - 0.5)
         axes.hlines(y, low, high, color=colour, linewidth=1.0)
         axes.plot(ratio, y, marker, color=colour, markersize=2.9, markeredgewidth=0)
@@ -604,8 +495,13 @@ def _draw_row(axes: Axes, place: int, own: Mapping[str, Row], profiles: Sequence
         return
     if points:
         told = f"no value: {', '.join(missing)}"
+    elif drawn:
+        reason = own[drawn[0]].get("reason")
+        told = (
+            f"no value: {style.plain(reason)}" if isinstance(reason, str) and reason else "no value"
+        )
     else:
-        told = "no value" + _why(own[drawn[0]]) if drawn else "nothing predicted"
+        told = "nothing predicted"
     # on the side where more room is left
     first, last = axes.get_xlim()
     found = [point for point in points if np.isfinite(point)] or [first]
@@ -616,31 +512,3 @@ def _draw_row(axes: Axes, place: int, own: Mapping[str, Row], profiles: Sequence
         transform=axes.get_yaxis_transform(),
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
     )  # fmt: skip
-
-
-def _why(row: Row) -> str:
-    reason = row.get("reason")
-    return f": {style.plain(reason)}" if isinstance(reason, str) and reason else ""
-
-
-def _media_overview_legend(figure: Figure, profiles: Sequence[str], level: str) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    entries: dict[str, Line2D | Patch] = {}
-    for profile in profiles:
-        colour, _, marker = leg_panels.PROFILE_LOOKS[profile]
-        entries[f"{leg_panels.PROFILE_TITLES[profile]}"] = Line2D(
-            [], [], color=colour, marker=marker, markersize=2.6
-        )
-    for percent, shade in reversed(_BANDS.items()):
-        entries[f"within {percent:.0f} %"] = Patch(facecolor=shade)
-    entries[f"bars: {level} interval"] = Line2D([], [], linestyle="")
-    figure.legend(
-        list(entries.values()),
-        list(entries),
-        loc="lower center",
-        ncols=3,
-        columnspacing=1.2,
-        borderaxespad=0.2,
-    )

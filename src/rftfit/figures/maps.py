@@ -1,31 +1,264 @@
-"""Maps of alpha over the angles (Figs. 2C, 2D, S4) and of the nine-term fit."""
+"""Maps of alpha over the angles: measured, by the nine-term fit, by the depth-only model."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import MaxNLocator
 
 from rftfit import conventions
-from rftfit.figures import style
+from rftfit.figures import captions, style
+from rftfit.figures.registry import figure, greek, only_if
+from rftfit.model.fourier import evaluate
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    import numpy.typing as npt
     import pandas as pd
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
+    from rftfit.conventions import FloatArray
+    from rftfit.results import Results
 
-# --- Tables of alpha as grids over the angles: cells, their edges, and a finer grid between them.
+    Model = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+    """alpha_z and alpha_x, N/cm^3, of beta and gamma, rad."""
 
 
-FloatArray = npt.NDArray[np.float64]
+# The figures
+
+
+SIDE_CM = 2.95
+"""Side of one map: both angles run from -90 to 90 degrees."""
+
+PITCH_CM = 4.08
+"""From one map to the next in a row, colour bar and its numbers included."""
+
+LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
+
+
+def _cell_numbers(results: Results, medium: str) -> dict[str, str]:
+    told = []
+    for name in (medium,) if medium else results.laboratory:
+        table = results[name].alpha
+        alpha = table["alpha_z_N_per_cm3"]
+        half = captions.quantile(captions.half_widths(table), 0.5, 4)
+        told.append(
+            f"{results[name].title}: {alpha.notna().sum()} of {len(table)} cells have a value, "
+            f"\N{GREEK SMALL LETTER ALPHA}_z from {captions.quantile(alpha, 0, 3)} to "
+            f"{captions.quantile(alpha, 1, 3)}, median half width of its interval {half}"
+        )
+    return {"cells": "; ".join(told)}
+
+
+_MAPS_CAPTION = """Measured alpha over attack angle beta and intrusion angle gamma, and the half width of \
+its {level} interval. Red pushes up or toward +x. Hatched cells have no usable run.
+Good: smooth from cell to cell, and intervals small beside alpha.
+In N/cm^3: {cells}."""
+
+
+@figure(
+    "alpha_maps",
+    reads=("alpha/{laboratory}.csv",),
+    settings=("fit", "media"),
+    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    paper="Fig. S4",
+    section="Force profiles",
+    caption=_MAPS_CAPTION,
+    numbers=_cell_numbers,
+)
+def alpha_maps(results: Results) -> Figure:
+    """Draw maps of the measured alpha of all laboratory media."""
+    tables = results.joined("alpha/{medium}.csv", results.laboratory)
+    return draw_maps(tables, results.campaign.titles, results.config.fit.confidence)
+
+
+@figure(
+    "alpha_maps",
+    reads=("alpha/{medium}.csv",),
+    settings=("fit", "media"),
+    media=lambda campaign: campaign.of_role("laboratory")[:1],
+    paper="Figs. 2C and 2D",
+    section="Force profiles",
+    caption=_MAPS_CAPTION,
+    numbers=_cell_numbers,
+)
+def alpha_maps_of_one(results: Results, medium: str) -> Figure:
+    """Draw maps of the measured alpha of one medium."""
+    return draw_maps(results[medium].alpha, results.campaign.titles, results.config.fit.confidence)
+
+
+@style.styled
+def draw_maps(tables: pd.DataFrame, titles: Mapping[str, str], confidence: float = 0.95) -> Figure:
+    """Draw maps of the measured alpha_z and alpha_x, one row a medium.
+
+    Each map shows the cells as measured (the gamma grid is not uniform), the zero contour between
+    them, and shading where the component does not oppose its own motion; beside it stands the half
+    width of its interval. Missing cells are grey and hatched.
+    """
+    heads = []
+    for c in "zx":
+        level = f"{100 * confidence:.4g} %"
+        half = f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {style.PER_CM3})"
+        heads += [f"measured\n{style.alpha_label(c)}", half]
+    media = [str(medium) for medium in tables["medium"].unique()]
+    page = _page(media, titles, heads)
+    missing = False
+    for row, medium in enumerate(media):
+        table = tables[tables["medium"] == medium]
+        last = row == len(media) - 1
+        for index, c in enumerate("zx"):
+            beta, gamma, alpha = pivot(table, f"alpha_{c}_N_per_cm3")
+            axes = empty_map(page, row, 2 * index, (index == 0, last))
+            add_bar(page, axes, add_cells(axes, beta, gamma, alpha, signed=True))
+            add_signs(axes, c, beta, gamma, alpha)
+            # in thousandths: four digits after the point would run into the next map
+            width = 1e3 * pivot(table.assign(half=half_width(table, c)), "half")[2]
+            axes = empty_map(page, row, 2 * index + 1, (False, last))
+            add_bar(page, axes, add_cells(axes, beta, gamma, width, signed=False))
+            missing |= bool(np.isnan(alpha).any() or np.isnan(width).any())
+    add_legend(page, signs=True, missing=missing)
+    return page
+
+
+def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+    table = results.table("coefficients.csv")
+    own = table[(table["method"] == results.config.fourier.method) & (table["medium"] != "generic")]
+    told, titles = [], results.campaign.titles
+    for name, rows in own.groupby("medium", sort=False):
+        misfit = style.number(float(rows["misfit_rms_N_per_cm3"].iloc[0]), 3)
+        half = captions.quantile(captions.half_widths(results[str(name)].alpha), 0.5, 4)
+        told.append(
+            f"{titles[str(name)]}: {rows['kept'].sum()} of 9 terms kept, root mean square misfit "
+            f"{misfit}, median half width of the interval of alpha {half}"
+        )
+    return {"fits": greek("; ".join(told))}
+
+
+@figure(
+    "fit_maps",
+    reads=("alpha/{laboratory}.csv", "coefficients.csv"),
+    settings=("fourier", "media"),
+    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    section="Force profiles",
+    caption="""The nine-term Fourier fit by {method}, and what it leaves of the measured alpha.
+In N/cm^3: {fits}.
+What the nine terms leave over beyond the intervals is the profile they cannot follow; the forces on legs are \
+therefore predicted from the interpolated table.""",
+    numbers=_fit_numbers,
+)
+def fit_maps(results: Results) -> Figure:
+    """Draw maps of the nine-term alpha, each beside measured minus fit."""
+    method, coefficients = results.config.fourier.method, results.table("coefficients.csv")
+    if why := why_no_fit(coefficients, method, "value_N_per_cm3"):
+        return style.missing(f"no nine-term fit by {method}", why)
+    models = {}
+    for medium in results.laboratory:
+        kept = kept_coefficients(coefficients, method, medium)
+        models[medium] = _nine_terms(kept)
+    return _draw_models(results, models, f"nine-term fit ({method})", "measured minus fit")
+
+
+def _nine_terms(coefficients: dict[str, float]) -> Model:
+    return lambda beta, gamma: evaluate(coefficients, beta, gamma)
+
+
+@figure(
+    "depth_only_maps",
+    reads=("alpha/{medium}.csv",),
+    settings=("media",),
+    media=lambda campaign: campaign.of_role("laboratory")[:1],
+    paper="Fig. S1",
+    section="Force profiles",
+    caption="""alpha of the depth-only model in {medium}, made from alpha_z straight down and up and from \
+alpha_x of an upright plate moved sideways as measured, and what it leaves of the measured alpha.
+It knows the depth and the projected area, not the angles: what stands in the second and fourth map is why \
+its forces on legs are wrong.""",
+)
+def depth_only_maps(results: Results, medium: str) -> Figure:
+    """Draw maps of the depth-only alpha, each beside measured minus depth-only."""
+    from rftfit.model.profiles import DepthOnlyProfile, TableProfile
+
+    profile = DepthOnlyProfile.of(TableProfile.from_table(results[medium].alpha))
+    if np.isnan(profile.values).any():
+        return style.missing(f"{medium}: no depth-only model", [profile.reason])
+    heads = "depth-only", "measured minus depth-only"
+    return _draw_models(results, {medium: profile.alpha}, *heads)
+
+
+def _draw_models(results: Results, models: Mapping[str, Model], name: str, left: str) -> Figure:
+    """Draw maps of a model, one row a medium, each beside what it leaves of the measured alpha."""
+    heads = [f"{what}\n{style.alpha_label(c)}" for c in "zx" for what in (name, left)]
+    page = _page(list(models), results.campaign.titles, heads)
+    fine_beta, fine_gamma = middles()
+    fine_deg = np.degrees(fine_beta[:, 0])
+    missing = False
+    for row, (medium, model) in enumerate(models.items()):
+        surfaces = model(fine_beta, fine_gamma)
+        last = row == len(models) - 1
+        for index, c in enumerate("zx"):
+            axes = empty_map(page, row, 2 * index, (index == 0, last))
+            add_bar(page, axes, add_surface(axes, surfaces[index]))
+            add_signs(axes, c, fine_deg, fine_deg, surfaces[index])
+            beta, gamma, alpha = pivot(results[medium].alpha, f"alpha_{c}_N_per_cm3")
+            at = np.meshgrid(np.radians(beta), np.radians(gamma), indexing="ij")
+            axes = empty_map(page, row, 2 * index + 1, (False, last))
+            rest = add_cells(axes, beta, gamma, alpha - model(at[0], at[1])[index], signed=True)
+            add_bar(page, axes, rest)
+            missing |= bool(np.isnan(alpha).any())
+    add_legend(page, signs=True, missing=missing)
+    return page
+
+
+def why_no_fit(table: pd.DataFrame, method: str, column: str) -> list[str]:
+    """Say of every laboratory medium why it could not be fitted; nothing where any could.
+
+    `table`: of coefficients or penetration; `column`: whose number tells.
+    """
+    own = table[table["method"] == method]
+    if own[column].notna().any():
+        return []
+    rows = own.drop_duplicates("medium")
+    told = [f"{m}: {why}" for m, why in zip(rows["medium"], rows["reason"], strict=True)]
+    return told or ["no laboratory medium"]
+
+
+def kept_coefficients(coefficients: pd.DataFrame, method: str, medium: str) -> dict[str, float]:
+    """Coefficients of one fit, dropped terms as zero; N/cm^3, of ``generic`` without a unit."""
+    rows = coefficients[(coefficients["method"] == method) & (coefficients["medium"] == medium)]
+    if rows.empty:
+        raise ValueError(f"the coefficient table has no fit {method!r} of medium {medium!r}")
+    values = (
+        rows["value_N_per_cm3"].astype(float).where(rows["kept"].fillna(True).astype(bool), 0.0)
+    )
+    return dict(zip(rows["coefficient"].astype(str), values, strict=True))
+
+
+def middles(count: int = 180) -> tuple[FloatArray, FloatArray]:
+    """Beta (along the rows) and gamma at the middles of equal cells from -90 to 90 degrees, rad."""
+    angles = np.radians(-90 + (np.arange(count) + 0.5) * 180 / count)
+    beta, gamma = np.meshgrid(angles, angles, indexing="ij")
+    return beta, gamma
+
+
+def _page(media: Sequence[str], titles: Mapping[str, str], heads: list[str]) -> Figure:
+    """Return a figure of rows of maps, with the heads of its columns and the names of the media."""
+    page = style.new_figure(style.DOUBLE_CM, TOP_CM + len(media) * ROW_CM + BOTTOM_CM)
+    for column, head in enumerate(heads):
+        middle = LEFT_CM + column * PITCH_CM + SIDE_CM / 2
+        style.text_cm(page, middle, 0.2, head, ha="center", va="top", fontsize=7)
+    for row, medium in enumerate(media):
+        top, name = TOP_CM + 0.34 + row * ROW_CM, style.title_of(medium, titles)
+        style.text_cm(page, LEFT_CM, top, name, va="bottom", fontsize=7, weight="bold")
+    return page
+
+
+# Tables of alpha as grids: cells, their edges, and a finer grid between them
+
 
 LIMIT_DEG = 90.0
 """The measured region ends at +-90 degrees in both angles."""
@@ -34,9 +267,7 @@ LIMIT_DEG = 90.0
 def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     """One column of the alpha table of one medium as a grid.
 
-    `table`: With ``beta_deg``, ``gamma_deg`` and `column`, one row per cell. Returns `beta_deg` of
-    shape (n,). Returns `gamma_deg` of shape (m,): Both ascending. Returns `values` of shape (n,
-    m): NaN where the table has no row or no value.
+    Returns beta and gamma, ascending, in degrees, and the values, NaN where there is no row or none.
     """
     # a printed 18.43 and the exact angle are one and the same cell
     beta = table["beta_deg"].to_numpy(float).round(2)
@@ -51,19 +282,13 @@ def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, Flo
 
 
 def half_width(table: pd.DataFrame, component: str) -> pd.Series[float]:
-    """Half the width of the interval of alpha_z or alpha_x.
-
-    `table`: Alpha table. Returns N/cm^3.
-    """
+    """Half the width of the interval of alpha_z or alpha_x, N/cm^3."""
     high = table[f"alpha_{component}_hi_N_per_cm3"].astype(float)
     return (high - table[f"alpha_{component}_lo_N_per_cm3"].astype(float)) / 2
 
 
 def edges(centres: npt.ArrayLike) -> FloatArray:
-    """Borders of the cells: midway between the measured angles, ending at +-90 degrees.
-
-    `centres`: shape (n,); Ascending, degrees. Returns shape (n + 1,).
-    """
+    """Borders of the cells: midway between the measured angles, ending at +-90 degrees."""
     centres = np.asarray(centres, dtype=float)
     if centres.size == 1:
         return np.array([centres[0] - 5.0, centres[0] + 5.0])
@@ -85,11 +310,9 @@ def _weights(centres: FloatArray, fine: FloatArray) -> FloatArray:
 def refine(
     beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray, step_deg: float = 2.5
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bilinear interpolation onto a finer grid.
+    """Interpolate bilinearly onto a finer grid, the measured angles among its lines.
 
-    `beta_deg`, `gamma_deg`: Ascending, at least two each. `values`: shape (n, m). `step_deg`:
-    Largest step of the finer grid; the measured angles are among its lines. Returns `beta_deg`,
-    `gamma_deg`, `values`: NaN wherever a missing cell takes part.
+    Returns beta, gamma (degrees) and values, NaN wherever a missing cell takes part.
     """
     fine = []
     for centres in (beta_deg, gamma_deg):
@@ -101,15 +324,14 @@ def refine(
     left, right = _weights(beta_deg, fine[0]), _weights(gamma_deg, fine[1]).T
     missing = np.isnan(values)
     result = left @ np.where(missing, 0.0, values) @ right
-    result[left @ missing @ right > 1e-9] = np.nan
+    result[left @ missing.astype(float) @ right > 1e-9] = np.nan
     return fine[0], fine[1], result
 
 
 def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> FloatArray:
     """Force component times velocity component: positive where alpha does not oppose the motion.
 
-    `gamma_deg`: shape (m,). `alpha`: shape (n, m); N/cm^3. Returns shape (n, m): N/cm^3; zero
-    where that component of the velocity is zero.
+    `alpha`: columns by gamma. Zero where that component of the velocity is zero.
     """
     vx, vz = conventions.direction(np.radians(gamma_deg))
     velocity = vz if component == "z" else vx
@@ -118,30 +340,16 @@ def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> Fl
     return alpha * velocity
 
 
-# --- One map over the angles: cells or a continuous surface, zero contour, shading, colour bar.
+# One map: cells or a continuous surface, zero contour, shading, colour bar
 
-
-SIDE_CM = 2.95
-"""Side of one map: both angles run from -90 to 90 degrees."""
-
-PITCH_CM = 4.08
-"""From one map to the next in a row, colour bar and its numbers included."""
-
-LEFT_CM = 1.25
-ROW_CM = SIDE_CM + 0.95
-TOP_CM = 1.0
-BOTTOM_CM = 0.85
 
 _SHADING = "////"
-_MISSING = "xxxxxx"
-_STRIP = 256
+_MISSING: dict[str, Any] = {"facecolor": "#d0d0d0", "edgecolor": "#808080", "hatch": "xxxxxx"}
+_FINE_DEG = 2.5
 
 
 def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -> Axes:
-    """Axes of one map of a figure made of rows of maps.
-
-    `outer`: Whether the map names beta at its left, and gamma below.
-    """
+    """Axes of one map of a page of maps; `outer`: whether it names beta at its left, gamma below."""
     left, top = LEFT_CM + column * PITCH_CM, TOP_CM + 0.4 + row * ROW_CM
     axes = style.axes_cm(figure, left, top, SIDE_CM, SIDE_CM)
     angle_axes(axes, *outer)
@@ -149,10 +357,7 @@ def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -
 
 
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:
-    """Limits, ticks and names of a map's axes.
-
-    `name_beta`, `name_gamma`: Whether that axis carries its name and numbers.
-    """
+    """Set limits, ticks, and where wanted names and numbers, of a map's axes."""
     axes.set(xlim=(-90, 90), ylim=(-90, 90), xticks=range(-90, 91, 45), yticks=range(-90, 91, 30))
     for axis, name, shown in (
         (axes.xaxis, r"$\gamma$ (degrees)", name_gamma),
@@ -167,47 +372,27 @@ def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> N
 def add_cells(
     axes: Axes, beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray, signed: bool
 ) -> ScalarMappable:
-    """Draw measured cells; missing ones are grey and hatched.
+    """Draw measured cells, in diverging colours where signed; missing ones are grey and hatched."""
+    from matplotlib.patches import Rectangle
 
-    `values`: shape (n, m). `signed`: Diverging colours about zero; else colours from zero up.
-    """
     rows, columns = edges(beta_deg), edges(gamma_deg)
     mesh = axes.pcolormesh(columns, rows, np.ma.masked_invalid(values), **colours(values, signed))
     for i, j in np.argwhere(~np.isfinite(values)):
-        axes.add_patch(
-            Rectangle(
-                (columns[j], rows[i]),
-                columns[j + 1] - columns[j],
-                rows[i + 1] - rows[i],
-                facecolor="#d0d0d0",
-                edgecolor="#808080",
-                hatch=_MISSING,
-                linewidth=0,
-            )
-        )
+        size = columns[j + 1] - columns[j], rows[i + 1] - rows[i]
+        axes.add_patch(Rectangle((columns[j], rows[i]), *size, linewidth=0, **_MISSING))
     return mesh
 
 
 def add_surface(axes: Axes, values: FloatArray) -> ScalarMappable:
-    """Draw a continuous signed function over the whole square from -90 to 90 degrees.
-
-    `values`: shape (n, m); At the middles of n by m equal cells, beta and gamma ascending.
-    """
+    """Draw a continuous signed function, given at `middles`."""
     return axes.imshow(
-        values,
-        extent=(-90, 90, -90, 90),
-        origin="lower",
-        interpolation="nearest",
-        aspect="auto",
+        values, extent=(-90, 90, -90, 90), origin="lower", interpolation="nearest", aspect="auto",
         **colours(values, signed=True),
-    )
+    )  # fmt: skip
 
 
 def colours(values: FloatArray, signed: bool) -> dict[str, Any]:
-    """Colour map and limits: symmetric about zero for signed values, else from zero.
-
-    Returns ``cmap``, ``vmin``, ``vmax``.
-    """
+    """Colour map and limits: symmetric about zero for signed values, else from zero."""
     finite = np.abs(values[np.isfinite(values)])
     top = float(finite.max(initial=0.0)) or 1.0
     if signed:
@@ -218,17 +403,14 @@ def colours(values: FloatArray, signed: bool) -> dict[str, Any]:
 def add_signs(
     axes: Axes, component: str, beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray
 ) -> None:
-    """Draw the zero contour, and shade where alpha does not oppose the motion.
-
-    `alpha`: shape (n, m); N/cm^3; interpolated between the cells.
-    """
+    """Draw the zero contour, and shade where alpha, interpolated, does not oppose the motion."""
     if min(alpha.shape) < 2 or not np.isfinite(alpha).any():
         return
-    beta_deg, gamma_deg, alpha = refine(beta_deg, gamma_deg, alpha)
+    if np.diff(beta_deg).max() > _FINE_DEG or np.diff(gamma_deg).max() > _FINE_DEG:
+        beta_deg, gamma_deg, alpha = refine(beta_deg, gamma_deg, alpha, _FINE_DEG)
     finite = alpha[np.isfinite(alpha)]
     if finite.size == 0:
         return
-    masked = np.ma.masked_invalid(alpha)
     push = np.ma.masked_invalid(along_motion(component, gamma_deg, alpha))
     # below this it is zero to rounding, which must not be shaded
     least, most = 1e-9 * float(np.abs(finite).max()), float(push.max())
@@ -238,11 +420,14 @@ def add_signs(
             hatches=[_SHADING],
         )  # fmt: skip
     if finite.min() < 0 < finite.max():
-        axes.contour(gamma_deg, beta_deg, masked, levels=[0.0], colors="black", linewidths=0.9)
+        known = np.ma.masked_invalid(alpha)
+        axes.contour(gamma_deg, beta_deg, known, levels=[0.0], colors="black", linewidths=0.9)
 
 
 def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable) -> None:
     """Add a colour bar at the right of a map; its unit stands in the head of the column."""
+    from matplotlib.ticker import MaxNLocator
+
     box = axes.get_position()
     width = box.width / SIDE_CM
     place = figure.add_axes((box.x1 + 0.09 * width, box.y0, 0.13 * width, box.height))
@@ -252,7 +437,7 @@ def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable) -> None:
         bar.solids.remove()
     lowest, highest = place.get_ylim()
     place.imshow(
-        np.linspace(lowest, highest, _STRIP)[:, None],
+        np.linspace(lowest, highest, 256)[:, None],
         extent=(*place.get_xlim(), lowest, highest), origin="lower", aspect="auto",
         cmap=drawn.get_cmap(), vmin=lowest, vmax=highest,
     )  # fmt: skip
@@ -263,161 +448,13 @@ def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable) -> None:
 
 
 def add_legend(figure: Figure, signs: bool, missing: bool) -> None:
-    """Explain contour, shading and hatching at the foot of the figure.
-
-    `signs`: Whether there is a zero contour and shading. `missing`: Whether any cell is missing.
-    """
-    entries: list[tuple[Any, str]] = []
+    """Explain contour and shading, and the hatching of missing cells, at the foot of the figure."""
+    entries: dict[str, Artist] = {}
     if signs:
-        shading = Patch(facecolor="white", edgecolor="#222222", hatch=_SHADING * 2, linewidth=0.3)
-        entries += [
-            (Line2D([], [], color="black", linewidth=0.9), "zero contour (interpolated)"),
-            (shading, "does not oppose the motion"),
-        ]
-    if missing:
-        grey = Patch(facecolor="#d0d0d0", edgecolor="#808080", hatch=_MISSING, linewidth=0.3)
-        entries.append((grey, "no usable run"))
-    if entries:
-        figure.legend(
-            [entry[0] for entry in entries],
-            [entry[1] for entry in entries],
-            loc="lower center",
-            ncols=len(entries),
-            borderaxespad=0.3,
+        entries["zero contour (interpolated)"] = style.line("black", linewidth=0.9)
+        entries["does not oppose the motion"] = style.patch(
+            facecolor="white", edgecolor="#222222", hatch=_SHADING * 2, linewidth=0.3
         )
-
-
-# --- Maps of alpha over the angles (Figs. 2C, 2D, S4) and of the nine-term fit (Fig. S6).
-
-
-Evaluate = Callable[[Mapping[str, float], FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""The nine-term formula: coefficients, beta, gamma (rad) to alpha_z, alpha_x."""
-
-_COMPONENTS = ("z", "x")
-
-
-def middles(count: int = 180) -> tuple[FloatArray, FloatArray]:
-    """Angles at the middles of equal cells over the square from -90 to 90 degrees.
-
-    `count`: Cells along each side. Returns `beta`, `gamma` of shape (count, count): Radians, beta
-    along the rows.
-    """
-    angles = np.radians(-90 + (np.arange(count) + 0.5) * 180 / count)
-    beta, gamma = np.meshgrid(angles, angles, indexing="ij")
-    return beta, gamma
-
-
-def kept_coefficients(coefficients: pd.DataFrame, method: str, medium: str) -> dict[str, float]:
-    """Coefficients of one fit, dropped terms as zero.
-
-    `coefficients`: Long coefficient table. `method`: ``lsq`` or ``dft-index``. `medium`: A medium,
-    or ``generic``. Returns N/cm^3; dimensionless for ``generic``.
-    """
-    rows = coefficients[(coefficients["method"] == method) & (coefficients["medium"] == medium)]
-    if rows.empty:
-        raise ValueError(f"the coefficient table has no fit {method!r} of medium {medium!r}")
-    values = rows["value_N_per_cm3"].astype(float).where(rows["kept"].astype(bool), 0.0)
-    return dict(zip(rows["coefficient"].astype(str), values, strict=True))
-
-
-def _frame(media: int) -> Figure:
-    height = TOP_CM + media * ROW_CM + BOTTOM_CM
-    return style.new_figure(style.DOUBLE_CM, height)
-
-
-def _heads(figure: Figure, heads: list[str]) -> None:
-    for column, head in enumerate(heads):
-        middle = LEFT_CM + column * PITCH_CM + SIDE_CM / 2
-        style.text_cm(figure, middle, 0.2, head, ha="center", va="top", fontsize=7)
-
-
-def _name(figure: Figure, row: int, name: str) -> None:
-    top = TOP_CM + 0.34 + row * ROW_CM
-    style.text_cm(figure, LEFT_CM, top, name, va="bottom", fontsize=7, weight="bold")
-
-
-@style.styled
-def draw_maps(
-    tables: pd.DataFrame, titles: Mapping[str, str] | None = None, confidence: float = 0.95
-) -> Figure:
-    """Draw maps of the measured alpha_z and alpha_x of one or several media (Figs. 2C, 2D, S4).
-
-    Each map shows the cells as measured (the gamma grid is not uniform), the zero contour between
-    them, and shading where the component does not oppose its own motion; beside it stands the half
-    width of its interval. Missing cells are grey and hatched.
-
-    `tables`: Alpha tables of the media, one under the other; one row of maps per medium, in that
-    order. `titles`: Names of the media. `confidence`: Level of the intervals in the table.
-    """
-    media = [str(medium) for medium in tables["medium"].unique()]
-    if not media:
-        raise ValueError("the alpha table is empty: there is nothing to draw")
-    figure = _frame(len(media))
-    heads, missing = [], False
-    for c in _COMPONENTS:
-        level = f"{100 * confidence:.4g} %"
-        half = f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {style.PER_CM3})"
-        heads += [f"measured\n{style.alpha_label(c)}", half]
-    _heads(figure, heads)
-    for row, medium in enumerate(media):
-        table = tables[tables["medium"] == medium]
-        _name(figure, row, style.title_of(medium, titles))
-        last = row == len(media) - 1
-        for index, c in enumerate(_COMPONENTS):
-            beta, gamma, alpha = pivot(table, f"alpha_{c}_N_per_cm3")
-            axes = empty_map(figure, row, 2 * index, (index == 0, last))
-            add_bar(figure, axes, add_cells(axes, beta, gamma, alpha, signed=True))
-            add_signs(axes, c, beta, gamma, alpha)
-            # in thousandths: four digits after the point would run into the next map
-            width = 1e3 * pivot(table.assign(half=half_width(table, c)), "half")[2]
-            axes = empty_map(figure, row, 2 * index + 1, (False, last))
-            add_bar(figure, axes, add_cells(axes, beta, gamma, width, signed=False))
-            missing |= bool(np.isnan(alpha).any() or np.isnan(width).any())
-    add_legend(figure, signs=True, missing=missing)
-    return figure
-
-
-@style.styled
-def draw_fit_maps(
-    tables: pd.DataFrame,
-    coefficients: pd.DataFrame,
-    evaluate: Evaluate,
-    method: str = "lsq",
-    titles: Mapping[str, str] | None = None,
-) -> Figure:
-    """Draw maps of the nine-term alpha (Fig. S6), each beside measured minus fit.
-
-    `tables`: Alpha tables of the media, one under the other. `coefficients`: Long coefficient
-    table; terms that are not kept count as zero. `evaluate`: `rftfit.model.fourier.evaluate`.
-    `method`: ``lsq`` or ``dft-index``. `titles`: Names of the media.
-    """
-    media = [str(medium) for medium in tables["medium"].unique()]
-    if not media:
-        raise ValueError("the alpha table is empty: there is nothing to draw")
-    figure = _frame(len(media))
-    heads, missing = [], False
-    for c in _COMPONENTS:
-        label = style.alpha_label(c)
-        heads += [f"nine-term fit ({method})\n{label}", f"measured minus fit\n{label}"]
-    _heads(figure, heads)
-    fine_beta, fine_gamma = middles()
-    fine_deg = np.degrees(fine_beta[:, 0])
-    for row, medium in enumerate(media):
-        table = tables[tables["medium"] == medium]
-        fit = kept_coefficients(coefficients, method, medium)
-        surfaces = evaluate(fit, fine_beta, fine_gamma)
-        _name(figure, row, style.title_of(medium, titles))
-        last = row == len(media) - 1
-        for index, c in enumerate(_COMPONENTS):
-            axes = empty_map(figure, row, 2 * index, (index == 0, last))
-            add_bar(figure, axes, add_surface(axes, surfaces[index]))
-            add_signs(axes, c, fine_deg, fine_deg, surfaces[index])
-            beta, gamma, alpha = pivot(table, f"alpha_{c}_N_per_cm3")
-            at = np.meshgrid(np.radians(beta), np.radians(gamma), indexing="ij")
-            left_over = alpha - evaluate(fit, at[0], at[1])[index]
-            axes = empty_map(figure, row, 2 * index + 1, (False, last))
-            mesh = add_cells(axes, beta, gamma, left_over, signed=True)
-            add_bar(figure, axes, mesh)
-            missing |= bool(np.isnan(alpha).any())
-    add_legend(figure, signs=True, missing=missing)
-    return figure
+    if missing:
+        entries["no usable run"] = style.patch(linewidth=0.3, **_MISSING)
+    style.legend(figure, entries, len(entries), borderaxespad=0.3, columnspacing=2.0)

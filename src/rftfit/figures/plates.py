@@ -1,345 +1,256 @@
-"""Stress against depth: chosen runs (Fig. 2B), all media, plates of several sizes."""
+"""Stress against depth: of single runs, of all media at a few angles, of plates of several sizes."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
-from rftfit import conventions
-from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.figures import leg_panels, style
+from rftfit.figures import captions, style
+from rftfit.figures.registry import figure, greek, only_if
+from rftfit.figures.traces import alpha_of, by_run, stress_of, thin
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from typing import Protocol
 
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    Row = Mapping[Hashable, Any]
+    from rftfit.campaign.load import Campaign
+    from rftfit.conventions import FloatArray
+    from rftfit.figures.traces import Row, Trace
+    from rftfit.results import Results
 
     class _Named(Protocol):
         @property
         def name(self) -> str: ...
 
 
-# --- Traces of single runs, ready to be drawn: as filed, split at gaps, thinned without losing spikes.
-
-
-DrawnTrace = dict[str, FloatArray]
-"""Samples of one run by column."""
-
-DIRECTIONS = ("extraction", "horizontal", "intrusion")
-"""Directions of plate runs, in the order of their filed gamma."""
-
-
-def filed(traces: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
-    """Turn the horizontal stress of extractions as their alpha_x is turned when it is filed.
-
-    `traces`: Samples in the lab frame with ``run_id`` and stress columns. `fits`: With ``run_id,
-    direction``. Returns A copy, so that every trace lies along ``alpha * depth`` of its row in
-    `fits`.
-    """
-    # a sheet may number its runs; a number read from one file is not one read from another
-    pulled = fits.loc[fits["direction"] == "extraction", "run_id"].astype(str)
-    sign = conventions.file_extraction(0.0, 0.0)[2]
-    factor = np.where(traces["run_id"].astype(str).isin(pulled), sign, 1.0)
-    names = [name for name in traces.columns if name.endswith("_x_N_per_cm2")]
-    return traces.assign(**{name: traces[name].to_numpy(float) * factor for name in names})
-
-
-def by_run(traces: pd.DataFrame, columns: Iterable[str]) -> dict[str, DrawnTrace]:
-    """Take the samples of each run as arrays.
-
-    `traces`: Rows of one run need not be together, but are in time order. `columns`: Those to
-    take; a column that is not there is left out. Returns by run, by column.
-    """
-    ids, code = np.unique(traces["run_id"].astype(str).to_numpy(str), return_inverse=True)
-    order = np.argsort(code, kind="stable")
-    cuts = np.flatnonzero(np.diff(code[order])) + 1
-    parts: dict[str, list[FloatArray]] = {}
-    for name in columns:
-        if name in traces.columns:
-            parts[name] = np.split(traces[name].to_numpy(float)[order], cuts)
-    return {str(run): {name: parts[name][i] for name in parts} for i, run in enumerate(ids)}
-
-
-def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
-    """Polylines of at most about `points` points: smallest and largest sample of each stretch.
-
-    Taking the extremes instead of every n-th sample keeps spikes and the width of the noise.
-
-    `x`, `y`: shape (n,); Samples in time order. Returns shape (m, 2): One polyline for each
-    stretch between missing samples.
-    """
-    good = np.isfinite(x) & np.isfinite(y)
-    if not good.any():
-        return []
-    place = np.flatnonzero(good)
-    lines = []
-    for part in np.split(place, np.flatnonzero(np.diff(place) > 1) + 1):
-        bins = max(1, points * part.size // (2 * place.size))
-        if part.size > 2 * bins:
-            width = part.size // bins
-            bins = part.size // width  # so that less than one stretch is left over
-            body = part[: bins * width].reshape(bins, width)
-            rows = np.arange(bins)
-            low = body[rows, y[body].argmin(axis=1)]
-            high = body[rows, y[body].argmax(axis=1)]
-            rest = part[bins * width :]
-            part = np.unique(np.concatenate([part[:1], low, high, rest, part[-1:]]))  # noqa: PLW2901
-        lines.append(np.column_stack([x[part], y[part]]))
-    return lines
-
-
-def nice(value: float) -> float:
-    """Smallest of 1, 2 or 5 times a power of ten that is not below a value.
-
-    `value`: Positive.
-    """
-    decade = 10.0 ** np.floor(np.log10(value))
-    return float(next(step * decade for step in (1, 2, 5, 10) if step * decade >= 0.999 * value))
-
-
-def span(trace: DrawnTrace) -> tuple[float, float]:
-    """Round stresses at the bottom and the top of a panel; zero is always inside.
-
-    Returns `low`, `high`: N/cm^2. The smaller side has at least a fifth of the larger one.
-    """
-    stresses = [trace[name] for name in trace if name.endswith("_N_per_cm2")]
-    every = np.concatenate(stresses) if stresses else np.zeros(1)
-    every = every[np.isfinite(every)]
-    low, high = (nice(max(side, 1e-3)) for side in (-every.min(initial=0), every.max(initial=0)))
-    # less than 0.05 N/cm^2 would blow up mere noise
-    most = max(low, high, 0.05)
-    return (-max(low, most / 5), most) if high >= low else (-most, max(high, most / 5))
-
-
-def trouble(fit: Mapping[Hashable, Any]) -> str:
-    """Say what is wrong with a run, in few words; empty if nothing is.
-
-    `fit`: Row of the fit table.
-    """
-    parts = [str(fit[name]) for name in ("reason", "flags") if isinstance(fit[name], str)]
-    text = "; ".join(part for part in parts if part)
-    if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in "zx"]).all():
-        return "no alpha"
-    return text
-
-
-# --- Stress against depth of chosen runs with their fits (Fig. 2B).
+# Single runs with their fits
 
 
 _ACROSS = 4
 _LEGEND_COLUMNS = {1: 2, 2: 2, 3: 3, 4: 6}
-_SIDE_CM, _PITCH_CM, _ROW_CM, _LEFT_CM, _TOP_CM = 3.1, 4.1, 4.9, 1.45, 1.15
+_RUN_SIDE_CM, _RUN_PITCH_CM, _RUN_ROW_CM, _RUN_LEFT_CM, _RUN_TOP_CM = 3.1, 4.1, 4.9, 1.45, 1.15
 
 
-def _draw_run(axes: Axes, trace: dict[str, FloatArray], fit: Mapping[Hashable, Any]) -> None:
-    depth, window = trace["depth_cm"], trace["in_window"] > 0
-    if window.any():
-        axes.axvspan(depth[window].min(), depth[window].max(), color="#e6e6e6", linewidth=0)
-    axes.axhline(0, color="#808080", linewidth=0.4)
-    for c in "zx":
-        colour = style.COMPONENT_COLOURS[c]
-        axes.plot(depth, trace[f"stress_{c}_N_per_cm2"], color=colour, linewidth=0.6, alpha=0.75)
-        alpha, low, high = (float(fit[f"alpha_{c}_{part}N_per_cm3"]) for part in ("", "lo_", "hi_"))
-        if np.isfinite(alpha):
-            end = float(np.nanmax(depth))
-            axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, alpha=0.35)
-            style_of = "-" if c == "z" else "--"
-            axes.plot([0, end], [0, alpha * end], style_of, color="black", linewidth=0.8)
+def stress_runs(campaign: Campaign) -> list[str]:
+    """Choose the runs that are shown: those the config names, or the flat plate down and up."""
+    named = campaign.config.figures.stress_runs
+    unknown = [name for name in named if name not in campaign.by_id]
+    if unknown:
+        raise InputError(
+            f"config, figures.stress_runs: found {', '.join(unknown)}; allowed: run_id of the run sheet"
+        )
+    flat = [name for name in named if campaign.by_id[name].direction == "horizontal"]
+    if flat:
+        raise InputError(
+            f"config, figures.stress_runs: found {', '.join(flat)}, horizontal runs at one depth; "
+            "allowed: intrusions and extractions"
+        )
+    if named:
+        return list(named)
+    plates = [
+        run
+        for medium in campaign.config.media
+        for run in campaign.runs_of(medium)
+        if run.kind == "plate" and run.direction != "horizontal"
+    ]
+    flat = [run.run_id for run in plates
+            if run.medium == plates[0].medium and run.beta_deg == 0 and run.gamma_deg == 90]  # fmt: skip
+    return flat or [run.run_id for run in plates[:1]]
 
 
-def _note(fit: Mapping[Hashable, Any]) -> str:
-    lines = []
-    for c in "zx":
-        alpha, low, high = (float(fit[f"alpha_{c}_{part}N_per_cm3"]) for part in ("", "lo_", "hi_"))
-        value = style.number(alpha, 4)
-        if np.isfinite(alpha):
-            value += f" \N{PLUS-MINUS SIGN} {style.number((high - low) / 2, 4)}"
-        lines.append(rf"$\alpha_{c}$ = {value} {style.PER_CM3}")
-    return "\n".join(lines)
+def _stress_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+    told = []
+    for run in stress_runs(results.campaign):
+        fits = results[results.campaign.by_id[run].medium].fits
+        for row in fits[fits["run_id"] == run].to_dict("records"):
+            z, x = (_value(row, c) for c in "zx")
+            angles = f"({style.degrees(row['beta_deg'])}, {style.degrees(row['gamma_deg'])})"
+            told.append(greek(f"{run} at {angles}: alpha_z {z}, alpha_x {x} N/cm^3"))
+    return {"slopes": "; ".join(told)}
 
 
-def _legend(figure: Figure, columns: int, level: str) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    z, x = (style.COMPONENT_COLOURS[c] for c in "zx")
-    entries = {
-        r"vertical $\sigma_z$": Line2D([], [], color=z),
-        r"horizontal $\sigma_x$": Line2D([], [], color=x),
-        r"fit of $\sigma_z$ through zero": Line2D([], [], color="black"),
-        r"fit of $\sigma_x$ through zero": Line2D([], [], color="black", linestyle="--"),
-        f"{level} interval": Patch(facecolor="#888888", alpha=0.5),
-        "fit window": Patch(facecolor="#e6e6e6"),
-    }
-    figure.legend(
-        list(entries.values()), list(entries), loc="lower center", ncols=columns, borderaxespad=0.3,
-        columnspacing=1.2,
-    )  # fmt: skip
+def _value(row: Row, component: str) -> str:
+    value, low, high = alpha_of(row, component)
+    half = (high - low) / 2
+    margin = f" \N{PLUS-MINUS SIGN} {style.number(half, 4)}" if np.isfinite(half) else ""
+    return style.number(value, 4) + margin
 
 
-@style.styled
-def draw_stress(
-    traces: pd.DataFrame, fits: pd.DataFrame, run_ids: Sequence[str], confidence: float = 0.95
-) -> Figure:
-    """Draw stress against depth of chosen intrusions and extractions, one panel per run (Fig. 2B).
-
-    The fit window is shaded; the line through zero and the interval of its slope are drawn from
-    the row of `fits`. An extraction is drawn as it is filed: its horizontal stress is turned.
-
-    `traces`: Tared samples in the lab frame: ``run_id, depth_cm, stress_z_N_per_cm2,
-    stress_x_N_per_cm2, in_window``. `fits`: Fit table. `run_ids`: At least one. `confidence`:
-    Level of the intervals in `fits`.
-    """
-    names = ["depth_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "in_window"]
-    chosen = traces[traces["run_id"].astype(str).isin(list(run_ids))]
-    samples = by_run(filed(chosen, fits), names)
-    rows = {str(fit["run_id"]): fit for fit in fits.to_dict("records")}
-    for run in run_ids:
-        if run not in rows:
-            raise InputError(f"run {run!r} cannot be drawn: it is not in the fit table")
-        if run not in samples:
-            raise InputError(f"run {run!r} cannot be drawn: it has no samples")
-        if rows[run]["direction"] == "horizontal":
-            raise InputError(
-                f"run {run!r} cannot be drawn against depth: it is horizontal, at one depth; "
-                "choose intrusions and extractions"
-            )
-    if not run_ids:
-        raise InputError("no run was chosen for the figure of stress against depth")
-    across = min(len(run_ids), _ACROSS)
-    down = -(-len(run_ids) // _ACROSS)
+@figure(
+    "stress_of_runs",
+    reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
+    settings=("intruders", "fit", "figures", "media"),
+    media=only_if(stress_runs),
+    paper="Fig. 2B",
+    section="Measurement",
+    caption="""Stress against depth of single runs, with the line through zero and its {level} interval.
+The shaded depths were fitted: there the plate is wholly submerged and far from walls and bottom.
+Good: the stress is straight over them. An extraction is drawn as it is filed: its horizontal stress is turned.
+Slopes by run, filed under (beta, gamma): {slopes}.""",
+    numbers=_stress_numbers,
+)
+def stress_of_runs(results: Results) -> Figure:
+    """Draw stress against depth of chosen intrusions and extractions, one panel per run."""
+    campaign = results.campaign
+    chosen = stress_runs(campaign)
+    media = dict.fromkeys(campaign.by_id[run].medium for run in chosen)
+    samples = {run: trace for m in media for run, trace in by_run(stress_of(results, m)).items()}
+    fits = {row["run_id"]: row for m in media for row in results[m].fits.to_dict("records")}
+    slanted = sorted(
+        run for run in samples if run in fits and fits[run]["direction"] != "horizontal"
+    )
+    # a run that was refused has nothing to draw; the quality sheet and the ledger say why
+    drawn = [run for run in chosen if run in slanted] or slanted[:1]
+    if not drawn:
+        return style.missing("no run has a tared stroke to draw against depth")
+    across = min(len(drawn), _ACROSS)
+    down = -(-len(drawn) // _ACROSS)
     # one run alone gets the width of two
-    side = _SIDE_CM + (_PITCH_CM if across == 1 else 0)
-    width = _LEFT_CM + max(across - 1, 1) * _PITCH_CM + _SIDE_CM + 0.4
+    side = _RUN_SIDE_CM + (_RUN_PITCH_CM if across == 1 else 0)
+    width = _RUN_LEFT_CM + max(across - 1, 1) * _RUN_PITCH_CM + _RUN_SIDE_CM + 0.4
     lines = -(-6 // _LEGEND_COLUMNS[across])
-    figure = style.new_figure(width, down * _ROW_CM + 0.3 + 0.33 * lines)
-    for i, run in enumerate(run_ids):
+    page = style.new_figure(width, down * _RUN_ROW_CM + 0.3 + 0.33 * lines)
+    for i, run in enumerate(drawn):
         row, column = divmod(i, _ACROSS)
-        left, top = _LEFT_CM + column * _PITCH_CM, _TOP_CM + row * _ROW_CM
-        axes = style.axes_cm(figure, left, top, side, _SIDE_CM)
-        fit = rows[run]
+        left, top = _RUN_LEFT_CM + column * _RUN_PITCH_CM, _RUN_TOP_CM + row * _RUN_ROW_CM
+        axes = style.axes_cm(page, left, top, side, _RUN_SIDE_CM)
+        fit = fits[run]
         _draw_run(axes, samples[run], fit)
-        angles = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
-        beta, gamma = angles
-        style.text_cm(
-            figure, left, top - 0.1,
-            f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}\n{_note(fit)}",
-            va="bottom", fontsize=6,
-        )  # fmt: skip
+        beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
+        head = [f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}"]
+        head += [rf"$\alpha_{c}$ = {_value(fit, c)} {style.PER_CM3}" for c in "zx"]
+        style.text_cm(page, left, top - 0.1, "\n".join(head), va="bottom", fontsize=6)
         axes.set_xlim(0, None)
-        axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
+        style.ticks(axes.xaxis, 5, integer=True)
         axes.margins(y=0.06)
-        if row == down - 1 or i + _ACROSS >= len(run_ids):
+        if i + _ACROSS >= len(drawn):
             axes.set_xlabel("depth (cm)")
         if column == 0:
             axes.set_ylabel(f"stress ({style.PER_CM2})")
-    _legend(figure, _LEGEND_COLUMNS[across], f"{100 * confidence:.4g} %")
-    return figure
+    z, x = (style.COMPONENT_COLOURS[c] for c in "zx")
+    entries = {
+        r"vertical $\sigma_z$": style.line(z),
+        r"horizontal $\sigma_x$": style.line(x),
+        r"fit of $\sigma_z$ through zero": style.line("black"),
+        r"fit of $\sigma_x$ through zero": style.line("black", linestyle="--"),
+        f"{style.level(results)} interval": style.patch(facecolor="#888888", alpha=0.5),
+        "fit window": style.patch(facecolor=style.WINDOW),
+    }
+    style.legend(page, entries, _LEGEND_COLUMNS[across], borderaxespad=0.3)
+    return page
 
 
-# --- Stress against depth in all media at a few angles, with the line through zero and its interval.
+def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
+    depth, window = trace["depth_cm"], trace["in_window"] > 0
+    if window.any():
+        axes.axvspan(depth[window].min(), depth[window].max(), color=style.WINDOW, linewidth=0)
+    style.zero_line(axes)
+    for c in "zx":
+        colour = style.COMPONENT_COLOURS[c]
+        axes.plot(depth, trace[f"stress_{c}_N_per_cm2"], color=colour, linewidth=0.6, alpha=0.75)
+        alpha, low, high = alpha_of(fit, c)
+        if np.isfinite(alpha):
+            end = float(np.nanmax(depth))
+            axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, alpha=0.35)
+            dashes = "-" if c == "z" else "--"
+            axes.plot([0, end], [0, alpha * end], dashes, color="black", linewidth=0.8)
 
 
-(
-    _LINEARITY_LEFT_CM,
-    _LINEARITY_SIDE_CM,
-    _LINEARITY_PITCH_CM,
-    _LINEARITY_TOP_CM,
-    _LINEARITY_ROW_CM,
-) = 1.5, 2.5, 3.48, 2.15, 3.0
+# All media at a few angles
+
+
+CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
+"""Beta and gamma, as filed; gamma 0 is a horizontal run."""
+
+_LEFT_CM, _SIDE_CM, _PITCH_CM, _TOP_CM, _ROW_CM = 1.5, 2.5, 3.48, 2.15, 3.0
 _SKETCH_CM = 1.25
 _FIT = (0, (4, 2))
 _SAND = "#efe6d2"
 _WORDS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n$\\sigma_x$"}
+_NOTE_PT = 5.5
 
 
-def runs_of_cells(alpha: pd.DataFrame, cells: Iterable[tuple[float, float]]) -> set[str]:
-    """Name the runs behind cells of alpha tables.
+@figure(
+    "linearity",
+    reads=("tared/{laboratory}.parquet", "windows/{laboratory}.parquet", "fits/{laboratory}.csv",
+           "alpha/{laboratory}.csv"),
+    settings=("intruders", "fit", "media"),
+    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    section="Measurement",
+    caption="""Is stress in proportion to depth, in all media and directions?
+Lines are the slopes of the alpha table, through zero; a horizontal run is one point at its depth, with its \
+{level} interval. Samples outside the window of the fit are faint. Good: samples lie along their line.
+In {slanted} slanted runs a parabola through zero departs from the line, at the end of the window, by {bend} % \
+of the stress there in the median and {bend_most} % in the worst twentieth (where the stress is small); \
+{doubts} runs are flagged as not linear.""",
+    numbers=captions.plates,
+)  # fmt: skip
+def linearity(results: Results) -> Figure:
+    """Draw stress against depth, one column per cell and one colour per medium.
 
-    `cells`: Beta and gamma as filed, degrees.
+    Samples outside the window of the fit are faint. A horizontal run is one point: its steady mean,
+    with its interval, at its depth. The line is the cell's slope, through zero.
     """
-    found: set[str] = set()
-    for beta, gamma in cells:
-        for row in _rows_at(alpha, beta, gamma).values():
-            found |= set(_run_ids(row))
-    return found
-
-
-def _rows_at(alpha: pd.DataFrame, beta_deg: float, gamma_deg: float) -> dict[str, Row]:
-    here = np.isclose(alpha["beta_deg"], beta_deg) & np.isclose(alpha["gamma_deg"], gamma_deg)
-    return {str(row["medium"]): row for row in alpha[here].to_dict("records")}
-
-
-def _run_ids(row: Row) -> list[str]:
-    return row["run_ids"].split() if isinstance(row["run_ids"], str) else []
-
-
-@style.styled
-def draw_linearity(
-    traces: pd.DataFrame,
-    fits: pd.DataFrame,
-    alpha: pd.DataFrame,
-    cells: Sequence[tuple[float, float]],
-    titles: Mapping[str, str] | None = None,
-    confidence: float = 0.95,
-) -> Figure:
-    """Draw stress against depth, one column per cell and one colour per medium (after Fig. S2).
-
-    Samples outside the window of the fit are drawn faint. A horizontal run is one point: its steady
-    mean, with its interval, at its depth. The line is the cell's slope, through zero.
-
-    `traces`: Tared samples as filed: ``run_id, depth_cm, stress_z_N_per_cm2, stress_x_N_per_cm2,
-    in_window``. `fits`: Fit tables of all media. `alpha`: Alpha tables of all media; they give the
-    order of the media. `cells`: Beta and gamma as filed, degrees; gamma 0 is a horizontal run.
-    `titles`: Names of the media. `confidence`: Level of the intervals in the tables.
-    """
-    media = [str(name) for name in alpha["medium"].unique()]
-    if not media or not cells:
-        raise InputError("there is no medium whose stress could be drawn against depth")
+    media, titles = results.laboratory, results.campaign.titles
+    alpha = results.joined("alpha/{medium}.csv", media)
+    wanted = runs_of_cells(alpha, CELLS)
+    samples: dict[str, Trace] = {}
+    for medium in media:
+        stress = stress_of(results, medium)
+        samples |= by_run(stress[stress["run_id"].isin(wanted)])
+    fits = results.joined("fits/{medium}.csv", media)
+    rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(wanted)].to_dict("records")}
     looks = style.medium_looks(media)
-    names = ["depth_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "in_window"]
-    samples = by_run(traces, names)
-    rows = {str(row["run_id"]): row for row in fits.to_dict("records")}
-    width = _LINEARITY_LEFT_CM + (len(cells) - 1) * _LINEARITY_PITCH_CM + _LINEARITY_SIDE_CM + 0.25
-    figure = style.new_figure(
-        max(width, style.SINGLE_CM), _LINEARITY_TOP_CM + 2 * _LINEARITY_ROW_CM + 1.45
-    )
-    for i, (beta, gamma) in enumerate(cells):
-        left = _LINEARITY_LEFT_CM + i * _LINEARITY_PITCH_CM
-        _sketch(
-            style.axes_cm(figure, left, 0.62, _LINEARITY_SIDE_CM, _SKETCH_CM), beta, gamma, i == 0
-        )
+    width = _LEFT_CM + (len(CELLS) - 1) * _PITCH_CM + _SIDE_CM + 0.25
+    page = style.new_figure(width, _TOP_CM + 2 * _ROW_CM + 1.45)
+    for i, (beta, gamma) in enumerate(CELLS):
+        left = _LEFT_CM + i * _PITCH_CM
+        _sketch(style.axes_cm(page, left, 0.62, _SIDE_CM, _SKETCH_CM), beta, gamma, i == 0)
         head = rf"$\beta$ = {style.degrees(beta)}, $\gamma$ = {style.degrees(gamma)}"
-        style.text_cm(figure, left, 0.5, f"{'ABCDEFGH'[i % 8]}  {head}", va="bottom", fontsize=6.5)
+        style.text_cm(page, left, 0.5, f"{'ABCDE'[i]}  {head}", va="bottom", fontsize=6.5)
         own = _rows_at(alpha, beta, gamma)
         for j, c in enumerate("zx"):
-            height = _LINEARITY_ROW_CM - 0.35
-            axes = style.axes_cm(
-                figure, left, _LINEARITY_TOP_CM + j * _LINEARITY_ROW_CM, _LINEARITY_SIDE_CM, height
-            )
-            axes.axhline(0, color="#808080", linewidth=0.4)
-            drawn = [
-                _draw_medium(axes, c, gamma == 0, own.get(medium), looks[medium], samples, rows)
+            axes = style.axes_cm(page, left, _TOP_CM + j * _ROW_CM, _SIDE_CM, _ROW_CM - 0.35)
+            style.zero_line(axes)
+            lost = [
+                style.title_of(medium, titles)
                 for medium in media
+                if not _draw_medium(
+                    axes, c, gamma == 0, own.get(medium), looks[medium], samples, rows
+                )
             ]
-            lost = [medium for medium, good in zip(media, drawn, strict=True) if not good]
-            _finish(axes, [style.title_of(name, titles) for name in lost], any(drawn))
+            _finish(axes, lost, len(lost) < len(media))
             axes.tick_params(labelbottom=j == 1)
             if j == 1:
                 axes.set_xlabel("depth (cm)")
             if i == 0:
                 axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
-                axes.yaxis.set_label_coords(-0.8 / _LINEARITY_SIDE_CM, 0.5)
-    _linearity_legend(figure, looks, titles, f"{100 * confidence:.4g} %")
-    return figure
+                axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
+    entries = {
+        style.title_of(medium, titles): style.line(colour, marker=marker, markersize=4)
+        for medium, (colour, marker) in looks.items()
+    }
+    entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
+    entries[f"{style.level(results)} interval"] = style.patch(facecolor="#888888", alpha=0.5)
+    style.legend(page, entries, 4)
+    return page
+
+
+def runs_of_cells(alpha: pd.DataFrame, cells: Iterable[tuple[float, float]]) -> set[str]:
+    """Name the runs behind cells of alpha tables, by beta and gamma as filed."""
+    rows = [row for cell in cells for row in _rows_at(alpha, *cell).values()]
+    return {run for row in rows for run in row["run_ids"].split()}
+
+
+def _rows_at(alpha: pd.DataFrame, beta_deg: float, gamma_deg: float) -> dict[str, Row]:
+    here = np.isclose(alpha["beta_deg"], beta_deg) & np.isclose(alpha["gamma_deg"], gamma_deg)
+    return {str(row["medium"]): row for row in alpha[here].to_dict("records")}
 
 
 def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
@@ -350,7 +261,7 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
     axes.axhspan(-1, 0.8, color=_SAND, linewidth=0)
     axes.axhline(0.8, color="#8a7443", linewidth=0.6)
     axes.plot(*np.stack([-tangent, tangent], axis=1), color="black", linewidth=1.8)
-    half = 1.05 * _LINEARITY_SIDE_CM / _SKETCH_CM
+    half = 1.05 * _SIDE_CM / _SKETCH_CM
     arrows = [(np.zeros(2), velocity, style.MARK, "")]
     if frame:
         corner = np.array([0.12 - half, -0.88])
@@ -364,97 +275,70 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
             arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 0.7, "shrinkA": 0,
                         "shrinkB": 0, "mutation_scale": 5},
         )  # fmt: skip
-        axes.text(end[0] + 0.08, end[1] + 0.08, name, fontsize=leg_panels.NOTE_PT)
+        axes.text(end[0] + 0.08, end[1] + 0.08, name, fontsize=_NOTE_PT)
     axes.set(xlim=(-half, half), ylim=(-1.0, 1.1))
     axes.set_axis_off()
 
 
 def _draw_medium(
     axes: Axes, c: str, flat: bool, row: Row | None, look: tuple[str, str],
-    samples: Mapping[str, DrawnTrace], fits: Mapping[str, Row],
+    samples: Mapping[str, Trace], fits: Mapping[str, Row],
 ) -> bool:  # fmt: skip
-    colour, marker = look
-    alpha, low, high = (
-        np.nan if row is None else float(row[f"alpha_{c}_{part}N_per_cm3"])
-        for part in ("", "lo_", "hi_")
-    )
+    """Draw a cell of one medium; False where it has no alpha."""
+    alpha, low, high = (np.nan, np.nan, np.nan) if row is None else alpha_of(row, c)
     if row is None or not np.isfinite(alpha):
         return False
+    colour, marker = look
+    point: dict[str, Any] = {
+        "color": colour,
+        "markeredgecolor": "white",
+        "markersize": 4,
+        "markeredgewidth": 0.3,
+    }
     ends = []
-    for run in _run_ids(row):
+    for run in row["run_ids"].split():
         fit, trace = fits[run], samples.get(run)
         ends.append(float(fit["depth_to_cm"]))
         if flat:
-            _draw_mean(axes, c, fit, look)
+            depth = (float(fit["depth_from_cm"]) + float(fit["depth_to_cm"])) / 2
+            mean, least, most = (value * depth for value in alpha_of(fit, c))
+            axes.vlines(depth, least, most, color=colour, linewidth=1.0)
+            axes.plot(depth, mean, marker, **point)
         elif trace is not None:
-            _draw_trace(axes, trace, f"stress_{c}_N_per_cm2", colour)
+            inside = trace["in_window"] > 0
+            for chosen, strength in ((~inside, 0.3), (inside, 0.9)):
+                stress = np.where(chosen, trace[f"stress_{c}_N_per_cm2"], np.nan)
+                for line in thin(trace["depth_cm"], stress, 300):
+                    axes.plot(*line.T, color=colour, linewidth=0.6, alpha=strength)
     end = np.nanmax(ends) if np.isfinite(ends).any() else 1.0
     axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, alpha=0.35)
     axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT, linewidth=0.6)
     if not flat:
-        axes.plot(end, alpha * end, marker, color=colour, markeredgecolor="white", markersize=4,
-                  markeredgewidth=0.3, zorder=4)  # fmt: skip
+        axes.plot(end, alpha * end, marker, zorder=4, **point)
     return True
 
 
-def _draw_trace(axes: Axes, trace: DrawnTrace, name: str, colour: str) -> None:
-    inside = trace["in_window"] > 0
-    for chosen, strength in ((~inside, 0.3), (inside, 0.9)):
-        stress = np.where(chosen, trace[name], np.nan)
-        for line in thin(trace["depth_cm"], stress, 300):
-            axes.plot(*line.T, color=colour, linewidth=0.6, alpha=strength)
-
-
-def _draw_mean(axes: Axes, c: str, fit: Row, look: tuple[str, str]) -> None:
-    alpha, low, high = (float(fit[f"alpha_{c}_{part}N_per_cm3"]) for part in ("", "lo_", "hi_"))
-    depth = (float(fit["depth_from_cm"]) + float(fit["depth_to_cm"])) / 2
-    axes.vlines(depth, low * depth, high * depth, color=look[0], linewidth=1.0)
-    axes.plot(depth, alpha * depth, look[1], color=look[0], markeredgecolor="white",
-              markersize=4, markeredgewidth=0.3)  # fmt: skip
-
-
-def _finish(axes: Axes, missing: list[str], some: bool) -> None:
-    if missing:
+def _finish(axes: Axes, lost: list[str], some: bool) -> None:
+    if lost:
         axes.text(
-            0.03, 0.97, "\n".join(["no usable run:", *missing]), va="top",
-            fontsize=leg_panels.NOTE_PT, color=style.MARK, transform=axes.transAxes,
+            0.03, 0.97, "\n".join(["no usable run:", *lost]), va="top", fontsize=_NOTE_PT,
+            color=style.MARK, transform=axes.transAxes,
         )  # fmt: skip
     if not some:
         axes.set(xticks=[], yticks=[])
         return
     axes.set_xlim(0, max(axes.get_xlim()[1], 1.0))
-    axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
-    axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
+    style.ticks(axes.xaxis, 5, integer=True)
+    style.ticks(axes.yaxis, 4, steps=[1, 2, 2.5, 5, 10])
 
 
-def _linearity_legend(
-    figure: Figure,
-    looks: Mapping[str, tuple[str, str]],
-    titles: Mapping[str, str] | None,
-    level: str,
-) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    entries: dict[str, Line2D | Patch] = {
-        style.title_of(medium, titles): Line2D([], [], color=colour, marker=marker, markersize=4)
-        for medium, (colour, marker) in looks.items()
-    }
-    entries["fit through zero"] = Line2D([], [], color="black", linestyle=_FIT, linewidth=0.6)
-    entries[f"{level} interval"] = Patch(facecolor="#888888", alpha=0.5)
-    figure.legend(
-        list(entries.values()), list(entries), loc="lower center", columnspacing=1.2,
-        ncols=4 if figure.get_size_inches()[0] > 12 * style.CM else 2, borderaxespad=0.2,
-    )  # fmt: skip
-
-
-# --- Stress over depth of repeated penetrations, one panel a plate, with the fit through zero.
+# Plates of several sizes
 
 
 _COLOURS = tuple(
     style.OKABE_ITO[name] for name in ("blue", "vermillion", "bluish green", "reddish purple")
 )
-_PANEL_CM, _GAP_CM, _PLATES_LEFT_CM, _PLATES_TOP_CM = 4.9, 0.5, 1.5, 0.9
+_PANEL_CM, _GAP_CM, _PLATES_TOP_CM = 4.9, 0.5, 0.9
 
 
 @style.styled
@@ -464,20 +348,20 @@ def draw_plates(
     alphas: Mapping[str, tuple[float, float, float]],
     sizes: Mapping[str, float],
 ) -> Figure:
-    """Draw the stress of every run within its window and alpha of each plate.
+    """Draw the stress of repeated penetrations within its window, one panel a plate, with its alpha.
 
-    `stress`: By run: cm, N/cm^2, within the window. `runs`: By plate: its runs, each with a
-    ``name``. `alphas`: By plate, with the ends of its 95 % interval, N/cm^3. `sizes`: cm.
+    `stress`: by run, depth (cm) and stress (N/cm^2). `alphas`: by plate, with the ends of the 95 %
+    interval, N/cm^3. `sizes`: of the plates, cm.
     """
-    width = _PLATES_LEFT_CM + len(runs) * (_PANEL_CM + _GAP_CM) + 0.3
+    width = _LEFT_CM + len(runs) * (_PANEL_CM + _GAP_CM) + 0.3
     height = _PLATES_TOP_CM + _PANEL_CM + 2.6
-    figure = style.new_figure(width, height)
+    page = style.new_figure(width, height)
     names = {run.name for own in runs.values() for run in own}
     tallest = max(float(stress[name][1].max()) for name in names)
     deepest = max(float(stress[name][0].max()) for name in names)
     for place, (plate, own) in enumerate(runs.items()):
-        left = _PLATES_LEFT_CM + place * (_PANEL_CM + _GAP_CM)
-        axes = style.axes_cm(figure, left, _PLATES_TOP_CM, _PANEL_CM, _PANEL_CM)
+        left = _LEFT_CM + place * (_PANEL_CM + _GAP_CM)
+        axes = style.axes_cm(page, left, _PLATES_TOP_CM, _PANEL_CM, _PANEL_CM)
         for index, run in enumerate(own):
             axes.plot(
                 *stress[run.name], ".", markersize=2.5, color=_COLOURS[index % len(_COLOURS)],
@@ -500,5 +384,5 @@ def draw_plates(
         "Grey: 95 % interval of alpha. Good: runs of one plate on top of each other; proportional to "
         "depth:\nalong the line; independent of the plate: the same line in each panel."
     )
-    figure.text(0.02, 0.25 / height, text, fontsize=7.5, va="bottom")
-    return figure
+    page.text(0.02, 0.25 / height, text, fontsize=7.5, va="bottom")
+    return page

@@ -2,240 +2,199 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
-from rftfit.errors import InputError
-from rftfit.figures import leg_panels, style
-from rftfit.figures.plates import thin
+from rftfit import conventions
+from rftfit.figures import captions, leg_panels, style
+from rftfit.figures.registry import figure
+from rftfit.figures.traces import alpha_of, by_run, stress_of, thin
+from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.figures.plates import DrawnTrace
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
+    from rftfit.figures.traces import Row, Trace
     from rftfit.measure.alignment import Alignment
-    from rftfit.measure.ingest import Trace
+    from rftfit.measure.ingest import Trace as Ingested
     from rftfit.measure.surface import Surface
+    from rftfit.results import Results
 
 
-# --- The plot of one tare: what the rod and the mount alone felt, and where that may be used.
+# One run of each kind, as recorded, with its tare, and what it gave
 
 
-POSITIONS = {
-    "depth_cm": "depth (cm)",
-    "path_cm": "distance along the path (cm)",
-    "angle_deg": r"leg angle $\theta$ (degrees)",
-}
-"""Columns that a tare may be a function of, and their labels."""
+_SLANTED = (30.0, 45.0)
+"""Beta and gamma, degrees, that the runs shown are to be nearest to."""
 
-
-@style.styled
-def draw_tare(tare: pd.DataFrame, title: str) -> Figure:
-    """Draw the force of one tare against position, its valid range shaded.
-
-    `tare`: One of the columns of `POSITIONS`, ``force_z_N, force_x_N`` and ``valid`` (bool: the
-    tare may be used there; elsewhere it refuses). `title`: For example the run's name.
-    """
-    column = next((name for name in POSITIONS if name in tare.columns), None)
-    if column is None:
-        raise ValueError(f"a tare needs one of the columns {', '.join(POSITIONS)}")
-    position = tare[column].to_numpy(float)
-    valid = tare["valid"].to_numpy(bool) & np.isfinite(position)
-    figure = style.new_figure(style.SINGLE_CM, 5.7)
-    axes = style.axes_cm(figure, 1.35, 0.55, style.SINGLE_CM - 1.65, 3.6)
-    if valid.any():
-        low, high = position[valid].min(), position[valid].max()
-        axes.axvspan(low, high, color="#e6e6e6", linewidth=0, label="valid range")
-    axes.axhline(0, color="#808080", linewidth=0.4)
-    for c, name in (("z", "vertical"), ("x", "horizontal")):
-        force = tare[f"force_{c}_N"].to_numpy(float)
-        axes.plot(
-            position,
-            force,
-            color=style.COMPONENT_COLOURS[c],
-            label=f"{name} $F_{c}$",
-            linewidth=0.7,
-        )
-    axes.set(xlabel=POSITIONS[column], ylabel="force on rod and mount (N)")
-    if not valid.any():
-        axes.text(0.5, 0.5, "valid nowhere", color=style.MARK, ha="center", va="center",
-                  transform=axes.transAxes)  # fmt: skip
-    axes.set_title(style.plain(title), loc="left")
-    figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, borderaxespad=0.3)
-    return figure
-
-
-# --- How well the clocks were brought together and the surface found, drawn from the estimates' own details.
-
-
-_ROW_CM, _HEAD_CM, _FOOT_CM = 4.3, 0.9, 2.5
-_LEFT_CM, _WIDTH_CM, _STEP_CM = 1.3, 4.3, 5.85
-_BLUE, _RED = style.OKABE_ITO["blue"], style.OKABE_ITO["vermillion"]
-_GOOD = (
-    "Good: one clear lowest point at the offset (left, log scale); readings on one curve (middle); "
-    "force flat above\nand growing from the surface on (right). Bands: 95 % intervals."
-)
-
-
-@style.styled
-def draw_clocks(traces: Sequence[Trace]) -> Figure:
-    """Draw a row of three panels for each run whose clocks were estimated.
-
-    Left: the share of the force's variance that no smooth function of depth explains, over the lags
-    that were tried. Middle: force over depth at the estimated offset, and that function. Right: the
-    force next to the surface, the model there, and the surface.
-
-    `traces`: Runs without an estimate are left out.
-    """
-    rows = [(trace, trace.alignment) for trace in traces if trace.alignment is not None]
-    if not rows:
-        raise ValueError("no run whose clocks were estimated")
-    height = _HEAD_CM + len(rows) * _ROW_CM + _FOOT_CM - 1.2
-    figure = style.new_figure(style.DOUBLE_CM, height, dpi=150)
-    for place, (trace, alignment) in enumerate(rows):
-        top = _HEAD_CM + place * _ROW_CM
-        panels = [
-            style.axes_cm(figure, _LEFT_CM + column * _STEP_CM, top, _WIDTH_CM, _ROW_CM - 1.5)
-            for column in range(3)
-        ]
-        _lags(panels[0], alignment)
-        panels[0].set_title(trace.run.run_id, loc="left", fontsize=8, fontweight="bold")
-        panels[1].set_title(_offset(alignment), loc="left", fontsize=7.5)
-        _curve(panels[1], alignment)
-        _contact(panels[2], trace.surface)
-        if place == len(rows) - 1:
-            for panel, label in zip(
-                panels,
-                (
-                    "lag from the estimate (s)",
-                    "depth from the arm's zero (cm)",
-                    "depth below surface (cm)",
-                ),
-                strict=True,
-            ):
-                panel.set_xlabel(label, fontsize=7.5)
-    figure.text(0.02, 0.35 / height, _GOOD, fontsize=7.5, va="bottom")
-    return figure
-
-
-def _offset(alignment: Alignment) -> str:
-    hours = f"{alignment.hours:+d} h " if alignment.hours else ""
-    rest = alignment.offset_s - 3600 * (alignment.hours or 0)
-    return f"clocks {hours}{rest:+.3f} s ± {alignment.offset_se_s:.3f} s"
-
-
-def _lags(axes: Axes, alignment: Alignment) -> None:
-    lag = alignment.profile.lag - alignment.offset_s
-    axes.semilogy(lag, np.maximum(alignment.profile.unexplained, 1e-6), color=_BLUE, linewidth=0.9)
-    axes.axvspan(*_ends(alignment.offset_se_s), color=_RED, alpha=0.4, linewidth=0)
-    axes.set_ylabel("unexplained share", fontsize=7.5)
-    axes.set_xlim(-10, 10)
-    axes.minorticks_off()
-    axes.tick_params(labelsize=7)
-
-
-def _ends(se: float) -> tuple[float, float]:
-    return -1.96 * se, 1.96 * se
-
-
-def _curve(axes: Axes, alignment: Alignment) -> None:
-    start = float(np.median(alignment.force[:8]))
-    rising = alignment.depth > alignment.depth.max() - 6
-    order = np.argsort(alignment.depth[rising])
-    axes.plot(
-        alignment.depth[rising], alignment.force[rising] - start, ".", color=_BLUE, markersize=2
-    )
-    axes.plot(
-        alignment.depth[rising][order], alignment.fitted[rising][order] - start,
-        color=_RED, linewidth=0.8,
-    )  # fmt: skip
-    axes.set_ylabel("lift (N)", fontsize=7.5)
-    axes.tick_params(labelsize=7)
-
-
-def _contact(axes: Axes, surface: Surface | None) -> None:
-    axes.tick_params(labelsize=7)
-    if surface is None:
-        axes.text(0.5, 0.5, "surface as given", transform=axes.transAxes, ha="center", fontsize=7.5)
-        return
-    depth = surface.depth - surface.depth_cm
-    order = np.argsort(depth)
-    axes.plot(depth, surface.force - surface.air_N, ".", color=_BLUE, markersize=2)
-    axes.plot(depth[order], surface.fitted[order] - surface.air_N, color=_RED, linewidth=0.8)
-    lo, hi = surface.interval()
-    axes.axvspan(lo - surface.depth_cm, hi - surface.depth_cm, color=_RED, alpha=0.3, linewidth=0)
-    axes.set_xlim(-0.6, 0.6)
-    near = np.abs(depth) < 0.6
-    axes.set_ylim(-1, float((surface.force - surface.air_N)[near].max()) * 1.05 + 1)
-    axes.set_title(f"surface ± {10 * surface.se_cm:.2f} mm", loc="left", fontsize=7.5)
-
-
-# --- From recording to result: one run of each kind, as recorded, with its tare, and what it gave.
-
-
-_PROTOCOL_LEFT_CM, _SIDE_CM, _PITCH_CM, _TOP_CM = 1.35, 3.3, 4.35, 1.2
+_RECORDED = ("time_s", "depth_cm", "x_cm", "angle_deg", "force_z_N", "force_x_N")
+_CURVE = ("theta_deg", "force_z_N", "force_x_N")
+_LEFT_CM, _SIDE_CM, _PITCH_CM, _TOP_CM = 1.35, 3.3, 4.35, 1.2
 _ROWS_CM = ((0.0, 2.1), (2.35, 2.7), (6.75, 2.9))
 """Top, from the first row's, and height of each row."""
 
-_PHASES = {"pause": "#f3e3b3", "stroke": "#e6e6e6"}
-_LETTERS = "ABCDEFGH"
+_PHASES = {"pause": "#f3e3b3", "stroke": style.WINDOW}
 _POINTS = 400
 """Vertices of one line; a run has more samples than a panel has dots."""
 
 
 @dataclass(frozen=True)
-class Protocol:
+class Column:
     """One column of the figure.
 
     `about`: What was moved, and how: the second line of the heading.
-    `run`: The recording in the lab frame, its zero taken off: ``time_s`` (0 where the stroke
-        begins), ``force_z_N, force_x_N``, for a plate ``depth_cm, x_cm``, for a leg ``angle_deg``.
-    `tare`: ``time_s, force_z_N, force_x_N`` of the rod alone, or of the leg in air; empty if lost.
+    `run`: The recording in the lab frame, its zero taken off; ``time_s`` is 0 where the stroke begins.
+    `tare`: As `run`, of the rod alone or of the leg in air; empty if lost.
     `phases`: First and last time of ``pause`` and ``stroke``, s.
-    `result`: Of a plate the tared stress as filed, ``depth_cm, path_cm, stress_z_N_per_cm2,
-        stress_x_N_per_cm2, in_window``; of a leg ``theta_deg, force_z_N, force_x_N``.
+    `result`: Of a plate the tared stress as filed, of a leg the force against ``theta_deg``.
     `fit`: Row of the fit table; empty for a leg.
     """
 
     kind: str
     about: str
-    run: DrawnTrace
-    tare: DrawnTrace
+    run: Trace
+    tare: Trace
     phases: dict[str, tuple[float, float]]
-    result: DrawnTrace
-    fit: Mapping[Hashable, Any]
+    result: Trace
+    fit: Row
 
 
-@style.styled
-def draw_protocol(columns: Sequence[Protocol], title: str, confidence: float = 0.95) -> Figure:
-    """Draw runs of several kinds from recording to result, one column each (after Fig. S1).
-
-    Above: position against time. Middle: force on the intruder and of its tare against time, both
-    with their own stroke beginning at 0. Below: stress of a plate with the line through zero
-    (the steady mean of a horizontal run) and its interval, or the force on a leg against its angle.
-
-    `columns`: At most eight. `title`: For example the medium's name. `confidence`: Level of the
-    intervals of the fits.
-    """
-    if not columns:
-        raise InputError("there is no run of which recording and result could be drawn")
-    width = _PROTOCOL_LEFT_CM + max(len(columns) - 1, 1) * _PITCH_CM + _SIDE_CM + 0.3
-    last_top, last_height = _ROWS_CM[-1]
-    figure = style.new_figure(width, _TOP_CM + last_top + last_height + 1.75)
-    style.text_cm(figure, 0.15, 0.12, style.plain(title), va="top", weight="bold")
-    for i, column in enumerate(columns):
-        left = _PROTOCOL_LEFT_CM + i * _PITCH_CM
-        above, middle, below = (
-            style.axes_cm(figure, left, _TOP_CM + top, _SIDE_CM, height) for top, height in _ROWS_CM
+def columns_of(results: Results, medium: str) -> list[Column]:
+    """One run of each kind that gave a result."""
+    samples = results.table(f"traces/{medium}.parquet")
+    names = samples["run_id"].astype(str)
+    fits, curves = results[medium].fits, results[medium].legs
+    stress = by_run(stress_of(results, medium))
+    columns = []
+    for run in (
+        *_plates(results.campaign, fits, set(stress)),
+        *_legs(results.campaign, medium, curves),
+    ):
+        trace, phases = _recorded(samples[names == run.run_id])
+        if not trace:
+            continue
+        own = curves[curves["run_id"] == run.run_id]
+        rows = fits[fits["run_id"] == run.run_id].to_dict("records")
+        columns.append(
+            Column(
+                kind=run.direction,
+                about=_about(run),
+                run=trace,
+                tare=_recorded(samples[names == run.tare_run])[0],
+                phases=phases,
+                result=stress.get(run.run_id, {name: own[name].to_numpy(float) for name in _CURVE}),
+                fit=rows[0] if rows else {},
+            )
         )
-        _heading(figure, left, f"{_LETTERS[i]}  {column.kind}", column.about)
+    return columns
+
+
+def _plates(campaign: Campaign, fits: pd.DataFrame, there: set[str]) -> Iterator[Run]:
+    """For each direction the run nearest to the one that is wanted, of those that gave an alpha."""
+    beta, gamma = _SLANTED
+    wanted = {
+        "intrusion": (beta, gamma),
+        "extraction": conventions.file_extraction(beta, gamma)[:2],
+        "horizontal": (beta, 0.0),
+    }
+    finite = fits[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].notna().all(axis=1)
+    usable = fits[finite & fits["run_id"].isin(there)]
+    for direction, (b, g) in wanted.items():
+        own = usable[usable["direction"] == direction]
+        if own.empty:
+            continue
+        away = (own["beta_deg"] - b).abs() + (own["gamma_deg"] - g).abs()
+        # the deepest of equals: there the forces are largest
+        order = own.assign(away=away.round(1), up=-own["depth_to_cm"].round(1))
+        yield campaign.by_id[str(order.sort_values(["away", "up", "run_id"])["run_id"].iloc[0])]
+
+
+def _legs(campaign: Campaign, medium: str, curves: pd.DataFrame) -> Iterator[Run]:
+    """The first leg of the configuration that was measured."""
+    there = set(curves.loc[curves["force_z_N"].notna(), "run_id"])
+    runs = [run for run in campaign.runs_of(medium) if run.kind == "leg" and run.run_id in there]
+    order = list(campaign.config.intruders)
+    if runs:
+        yield min(runs, key=lambda run: (order.index(run.intruder), run.run_id))
+
+
+def _recorded(samples: pd.DataFrame) -> tuple[Trace, dict[str, tuple[float, float]]]:
+    """Take the recording of one run, its time from the stroke on, and when it paused and moved."""
+    if samples.empty:
+        return {}, {}
+    trace = {name: samples[name].to_numpy(float) for name in _RECORDED}
+    phase = samples["phase"].astype(str).to_numpy()
+    moving = phase == "stroke"
+    trace["time_s"] = trace["time_s"] - trace["time_s"][moving if moving.any() else slice(None)][0]
+    phases = {}
+    for name in _PHASES:
+        if (phase == name).any():
+            time = trace["time_s"][phase == name]
+            phases[name] = (float(time.min()), float(time.max()))
+    return trace, phases
+
+
+def _about(run: Run) -> str:
+    if run.kind == "leg":
+        return f"{leg_panels.leg_title(run.intruder)}, swept through the medium"
+    beta, gamma = style.degrees(run.beta_deg), style.degrees(run.gamma_deg)
+    held = rf"$\beta$ = {beta}"
+    if run.direction == "horizontal":
+        return f"{held}, {style.number(run.depth_cm, 2)} cm deep"
+    if run.direction == "intrusion":
+        return rf"{held}, $\gamma$ = {gamma}"
+    filed_beta, filed_gamma, _ = conventions.file_extraction(run.beta_deg, run.gamma_deg)
+    return f"{held}, filed under ({style.degrees(filed_beta)}, {style.degrees(filed_gamma)})"
+
+
+@figure(
+    "protocol",
+    reads=("traces/{medium}.parquet", "tared/{medium}.parquet", "windows/{medium}.parquet",
+           "fits/{medium}.csv", "legs/{medium}.csv"),
+    settings=("intruders", "fit", "media"),
+    media=lambda campaign: campaign.of_role("laboratory")[:1],
+    section="Measurement",
+    caption="""How a force becomes a slope, in {medium}.
+One run of each kind in a column: its position, the force on it beside that on its tare (the rod alone, or \
+the leg turned in air), and what is left. Both strokes begin at 0 s. The stress of a plate is drawn as filed: \
+of an extraction the horizontal part is turned. A horizontal run counts once its force is steady.
+Good: the tare is small beside the force, and the stress is straight over the shaded window.
+{good} of {runs} plate runs of this medium gave a slope.
+The half width of its {level} interval is {half} N/cm^3 in the median.""",
+    numbers=captions.plates,
+)  # fmt: skip
+def protocol(results: Results, medium: str) -> Figure:
+    """Draw runs of several kinds from recording to result, one column each.
+
+    Above: position against time. Middle: force on the intruder and of its tare against time. Below:
+    stress of a plate with the line through zero (the steady mean of a horizontal run) and its
+    interval, or the force on a leg against its angle.
+    """
+    columns = columns_of(results, medium)
+    if not columns:
+        return style.missing(f"{medium}: no run of which recording and result could be drawn")
+    width = _LEFT_CM + max(len(columns) - 1, 1) * _PITCH_CM + _SIDE_CM + 0.3
+    last_top, last_height = _ROWS_CM[-1]
+    page = style.new_figure(width, _TOP_CM + last_top + last_height + 1.75)
+    style.text_cm(page, 0.15, 0.12, style.plain(results[medium].title), va="top", weight="bold")
+    small = {"va": "bottom", "fontsize": leg_panels.NOTE_PT}
+    for i, column in enumerate(columns):
+        left = _LEFT_CM + i * _PITCH_CM
+        above, middle, below = (
+            style.axes_cm(page, left, _TOP_CM + top, _SIDE_CM, height) for top, height in _ROWS_CM
+        )
+        head = f"{'ABCD'[i]}  {column.kind}"
+        style.text_cm(page, left, _TOP_CM - 0.4, head, va="bottom", weight="bold")
+        style.text_cm(page, left, _TOP_CM - 0.1, column.about, **small)
         _draw_position(above, column)
         _draw_forces(middle, column)
         above.sharex(middle)
@@ -246,29 +205,36 @@ def draw_protocol(columns: Sequence[Protocol], title: str, confidence: float = 0
             for axes in (above, middle, below):
                 axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
         note = _draw_leg(below, column) if column.kind == "rotation" else _draw_plate(below, column)
-        style.text_cm(
-            figure, left, _TOP_CM + last_top - 0.1, note, va="bottom", fontsize=leg_panels.NOTE_PT
-        )
+        style.text_cm(page, left, _TOP_CM + last_top - 0.1, note, **small)
         if column.kind == "rotation":
             below.set_ylabel("force, tare taken off (N)")
         elif i == 0:
             below.set_ylabel(f"stress ({style.PER_CM2})")
-    _legend(figure, f"{100 * confidence:.4g} %")
-    return figure
+    colours, tares = style.COMPONENT_COLOURS, style.PALE_COLOURS
+    entries = {
+        "height $z$": style.line("black"),
+        "distance $x$": style.line("black", linestyle="--"),
+        "vertical, run": style.line(colours["z"]),
+        "vertical, tare": style.line(tares["z"]),
+        "horizontal, run": style.line(colours["x"]),
+        "horizontal, tare": style.line(tares["x"]),
+        "pause": style.patch(facecolor=_PHASES["pause"]),
+        "stroke; below: window of the fit": style.patch(facecolor=_PHASES["stroke"]),
+        "fit, vertical": style.line("black"),
+        "fit, horizontal": style.line("black", linestyle="--"),
+        f"{style.level(results)} interval of a fit": style.patch(facecolor="#888888", alpha=0.5),
+    }
+    style.legend(page, entries, 6 if width > 14 else 3)
+    return page
 
 
-def _heading(figure: Figure, left_cm: float, head: str, about: str) -> None:
-    style.text_cm(figure, left_cm, _TOP_CM - 0.4, head, va="bottom", weight="bold")
-    style.text_cm(figure, left_cm, _TOP_CM - 0.1, about, va="bottom", fontsize=leg_panels.NOTE_PT)
-
-
-def _shade(axes: Axes, column: Protocol) -> None:
+def _shade(axes: Axes, column: Column) -> None:
     for name, (first, last) in column.phases.items():
         axes.axvspan(first, last, color=_PHASES[name], linewidth=0)
-    axes.axhline(0, color="#808080", linewidth=0.4)
+    style.zero_line(axes)
 
 
-def _draw_position(axes: Axes, column: Protocol) -> None:
+def _draw_position(axes: Axes, column: Column) -> None:
     _shade(axes, column)
     run, time = column.run, column.run["time_s"]
     if column.kind == "rotation":
@@ -277,41 +243,41 @@ def _draw_position(axes: Axes, column: Protocol) -> None:
         axes.set_yticks(range(-90, 91, 90))
         axes.set_ylabel(r"$\theta$ (degrees)")
         return
-    for values, colour, dashes in ((-run["depth_cm"], "black", "-"), (run["x_cm"], "black", "--")):
+    for values, dashes in ((-run["depth_cm"], "-"), (run["x_cm"], "--")):
         for line in thin(time, values, _POINTS):
-            axes.plot(*line.T, color=colour, linestyle=dashes, linewidth=0.9)
-    axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+            axes.plot(*line.T, color="black", linestyle=dashes, linewidth=0.9)
+    style.ticks(axes.yaxis, 5, integer=True)
     axes.set_ylabel("position (cm)", labelpad=1)
 
 
-def _draw_forces(axes: Axes, column: Protocol) -> None:
+def _draw_forces(axes: Axes, column: Column) -> None:
     _shade(axes, column)
+    if not column.tare:
+        axes.text(0.03, 0.95, "no tare", transform=axes.transAxes, va="top", color=style.MARK)
     for trace, colours in (
-        (column.tare, style.TARE_COLOURS),
+        (column.tare, style.PALE_COLOURS),
         (column.run, style.COMPONENT_COLOURS),
     ):
-        if not trace:
-            axes.text(0.03, 0.95, "no tare", transform=axes.transAxes, va="top", color=style.MARK)
-            continue
-        for c in "zx":
+        for c in "zx" if trace else "":
             for line in thin(trace["time_s"], trace[f"force_{c}_N"], _POINTS):
                 axes.plot(*line.T, color=colours[c], linewidth=0.6)
     time = column.run["time_s"]
     axes.set_xlim(np.nanmin(time), np.nanmax(time))
-    axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
-    axes.yaxis.set_major_locator(MaxNLocator(5))
+    style.ticks(axes.xaxis, 5, integer=True)
+    style.ticks(axes.yaxis, 5)
 
 
-def _draw_plate(axes: Axes, column: Protocol) -> str:
+def _draw_plate(axes: Axes, column: Column) -> str:
+    """Draw the stress with its fit. Returns the slopes, for the heading."""
     flat = column.kind == "horizontal"
-    trace, fit = column.result, column.fit
+    trace = column.result
     place = trace["path_cm" if flat else "depth_cm"]
     window = (trace["in_window"] > 0) & np.isfinite(place)
     begin = end = np.nan
     if window.any():
         begin, end = float(place[window].min()), float(place[window].max())
-        axes.axvspan(begin, end, color="#e6e6e6", linewidth=0)
-    axes.axhline(0, color="#808080", linewidth=0.4)
+        axes.axvspan(begin, end, color=style.WINDOW, linewidth=0)
+    style.zero_line(axes)
     # along a horizontal run the depth is one number, and the stress that fits it is a constant
     scale = float(np.nanmean(trace["depth_cm"])) if flat else 1.0
     notes = []
@@ -319,29 +285,26 @@ def _draw_plate(axes: Axes, column: Protocol) -> str:
         colour = style.COMPONENT_COLOURS[c]
         for line in thin(place, trace[f"stress_{c}_N_per_cm2"], _POINTS):
             axes.plot(*line.T, color=colour, linewidth=0.6, alpha=0.75)
-        alpha, low, high = (float(fit[f"alpha_{c}_{part}N_per_cm3"]) for part in ("", "lo_", "hi_"))
+        alpha, low, high = alpha_of(column.fit, c)
         if np.isfinite([alpha, end]).all():
             ends = np.array([begin, end]) if flat else np.array([0.0, end])
             shape = scale * np.ones(2) if flat else ends
             axes.fill_between(ends, low * shape, high * shape, color=colour, alpha=0.35)
             axes.plot(ends, alpha * shape, "-" if c == "z" else "--", color="black")
-        notes.append(_value(f"\\alpha_{c}", alpha, (high - low) / 2, style.PER_CM3))
+        text, half = style.number(alpha, 4), (high - low) / 2
+        if np.isfinite(half):
+            text += f" \N{PLUS-MINUS SIGN} {style.number(half, 4)}"
+        notes.append(rf"$\alpha_{c}$ = {text} {style.PER_CM3}")
     axes.set_xlim(0, None)
     axes.set_xlabel("distance travelled (cm)" if flat else "depth (cm)")
-    axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
-    axes.yaxis.set_major_locator(MaxNLocator(5))
+    style.ticks(axes.xaxis, 5, integer=True)
+    style.ticks(axes.yaxis, 5)
     return "\n".join(notes)
 
 
-def _value(symbol: str, value: float, half: float, unit: str) -> str:
-    text = style.number(value, 4)
-    if np.isfinite(half):
-        text += f" \N{PLUS-MINUS SIGN} {style.number(half, 4)}"
-    return rf"${symbol}$ = {text} {unit}"
-
-
-def _draw_leg(axes: Axes, column: Protocol) -> str:
-    axes.axhline(0, color="#808080", linewidth=0.4)
+def _draw_leg(axes: Axes, column: Column) -> str:
+    """Draw the force against the leg's angle. Returns the peaks, for the heading."""
+    style.zero_line(axes)
     notes = []
     theta = column.result["theta_deg"]
     for c in "zx":
@@ -360,25 +323,171 @@ def _draw_leg(axes: Axes, column: Protocol) -> str:
     return "\n".join(notes)
 
 
-def _legend(figure: Figure, level: str) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
+# The tare: what the rod and the mount alone felt, and where that may be used
 
-    colours, tares = style.COMPONENT_COLOURS, style.TARE_COLOURS
-    entries: dict[str, Line2D | Patch] = {
-        "height $z$": Line2D([], [], color="black"),
-        "distance $x$": Line2D([], [], color="black", linestyle="--"),
-        "vertical, run": Line2D([], [], color=colours["z"]),
-        "vertical, tare": Line2D([], [], color=tares["z"]),
-        "horizontal, run": Line2D([], [], color=colours["x"]),
-        "horizontal, tare": Line2D([], [], color=tares["x"]),
-        "pause": Patch(facecolor=_PHASES["pause"]),
-        "stroke; below: window of the fit": Patch(facecolor=_PHASES["stroke"]),
-        "fit, vertical": Line2D([], [], color="black"),
-        "fit, horizontal": Line2D([], [], color="black", linestyle="--"),
-        f"{level} interval of a fit": Patch(facecolor="#888888", alpha=0.5),
-    }
-    figure.legend(
-        list(entries.values()), list(entries), loc="lower center", columnspacing=1.2,
-        ncols=6 if figure.get_size_inches()[0] > 14 * style.CM else 3, borderaxespad=0.2,
-    )  # fmt: skip
+
+@figure(
+    "tare",
+    reads=("tared/{medium}.parquet", "tares/{medium}.csv"),
+    settings=("media",),
+    media=lambda campaign: campaign.of_role("laboratory")[:1],
+    section="Measurement",
+    caption="""What the rod and the mount alone felt along the deepest slanted path in {medium}, and the \
+depths at which it may be taken off. Outside them the tare refuses, and those samples are not used.
+Good: small beside the forces on plates, and valid over the whole stroke.
+{good} of {runs} plate runs of this medium have a slope.""",
+    numbers=captions.plates,
+)
+def tare(results: Results, medium: str) -> Figure:
+    """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
+    tares, samples = results.table(f"tares/{medium}.csv"), results.table(f"tared/{medium}.parquet")
+    known = tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
+    if known.empty:
+        why = [reason or NO_TARE_FLAG for reason in dict.fromkeys(tares["reason"])]
+        return style.missing(f"{medium}: no plate run has a tare to draw", why)
+    deepest = known.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
+    part = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]
+    depth = part["depth_cm"].to_numpy(float)
+    valid = part["tare_z_N"].notna().to_numpy() & np.isfinite(depth)
+    page = style.new_figure(style.SINGLE_CM, 5.7)
+    axes = style.axes_cm(page, 1.35, 0.55, style.SINGLE_CM - 1.65, 3.6)
+    if valid.any():
+        low, high = depth[valid].min(), depth[valid].max()
+        axes.axvspan(low, high, color=style.WINDOW, linewidth=0, label="valid range")
+    style.zero_line(axes)
+    for c, name in (("z", "vertical"), ("x", "horizontal")):
+        axes.plot(
+            depth, part[f"tare_{c}_N"].to_numpy(float), color=style.COMPONENT_COLOURS[c],
+            label=f"{name} $F_{c}$", linewidth=0.7,
+        )  # fmt: skip
+    axes.set(xlabel="depth (cm)", ylabel="force on rod and mount (N)")
+    if not valid.any():
+        axes.text(0.5, 0.5, "valid nowhere", color=style.MARK, ha="center", va="center",
+                  transform=axes.transAxes)  # fmt: skip
+    axes.set_title(style.plain(f"{results[medium].title}: tare {deepest['tare_run']}"), loc="left")
+    page.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, borderaxespad=0.3)
+    return page
+
+
+# How well the clocks were brought together and the surface found, from the estimates' own details
+
+
+_ROW_CM, _HEAD_CM, _FOOT_CM = 4.3, 0.9, 2.5
+_CLOCKS_LEFT_CM, _WIDTH_CM, _STEP_CM = 1.3, 4.3, 5.85
+_BLUE, _RED = style.OKABE_ITO["blue"], style.OKABE_ITO["vermillion"]
+_LABELS = (
+    "lag from the estimate (s)",
+    "depth from the arm's zero (cm)",
+    "depth below surface (cm)",
+)
+_GOOD = (
+    "Good: one clear lowest point at the offset (left, log scale); readings on one curve (middle); "
+    "force flat above\nand growing from the surface on (right). Bands: 95 % intervals."
+)
+
+
+@figure(
+    "clocks",
+    reads=("runs/{medium}.csv",),
+    settings=("raw", "dialect", "force_log", "motion_log", "transducer", "arm", "clock", "surface",
+              "rigid_contact", "intruders", "fit"),
+    logs=True,
+    media=lambda c: c.media_with_runs if c.config.clock.method == "estimate" else (),
+    section="Measurement",
+    caption="""How the clocks of force and motion log were brought together in {medium}, run by run, from \
+what both saw.
+Good: force and motion begin and end together, one lag stands out, and its interval is narrow.
+{good} of {runs} plate runs of this medium gave a slope.""",
+    numbers=captions.plates,
+)  # fmt: skip
+def clocks(results: Results, medium: str) -> Figure:
+    """Draw how the clocks of each run of a medium were brought together."""
+    from rftfit.measure.ingest import RunRefused, find_compliance, ingest_run
+    from rftfit.measure.ledger import Ledger
+    from rftfit.measure.pairs import load_pairs
+
+    campaign, config, ledger = results.campaign, results.config, Ledger()
+    runs = campaign.runs_of(medium)
+    compliance = find_compliance(campaign, runs[0]) if config.rigid_contact and runs else None
+    traces = []
+    # the tables of the ingest stage do not keep what the estimates were made from
+    for run, pair in load_pairs(campaign, runs):
+        with suppress(RunRefused):
+            traces.append(ingest_run(config, run, pair, ledger, compliance))
+    if all(trace.alignment is None for trace in traces):
+        return style.missing(f"{medium}: no run whose clocks were estimated")
+    return draw_clocks(traces)
+
+
+@style.styled
+def draw_clocks(traces: Sequence[Ingested]) -> Figure:
+    """Draw a row of three panels for each run whose clocks were estimated; others are left out.
+
+    Left: the share of the force's variance that no smooth function of depth explains, over the lags
+    that were tried. Middle: force over depth at the estimated offset, and that function. Right: the
+    force next to the surface, the model there, and the surface.
+    """
+    rows = [(trace, trace.alignment) for trace in traces if trace.alignment is not None]
+    height = _HEAD_CM + len(rows) * _ROW_CM + _FOOT_CM - 1.2
+    page = style.new_figure(style.DOUBLE_CM, height, dpi=150)
+    for place, (trace, alignment) in enumerate(rows):
+        top = _HEAD_CM + place * _ROW_CM
+        panels = [
+            style.axes_cm(page, _CLOCKS_LEFT_CM + column * _STEP_CM, top, _WIDTH_CM, _ROW_CM - 1.5)
+            for column in range(3)
+        ]
+        _draw_lags(panels[0], alignment)
+        panels[0].set_title(trace.run.run_id, loc="left", fontsize=8, fontweight="bold")
+        panels[1].set_title(_offset(alignment), loc="left", fontsize=7.5)
+        _draw_lift(panels[1], alignment)
+        _draw_contact(panels[2], trace.surface)
+        for panel, label in zip(panels, _LABELS, strict=True):
+            panel.tick_params(labelsize=7)
+            if place == len(rows) - 1:
+                panel.set_xlabel(label, fontsize=7.5)
+    page.text(0.02, 0.35 / height, _GOOD, fontsize=7.5, va="bottom")
+    return page
+
+
+def _offset(alignment: Alignment) -> str:
+    hours = f"{alignment.hours:+d} h " if alignment.hours else ""
+    rest = alignment.offset_s - 3600 * (alignment.hours or 0)
+    return f"clocks {hours}{rest:+.3f} s ± {alignment.offset_se_s:.3f} s"
+
+
+def _draw_lags(axes: Axes, alignment: Alignment) -> None:
+    lag = alignment.profile.lag - alignment.offset_s
+    axes.semilogy(lag, np.maximum(alignment.profile.unexplained, 1e-6), color=_BLUE, linewidth=0.9)
+    half = 1.96 * alignment.offset_se_s
+    axes.axvspan(-half, half, color=_RED, alpha=0.4, linewidth=0)
+    axes.set_ylabel("unexplained share", fontsize=7.5)
+    axes.set_xlim(-10, 10)
+    axes.minorticks_off()
+
+
+def _draw_lift(axes: Axes, alignment: Alignment) -> None:
+    start = float(np.median(alignment.force[:8]))
+    rising = alignment.depth > alignment.depth.max() - 6
+    depth, force, fitted = (
+        values[rising] for values in (alignment.depth, alignment.force, alignment.fitted)
+    )
+    order = np.argsort(depth)
+    axes.plot(depth, force - start, ".", color=_BLUE, markersize=2)
+    axes.plot(depth[order], fitted[order] - start, color=_RED, linewidth=0.8)
+    axes.set_ylabel("lift (N)", fontsize=7.5)
+
+
+def _draw_contact(axes: Axes, surface: Surface | None) -> None:
+    if surface is None:
+        axes.text(0.5, 0.5, "surface as given", transform=axes.transAxes, ha="center", fontsize=7.5)
+        return
+    depth = surface.depth - surface.depth_cm
+    order = np.argsort(depth)
+    axes.plot(depth, surface.force - surface.air_N, ".", color=_BLUE, markersize=2)
+    axes.plot(depth[order], surface.fitted[order] - surface.air_N, color=_RED, linewidth=0.8)
+    lo, hi = surface.interval()
+    axes.axvspan(lo - surface.depth_cm, hi - surface.depth_cm, color=_RED, alpha=0.3, linewidth=0)
+    axes.set_xlim(-0.6, 0.6)
+    near = np.abs(depth) < 0.6
+    axes.set_ylim(-1, float((surface.force - surface.air_N)[near].max()) * 1.05 + 1)
+    axes.set_title(f"surface ± {10 * surface.se_cm:.2f} mm", loc="left", fontsize=7.5)

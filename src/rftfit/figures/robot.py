@@ -6,19 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.errors import InputError
-from rftfit.figures import style
+from rftfit.figures import captions, style
+from rftfit.figures.registry import figure, greek, only_if
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     import pandas as pd
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from rftfit.results import Results
 
-# --- Speed of the robot: measured and simulated, against stride frequency and leg curvature.
-
+    _Draw = Callable[[Results, str], Figure]
 
 PROFILE_TITLES = {
     "table": "measured table",
@@ -30,9 +31,112 @@ FREQUENCY_LABEL = "stride frequency (Hz)"
 CURVATURE_LABEL = r"leg curvature $R'/r$"
 SPEED_LABEL = "speed (cm/s)"
 
+SWEEPS = ("robot", "robot_full")
+"""Folders of the sweep of every run and of the full one (``rftfit sweep``)."""
+
+
+def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Draw], _Draw]:
+    """Declare a figure that is drawn for each of `SWEEPS`; `reads` are tables of its folder."""
+
+    def declare(draw: _Draw) -> _Draw:
+        for sweep in SWEEPS:
+            inside = figure(
+                f"{{medium}}_{name}",
+                reads=tuple(f"{{medium}}/{table}" for table in reads),
+                media=lambda campaign, sweep=sweep: (sweep,) if campaign.robot_medium else (),
+                group=f"{sweep}_figures",
+                section="Robot",
+                **facts,
+            )(draw)
+        return inside
+
+    return declare
+
+
+def leg_name(curvature: float) -> str:
+    """Name of a leg by its curvature, R'/r."""
+    names = {1.0: "c-leg", 0.0: "flat leg", -1.0: "reversed c-leg"}
+    return names.get(curvature, f"R'/r = {style.number(curvature, 2)}")
+
+
+def _name_of(profile: str) -> str:
+    """Name of a profile in captions."""
+    return (captions.PROFILES | {"table": PROFILE_TITLES["table"]}).get(profile, profile)
+
+
+# Speed against stride frequency
+
+
 _MARKERS = "osD^vP*X<>"
 _BACK, _FLAT, _AHEAD = ("#0B3C6F", "#9CC9EA"), "#444444", ("#F2B27A", "#9E2A00")
 _LEFT_CM, _GAP_CM, _TOP_CM, _FOOT_CM = 1.25, 0.35, 0.75, 1.15
+
+
+def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
+    from rftfit.robot.speeds import share_within
+
+    errors, runs = results.table(f"{sweep}/errors.csv"), results.table(f"{sweep}/speed.csv")
+    told = {}
+    for name, part in errors.groupby("profile", sort=False):
+        (near, of), (far, _) = (share_within(part, percent) for percent in (20, 35))
+        half = (part["simulated_hi_cm_per_s"] - part["simulated_lo_cm_per_s"]) / 2
+        new = part[part["calibrated"] == "no"]
+        (new_near, new_of), (new_far, _) = (share_within(new, percent) for percent in (20, 35))
+        told[str(name)] = (
+            f"{_name_of(str(name))}: within 20 % in {near} and within 35 % in {far} of {of} conditions; "
+            f"of the {new_of} that the robot's unknown lengths were not found from, in {new_near} and "
+            f"{new_far}"
+        )
+        if half.notna().any():
+            median, most = (captions.quantile(half, share, 2) for share in (0.5, 1))
+            told[str(name)] += f"; intervals of \N{PLUS-MINUS SIGN} {median} cm/s in the median, "
+            told[str(name)] += f"at most \N{PLUS-MINUS SIGN} {most} cm/s"
+    once = errors.drop_duplicates("condition")
+    return {
+        "robot_medium": results.campaign.titles[results.campaign.robot_medium],
+        "conditions": str(len(once)),
+        "calibrated": str(int((once["calibrated"] == "yes").sum())),
+        "runs": str(len(runs)),
+        "not_steady": str(int((runs["outcome"] != "steady").sum())),
+        "warned": str(int((runs["warning"] != "").sum())),
+        "table": told.get("table", ""),
+        "profiles": ". ".join(told.values()),
+    }
+
+
+@sweep_figure(
+    "speed",
+    reads=("speed.csv", "errors.csv"),
+    paper="Fig. 4C",
+    caption="""The robot's speed against stride frequency for legs of several curvatures.
+Measured on {robot_medium}.
+Lines are simulated with the measured table, points measured: mean and standard deviation of trials.
+Bars are {level} intervals of the simulated speed that follow from those of alpha. They hold neither the robot's \
+unknown lengths nor what the model leaves out.
+Hollow points ({calibrated} of {conditions}) are those that the lengths were found from.
+Good: lines through the filled points.
+Simulated on the {table}.""",
+    numbers=_speed_numbers,
+)
+def speed(results: Results, sweep: str) -> Figure:
+    """Draw speed against stride frequency on the measured table."""
+    speeds, errors = results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/errors.csv")
+    return draw_speeds(speeds, errors, ["table"])
+
+
+@sweep_figure(
+    "profiles",
+    reads=("speed.csv", "errors.csv"),
+    paper="Fig. S13",
+    caption="""The robot's speed against stride frequency by every force profile.
+Of {runs} runs, {not_steady} came to no steady speed and are not drawn; {warned} have leg tips faster than \
+resistive forces are known to hold.
+By profile: {profiles}.""",
+    numbers=_speed_numbers,
+)
+def profiles(results: Results, sweep: str) -> Figure:
+    """Draw speed against stride frequency, one panel a profile."""
+    return draw_speeds(results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/errors.csv"))
 
 
 def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]:
@@ -54,15 +158,14 @@ def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]
 def draw_speeds(
     speed: pd.DataFrame, errors: pd.DataFrame, profiles: Sequence[str] | None = None
 ) -> Figure:
-    """Draw speed against stride frequency, one panel a profile (Fig. 4C; with all profiles S13).
+    """Draw speed against stride frequency, one panel a profile; default: all of the tables.
 
-    `speed`: Simulated runs (``results/robot/speed.csv``). `errors`: Measured conditions with what
-    was simulated (``results/robot/errors.csv``). Without any, model curves alone are drawn, at the
-    ends and the middle of the curvatures. `profiles`: Panels; default: all of the tables.
+    Without any measured condition in `errors` model curves alone are drawn, at the ends and the
+    middle of the curvatures.
     """
     names = list(profiles or dict.fromkeys(speed["profile"]))
-    if speed.empty or not names:
-        raise InputError("there is no simulated speed to draw")
+    if speed.empty:
+        return style.missing("there is no simulated speed to draw")
     shown = sorted(set(errors["curvature_times_R"]) or {-1.0, 0.0, 1.0})
     looks = curvature_looks(shown)
     single = len(names) == 1
@@ -73,7 +176,7 @@ def draw_speeds(
     )
     width = _LEFT_CM + len(names) * panel + (len(names) - 1) * _GAP_CM + 0.2
     height = 5.4 if single else 6.2
-    figure = style.new_figure(width, _TOP_CM + height + _FOOT_CM + (1.55 if single else 1.25))
+    page = style.new_figure(width, _TOP_CM + height + _FOOT_CM + (1.55 if single else 1.25))
     drawn = speed[speed["profile"].isin(names)]
     # where no run was steady, zero stands in for the speeds
     highest = [drawn["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()]
@@ -81,7 +184,7 @@ def draw_speeds(
     top = float(np.nan_to_num(highest).max() * 1.06) or 1.0
     for column, name in enumerate(names):
         left = _LEFT_CM + column * (panel + _GAP_CM)
-        axes = style.axes_cm(figure, left, _TOP_CM, panel, height)
+        axes = style.axes_cm(page, left, _TOP_CM, panel, height)
         part = errors[errors["profile"] == name]
         _speed_panel(axes, speed[speed["profile"] == name], part, looks)
         axes.set_xlim(0, 5.15)
@@ -93,8 +196,8 @@ def draw_speeds(
             axes.set_ylabel(SPEED_LABEL)
         else:
             axes.tick_params(labelleft=False)
-    _speed_legend(figure, looks, not errors.empty, 4 if single else len(looks))
-    return figure
+    _speed_legend(page, looks, not errors.empty, 4 if single else len(looks))
+    return page
 
 
 def _speed_panel(
@@ -135,18 +238,14 @@ def _shares(errors: pd.DataFrame) -> str:
 def _speed_legend(
     figure: Figure, looks: dict[float, tuple[str, str]], measured: bool, across: int
 ) -> None:
-    from matplotlib.lines import Line2D
-
     # shown with the marker where there is one
-    marks = [
-        Line2D([], [], color=colour, marker=marker if measured else "", markersize=3.4)
-        for colour, marker in looks.values()
-    ]
-    names = [style.number(one, 2) for one in looks]
-    how: dict[str, Any] = {"handlelength": 1.8, "columnspacing": 1.0, "frameon": False}
-    figure.legend(
-        marks, names, loc="lower center", ncols=across, title=CURVATURE_LABEL,
-        bbox_to_anchor=(0.5, 0.06), title_fontsize=6.5, **how,
+    entries = {
+        style.number(one, 2): style.line(colour, marker=marker if measured else "", markersize=3.4)
+        for one, (colour, marker) in looks.items()
+    }
+    style.legend(
+        figure, entries, across, title=CURVATURE_LABEL, bbox_to_anchor=(0.5, 0.06), title_fontsize=6.5,
+        handlelength=1.8, columnspacing=1.0, borderaxespad=0.5,
     )  # fmt: skip
     note = "lines: simulated"
     if measured:
@@ -159,12 +258,42 @@ def _speed_legend(
     style.text_cm(figure, 0.2, height - 0.12, note, fontsize=5.5, va="bottom")
 
 
+# Speed against curvature
+
+
+def _curvature_numbers(results: Results, sweep: str) -> dict[str, str]:
+    told = []
+    for name, part in results.table(f"{sweep}/optimum.csv").groupby("profile", sort=False):
+        top = part.iloc[int(part["frequency_Hz"].to_numpy(float).argmax())]
+        reading = captions.span(top["reading_lo"], top["reading_hi"], 2)
+        ends = captions.span(top["best_curvature_lo"], top["best_curvature_hi"], 3)
+        told.append(
+            f"{_name_of(str(name))}, {style.number(top['frequency_Hz'], 1)} Hz: fastest at R'/r "
+            f"{style.number(top['best_curvature_times_R'], 2)} (read within {reading}"
+            + (f"; interval from that of alpha {ends}" if ends else "")
+            + f") with {style.number(top['speed_cm_per_s'], 1)} cm/s"
+            + (", which the robot was calibrated on" if top["calibrated"] == "yes" else "")
+        )
+    return {"best": greek("; ".join(told))}
+
+
+@sweep_figure(
+    "curvature",
+    reads=("speed.csv", "optimum.csv"),
+    paper="Fig. 4D",
+    caption="""Simulated speed over leg curvature R'/r (1: c-leg, 0: flat, -1: reversed c-leg) and stride frequency, \
+with the fastest curvature at each frequency. Its bars are how far it can be read off the points of the sweep.
+By profile: {best}.""",
+    numbers=_curvature_numbers,
+)
+def curvature(results: Results, sweep: str) -> Figure:
+    """Draw simulated speed over curvature and frequency, with the fastest curvature."""
+    return draw_optimum(results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/optimum.csv"))
+
+
 @style.styled
 def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "table") -> Figure:
-    """Draw simulated speed over curvature and frequency, with the best curvature (Fig. 4D).
-
-    `speed`: Simulated runs. `optimum`: Best curvatures (``results/robot/optimum.csv``).
-    """
+    """Draw simulated speed over curvature and frequency, with the fastest curvature, on a profile."""
     own = speed[speed["profile"] == profile]
     best = optimum[optimum["profile"] == profile].sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
@@ -172,12 +301,12 @@ def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "tab
     table = grid.pivot_table(
         index="frequency_Hz", columns="curvature_times_R", values="speed_cm_per_s"
     )
-    if own.empty:
-        raise InputError(f"there is no sweep of profile {profile!r} to draw")
     if table.empty:
-        return _without_speed(own, profile)
-    figure = style.new_figure(style.DOUBLE_CM, 7.9)
-    left = style.axes_cm(figure, 1.25, 0.75, 6.4, 6.1)
+        reasons = own["reason"].value_counts()
+        why = str(reasons.index[0]) if len(reasons) else "no run of the sweep"
+        return style.missing(f"{_name_of(profile)}: no run of the sweep has a steady speed", [why])
+    page = style.new_figure(style.DOUBLE_CM, 7.9)
+    left = style.axes_cm(page, 1.25, 0.75, 6.4, 6.1)
     whole = table.dropna(axis="columns")
     image = left.pcolormesh(
         whole.columns.to_numpy(float), whole.index.to_numpy(float), whole.to_numpy(float),
@@ -196,24 +325,11 @@ def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "tab
     left.set_title(
         "fastest curvature at each frequency, as far as it can be read", loc="left", fontsize=6.5
     )
-    bar = style.axes_cm(figure, 7.85, 0.75, 0.3, 6.1)
-    figure.colorbar(image, cax=bar, label=SPEED_LABEL)
-    right = style.axes_cm(figure, 10.9, 0.75, 7.2, 6.1)
+    bar = style.axes_cm(page, 7.85, 0.75, 0.3, 6.1)
+    page.colorbar(image, cax=bar, label=SPEED_LABEL)
+    right = style.axes_cm(page, 10.9, 0.75, 7.2, 6.1)
     _curves(right, grid, best)
-    return figure
-
-
-def _without_speed(own: pd.DataFrame, profile: str) -> Figure:
-    """Draw, in place of a map, why there is no speed to show."""
-    reasons = own["reason"].value_counts()
-    why = style.plain(str(reasons.index[0])) if len(reasons) else "no reason was recorded"
-    figure = style.new_figure(style.DOUBLE_CM, 2.4)
-    figure.text(
-        0.03, 0.5,
-        f"{PROFILE_TITLES.get(profile, style.plain(profile))}: no run of the sweep has a steady "
-        f"speed\n{why}", va="center", fontsize=7,
-    )  # fmt: skip
-    return figure
+    return page
 
 
 def _curves(axes: Axes, grid: pd.DataFrame, best: pd.DataFrame) -> None:
@@ -249,16 +365,10 @@ def _curves(axes: Axes, grid: pd.DataFrame, best: pd.DataFrame) -> None:
     axes.set_title("simulated; circles: fastest curvature", loc="left", fontsize=6.5)
 
 
-# --- How the robot moves in a stride: speed, height, pitch, and the ground's reaction.
+# Motion and forces in a stride
 
 
-_LEGS = {1.0: "c-leg", 0.0: "flat leg", -1.0: "reversed c-leg"}
-_ROBOT_MOTION_LEFT_CM, _ROBOT_MOTION_GAP_CM, _ROBOT_MOTION_TOP_CM, _ROBOT_MOTION_FOOT_CM = (
-    1.6,
-    0.35,
-    0.95,
-    0.6,
-)
+_MOTION_LEFT_CM, _MOTION_TOP_CM, _MOTION_FOOT_CM = 1.6, 0.95, 0.6
 _PANEL_CM, _PITCH_CM = 2.6, 2.95
 
 _KINEMATICS = (
@@ -272,36 +382,102 @@ _PROFILE_LOOKS = {
     "depth_only": (style.OKABE_ITO["bluish green"], (0, (1.5, 1))),
 }
 _GROUPS = (
-    style.OKABE_ITO["blue"],
-    style.OKABE_ITO["vermillion"],
-    style.OKABE_ITO["bluish green"],
-    "#888888",
-    style.OKABE_ITO["yellow"],
-    style.OKABE_ITO["sky blue"],
+    *(style.OKABE_ITO[name] for name in ("blue", "vermillion", "bluish green")), "#888888",
+    *(style.OKABE_ITO[name] for name in ("yellow", "sky blue")),
+)  # fmt: skip
+"""Colours of the groups of elements."""
+
+
+def _stride_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+    motion, told = results.table("robot/motion.csv"), {}
+    for _, part in motion.groupby(["profile", "curvature_times_R"], sort=False):
+        profile, curvature = str(part["profile"].iloc[0]), float(part["curvature_times_R"].iloc[0])
+        rise, pitch = (np.ptp(part[name].to_numpy(float)) for name in ("z_cm", "pitch_deg"))
+        told[profile, curvature] = (
+            f"{_name_of(profile)}, {leg_name(curvature)} at {part['frequency_Hz'].iloc[0]:.1f} Hz: "
+            f"{style.number(_mean_speed(part), 1)} cm/s, height within {style.number(rise, 2)} cm, pitch "
+            f"within {style.number(pitch, 1)} degrees, lift of a tripod up to "
+            f"{style.number(part['force_z_tripod_1_N'].max(), 2)} N"
+        )
+    own = [text for (profile, _), text in told.items() if profile == "table"]
+    return {"strides": "; ".join(own), "every": "; ".join(told.values())}
+
+
+_MOTION: dict[str, Any] = {
+    "reads": ("robot/motion.csv",),
+    "media": only_if(lambda campaign: campaign.robot_medium),
+    "group": "robot_figures",
+    "section": "Robot",
+    "numbers": _stride_numbers,
+}
+
+
+@figure(
+    "robot_motion",
+    paper="Fig. 4B",
+    caption="""The robot's forward velocity, height and pitch over two strides, and the forces of the medium on both \
+tripods and on its plates, simulated on the measured table. Dashed: the mean speed.
+Good: the second stride repeats the first, and the tripods carry the body in turn.
+In numbers: {strides}.""",
+    **_MOTION,
 )
+def robot_motion(results: Results) -> Figure:
+    """Draw motion and forces over two strides on the measured table."""
+    return draw_motion(results.table("robot/motion.csv"))
 
 
-def leg_name(curvature: float) -> str:
-    """Name of a leg by its curvature.
-
-    `curvature`: R'/r.
-    """
-    return _LEGS.get(curvature, f"R'/r = {style.number(curvature, 2)}")
+@figure(
+    "robot_reaction",
+    paper="Fig. S14",
+    caption="""Lift and thrust of one tripod, and the robot's velocity, over two strides, by every force profile.
+In numbers: {every}.""",
+    **_MOTION,
+)
+def robot_reaction(results: Results) -> Figure:
+    """Draw lift and thrust of the first tripod by every profile."""
+    motion = results.table("robot/motion.csv")
+    curvatures = sorted(set(motion["curvature_times_R"]), reverse=True)
+    names = list(dict.fromkeys(motion["profile"]))
+    page, panels = _panels(len(curvatures), 3)
+    quantities = (
+        ("force_z_tripod_1_N", "lift of a tripod\n(N)"),
+        ("force_x_tripod_1_N", "thrust of a tripod\n(N)"),
+        ("velocity_x_cm_per_s", "forward velocity\n(cm/s)"),
+    )
+    for column, curvature in enumerate(curvatures):
+        for profile in names:
+            chosen = (motion["curvature_times_R"] == curvature) & (motion["profile"] == profile)
+            part = motion[chosen].sort_values("stride")
+            colour, line = _PROFILE_LOOKS.get(profile, ("black", "-"))
+            for row, (name, label) in enumerate(quantities):
+                axes = panels[row][column]
+                axes.plot(part["stride"], part[name], color=colour, linestyle=line, linewidth=1)
+                axes.axhline(0, color="black", linewidth=0.4)
+                if column == 0:
+                    axes.set_ylabel(label)
+        frequency = motion["frequency_Hz"].iloc[0]
+        panels[0][column].set_title(f"{leg_name(curvature)}, {frequency:g} Hz", fontsize=7)
+    _share_ranges(panels)
+    looks = {name: _PROFILE_LOOKS.get(name, ("black", "-")) for name in names}
+    entries = {
+        PROFILE_TITLES.get(name, name): style.line(colour, linestyle=line)
+        for name, (colour, line) in looks.items()
+    }
+    _legend(page, entries)
+    return page
 
 
 @style.styled
 def draw_motion(motion: pd.DataFrame, profile: str = "table") -> Figure:
-    """Draw forward velocity, height, pitch, lift and thrust over two strides (after Fig. 4B).
+    """Draw forward velocity, height, pitch, lift and thrust over two strides on a profile.
 
-    `motion`: ``results/robot/motion.csv``: `profile, curvature_times_R, frequency_Hz, stride`, and
-    the columns of `rftfit.robot.run.Series.table`.
+    `motion`: ``profile, curvature_times_R, frequency_Hz, stride``, and the columns of
+    `rftfit.robot.run.Series.table`.
     """
     own = motion[motion["profile"] == profile]
-    if own.empty:
-        raise InputError(f"there is no motion of profile {profile!r} to draw")
     curvatures = sorted(set(own["curvature_times_R"]), reverse=True)
     rows = len(_KINEMATICS) + 2
-    figure, panels = _panels(len(curvatures), rows)
+    page, panels = _panels(len(curvatures), rows)
     groups = group_names(own)
     for column, curvature in enumerate(curvatures):
         part = own[own["curvature_times_R"] == curvature].sort_values("stride")
@@ -330,44 +506,10 @@ def draw_motion(motion: pd.DataFrame, profile: str = "table") -> Figure:
             if column == 0:
                 axes.set_ylabel(label)
     _share_ranges(panels)
-    _legend(figure, [g.replace("_", " ") for g in groups], list(_GROUPS))
-    return figure
-
-
-@style.styled
-def draw_reaction(motion: pd.DataFrame) -> Figure:
-    """Draw lift and thrust of the first tripod by every profile (after Fig. S14).
-
-    `motion`: As for `draw_motion`.
-    """
-    if motion.empty:
-        raise InputError("there is no motion to draw")
-    curvatures = sorted(set(motion["curvature_times_R"]), reverse=True)
-    profiles = list(dict.fromkeys(motion["profile"]))
-    figure, panels = _panels(len(curvatures), 3)
-    quantities = (
-        ("force_z_tripod_1_N", "lift of a tripod\n(N)"),
-        ("force_x_tripod_1_N", "thrust of a tripod\n(N)"),
-        ("velocity_x_cm_per_s", "forward velocity\n(cm/s)"),
-    )
-    for column, curvature in enumerate(curvatures):
-        for profile in profiles:
-            chosen = (motion["curvature_times_R"] == curvature) & (motion["profile"] == profile)
-            part = motion[chosen].sort_values("stride")
-            colour, line = _PROFILE_LOOKS.get(profile, ("black", "-"))
-            for row, (name, label) in enumerate(quantities):
-                axes = panels[row][column]
-                axes.plot(part["stride"], part[name], color=colour, linestyle=line, linewidth=1)
-                axes.axhline(0, color="black", linewidth=0.4)
-                if column == 0:
-                    axes.set_ylabel(label)
-        frequency = motion["frequency_Hz"].iloc[0]
-        panels[0][column].set_title(f"{leg_name(curvature)}, {frequency:g} Hz", fontsize=7)
-    _share_ranges(panels)
-    names = [PROFILE_TITLES.get(name, style.plain(name)) for name in profiles]
-    looks = [_PROFILE_LOOKS.get(name, ("black", "-")) for name in profiles]
-    _legend(figure, names, [look[0] for look in looks], [look[1] for look in looks])
-    return figure
+    looks = zip(groups, _GROUPS, strict=False)
+    entries = {group.replace("_", " "): style.line(colour) for group, colour in looks}
+    _legend(page, entries)
+    return page
 
 
 def group_names(motion: pd.DataFrame) -> list[str]:
@@ -386,27 +528,15 @@ def _mean_speed(part: pd.DataFrame) -> float:
 
 
 def _panels(columns: int, rows: int) -> tuple[Figure, list[list[Axes]]]:
-    panel = (
-        style.DOUBLE_CM - _ROBOT_MOTION_LEFT_CM - 0.2 - (columns - 1) * _ROBOT_MOTION_GAP_CM
-    ) / columns
+    panel = (style.DOUBLE_CM - _MOTION_LEFT_CM - 0.2 - (columns - 1) * _GAP_CM) / columns
     panel = min(panel, 7.5)
-    width = _ROBOT_MOTION_LEFT_CM + columns * panel + (columns - 1) * _ROBOT_MOTION_GAP_CM + 0.2
-    figure = style.new_figure(
-        width, _ROBOT_MOTION_TOP_CM + rows * _PITCH_CM + _ROBOT_MOTION_FOOT_CM
-    )
+    width = _MOTION_LEFT_CM + columns * panel + (columns - 1) * _GAP_CM + 0.2
+    page = style.new_figure(width, _MOTION_TOP_CM + rows * _PITCH_CM + _MOTION_FOOT_CM)
     panels = []
     for row in range(rows):
-        top = _ROBOT_MOTION_TOP_CM + row * _PITCH_CM
-        line = [
-            style.axes_cm(
-                figure,
-                _ROBOT_MOTION_LEFT_CM + c * (panel + _ROBOT_MOTION_GAP_CM),
-                top,
-                panel,
-                _PANEL_CM,
-            )
-            for c in range(columns)
-        ]
+        top = _MOTION_TOP_CM + row * _PITCH_CM
+        lefts = [_MOTION_LEFT_CM + column * (panel + _GAP_CM) for column in range(columns)]
+        line = [style.axes_cm(page, left, top, panel, _PANEL_CM) for left in lefts]
         for axes in line:
             axes.tick_params(labelbottom=row == rows - 1)
             axes.margins(x=0)
@@ -414,7 +544,7 @@ def _panels(columns: int, rows: int) -> tuple[Figure, list[list[Axes]]]:
         panels.append(line)
     for axes in panels[-1]:
         axes.set_xlabel("strides")
-    return figure, panels
+    return page, panels
 
 
 def _share_ranges(panels: list[list[Axes]]) -> None:
@@ -426,15 +556,7 @@ def _share_ranges(panels: list[list[Axes]]) -> None:
             axes.tick_params(labelleft=column == 0)
 
 
-def _legend(
-    figure: Figure, names: list[str], colours: list[str], lines: list[object] | None = None
-) -> None:
-    from matplotlib.lines import Line2D
-
-    shown = [
-        Line2D([], [], color=colours[i], linestyle=lines[i] if lines else "-")  # type: ignore[arg-type]
-        for i in range(len(names))
-    ]
-    figure.legend(
-        shown, names, loc="upper center", ncols=len(names), frameon=False, borderaxespad=0.1
+def _legend(figure: Figure, entries: dict[str, Artist]) -> None:
+    style.legend(
+        figure, entries, len(entries), loc="upper center", columnspacing=2.0, borderaxespad=0.1
     )

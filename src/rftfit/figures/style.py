@@ -1,4 +1,8 @@
-"""The look shared by all figures: sizes, colours, words, units, and files."""
+"""The look shared by all figures: sizes, colours, words, legends, and files.
+
+matplotlib is imported where it is used: the workflow asks for the declarations of all figures, and
+must not wait for it.
+"""
 
 from __future__ import annotations
 
@@ -11,65 +15,17 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-import matplotlib as mpl
-from matplotlib.figure import Figure
-
 from rftfit.store import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
 
-
-# --- Words, numbers and units as figures print them.
-
-
-PER_CM3 = r"N/cm$^3$"
-PER_CM2 = r"N/cm$^2$"
-
-
-def title_of(medium: str, titles: Mapping[str, str] | None) -> str:
-    """Name of a medium in figures, safe from being read as mathematics.
-
-    `titles`: Names by medium; a medium that is not in it goes by its own key.
-    """
-    return plain((titles or {}).get(medium, medium))
-
-
-def plain(text: str) -> str:
-    """Escape a user's text so that a dollar sign in it does not start mathematics."""
-    return text.replace("$", r"\$")
-
-
-def alpha_label(component: str) -> str:
-    """Return the label of alpha_z or alpha_x, with its unit."""
-    return rf"$\alpha_{component}$ ({PER_CM3})"
-
-
-def number(value: float, digits: int = 3) -> str:
-    """Write a number with a true minus sign; "no value" for NaN.
-
-    `digits`: Digits after the point.
-    """
-    if math.isnan(value):
-        return "no value"
-    text = f"{value:.{digits}f}"
-    if float(text) == 0:
-        text = text.lstrip("-")
-    return text.replace("-", "\N{MINUS SIGN}")
-
-
-def degrees(value: float) -> str:
-    """Write an angle as 18.4 deg, 90 deg, with the degree sign and a true minus.
-
-    `value`: Degrees.
-    """
-    return number(value, 0 if abs(value - round(value)) < 0.005 else 1) + "\N{DEGREE SIGN}"
-
-
-# --- The look shared by all figures: sizes, colours, labels, and a context that fixes every setting.
-
+    from rftfit.results import Results
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -77,11 +33,8 @@ R = TypeVar("R")
 CM = 1 / 2.54
 """One centimetre in inches."""
 
-SINGLE_CM = 8.9
-"""Width of a figure of one column, cm."""
-
-DOUBLE_CM = 18.3
-"""Width of a figure of two columns, cm."""
+SINGLE_CM, DOUBLE_CM = 8.9, 18.3
+"""Width of a figure of one and of two columns."""
 
 OKABE_ITO = {
     "black": "#000000",
@@ -108,7 +61,8 @@ MEDIUM_LOOKS = {
 """Colour and marker of each medium of the demonstration campaign; the marker serves grey prints."""
 
 COMPONENT_COLOURS = {"z": OKABE_ITO["blue"], "x": OKABE_ITO["vermillion"]}
-TARE_COLOURS = {"z": OKABE_ITO["sky blue"], "x": OKABE_ITO["orange"]}
+PALE_COLOURS = {"z": OKABE_ITO["sky blue"], "x": OKABE_ITO["orange"]}
+"""Of a tare beside its run, and of measured points below a predicted curve."""
 
 DIVERGING = "RdBu_r"
 """Map of signed quantities, white at zero: red pushes up or toward +x, blue down or toward -x."""
@@ -119,12 +73,17 @@ SEQUENTIAL = "viridis"
 MARK = "#C00000"
 """Colour of what needs a look."""
 
+GREY, WINDOW = "#808080", "#e6e6e6"
+"""Lines of zero, and the range of a fit."""
+
 # settings of the session, not of the look; some may not be set anew once a figure exists
 _SESSION = ("backend", "interactive", "toolbar", "timezone", "webagg", "tk.", "docstring", "date.")
 
 
 @cache
 def _settings() -> Any:
+    import matplotlib as mpl
+
     with as_file(files(__package__).joinpath("rftfit.mplstyle")) as path:
         own = mpl.rc_params_from_file(path, use_default_template=False)
     base = {
@@ -136,15 +95,14 @@ def _settings() -> Any:
 @contextlib.contextmanager
 def context() -> Iterator[None]:
     """Set matplotlib's defaults plus this project's style, whatever the user's own settings are."""
+    import matplotlib as mpl
+
     with mpl.rc_context(_settings()):
         yield
 
 
 def styled(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a drawing function run in `context`.
-
-    Returns with the same signature.
-    """
+    """Let a drawing function run in `context`."""
 
     @wraps(function)
     def inside(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -154,34 +112,46 @@ def styled(function: Callable[P, R]) -> Callable[P, R]:
     return inside
 
 
-def new_figure(width_cm: float, height_cm: float, dpi: float | None = None) -> Figure:
-    """Return an empty figure of a given size on paper.
-
-    `dpi`: Dots per inch of the PNG; default that of the style.
-    """
-    return Figure(figsize=(width_cm * CM, height_cm * CM), dpi=dpi)
+# Words and numbers
 
 
-def axes_cm(
-    figure: Figure, left_cm: float, top_cm: float, width_cm: float, height_cm: float
-) -> Axes:
-    """Add axes at a place counted in cm from the figure's upper left corner.
-
-    `left_cm`, `top_cm`: Upper left corner of the axes.
-    """
-    width, height = (float(size) / CM for size in figure.get_size_inches())
-    return figure.add_axes(
-        (left_cm / width, 1 - (top_cm + height_cm) / height, width_cm / width, height_cm / height)
-    )
+PER_CM3 = r"N/cm$^3$"
+PER_CM2 = r"N/cm$^2$"
 
 
-def text_cm(figure: Figure, left_cm: float, top_cm: float, text: str, **how: Any) -> None:
-    """Write on the figure at a place counted in cm from its upper left corner.
+def plain(text: str) -> str:
+    """Escape a user's text so that a dollar sign in it does not start mathematics."""
+    return text.replace("$", r"\$")
 
-    `**how`: Handed on to `Figure.text`.
-    """
-    width, height = (float(size) / CM for size in figure.get_size_inches())
-    figure.text(left_cm / width, 1 - top_cm / height, text, **how)
+
+def title_of(medium: str, titles: Mapping[str, str] | None) -> str:
+    """Name of a medium in figures; one without a title goes by its key."""
+    return plain((titles or {}).get(medium, medium))
+
+
+def level(results: Results) -> str:
+    """Level of the campaign's intervals, for example 95 %."""
+    return f"{100 * results.config.fit.confidence:.4g} %"
+
+
+def alpha_label(component: str) -> str:
+    """Return the label of alpha_z or alpha_x, with its unit."""
+    return rf"$\alpha_{component}$ ({PER_CM3})"
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Write a number with a true minus sign; "no value" for NaN."""
+    if math.isnan(value):
+        return "no value"
+    text = f"{value:.{digits}f}"
+    if float(text) == 0:
+        text = text.lstrip("-")
+    return text.replace("-", "\N{MINUS SIGN}")
+
+
+def degrees(value: float) -> str:
+    """Write an angle in degrees as 18.4\N{DEGREE SIGN}, 90\N{DEGREE SIGN}, with a true minus sign."""
+    return number(value, 0 if abs(value - round(value)) < 0.005 else 1) + "\N{DEGREE SIGN}"
 
 
 def medium_looks(media: Iterable[str]) -> dict[str, tuple[str, str]]:
@@ -194,7 +164,79 @@ def medium_looks(media: Iterable[str]) -> dict[str, tuple[str, str]]:
     return taken | {name: free[i % len(free)] for i, name in enumerate(unknown)}
 
 
-# --- Writing a figure as PNG, PDF and SVG: atomic, and the same figure always gives the same bytes.
+# Places in centimetres, ticks and legends
+
+
+def new_figure(width_cm: float, height_cm: float, dpi: float | None = None) -> Figure:
+    """Return an empty figure of a given size on paper; `dpi` of the PNG is that of the style."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width_cm * CM, height_cm * CM), dpi=dpi)
+
+
+def axes_cm(
+    figure: Figure, left_cm: float, top_cm: float, width_cm: float, height_cm: float
+) -> Axes:
+    """Add axes at a place counted from the figure's upper left corner."""
+    width, height = (float(size) / CM for size in figure.get_size_inches())
+    return figure.add_axes(
+        (left_cm / width, 1 - (top_cm + height_cm) / height, width_cm / width, height_cm / height)
+    )
+
+
+def text_cm(figure: Figure, left_cm: float, top_cm: float, text: str, **how: Any) -> None:
+    """Write on the figure at a place counted from its upper left corner."""
+    width, height = (float(size) / CM for size in figure.get_size_inches())
+    figure.text(left_cm / width, 1 - top_cm / height, text, **how)
+
+
+def ticks(axis: Axis, most: int, **how: Any) -> None:
+    """Put at most so many ticks on an axis, at round numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    axis.set_major_locator(MaxNLocator(most, **how))
+
+
+def zero_line(axes: Axes) -> None:
+    """Draw the line of zero."""
+    axes.axhline(0, color=GREY, linewidth=0.4)
+
+
+def line(colour: str, **how: Any) -> Artist:
+    """Line of a legend."""
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], color=colour, **how)
+
+
+def patch(**how: Any) -> Artist:
+    """Area of a legend."""
+    from matplotlib.patches import Patch
+
+    return Patch(**how)
+
+
+def legend(figure: Figure, entries: Mapping[str, Artist], columns: int, **how: Any) -> None:
+    """Explain lines and areas at the foot of a figure."""
+    usual: dict[str, Any] = {"loc": "lower center", "columnspacing": 1.2, "borderaxespad": 0.2}
+    figure.legend(list(entries.values()), list(entries), ncols=columns, **usual | how)
+
+
+_LINE_CM, _MARGIN_CM = 0.38, 0.4
+
+
+@styled
+def missing(what: str, reasons: Sequence[str] = ()) -> Figure:
+    """Draw, in place of a figure, what is missing and why."""
+    lines = [one for text in (what, *reasons) for one in textwrap.wrap(text, 110)]
+    figure = new_figure(DOUBLE_CM, 2 * _MARGIN_CM + len(lines) * _LINE_CM)
+    for row, one in enumerate(lines):
+        top = _MARGIN_CM + row * _LINE_CM
+        text_cm(figure, _MARGIN_CM, top, plain(one), va="top", fontsize=7)
+    return figure
+
+
+# Files: atomic, and the same figure always gives the same bytes
 
 
 # what would carry a date or a program version is left out, so that equal figures are equal files
@@ -207,52 +249,52 @@ _METADATA: dict[str, dict[str, Any]] = {
 FORMATS = tuple(_METADATA)
 
 
-def save(figure: Figure, base: str | Path) -> list[Path]:
-    """Write ``base.png``, ``base.pdf`` and ``base.svg``.
+@contextlib.contextmanager
+def _lean_fonts() -> Iterator[None]:
+    """Leave tables that no reader of a pdf uses out of its fonts: decoding them takes 0.1 s a file."""
+    from fontTools.subset import Options  # type: ignore[import-untyped]
 
-    `figure`: One made by a ``draw_*`` function of this package. `base`: Path without ending; a
-    point in its name (``glass0.3mm_LP``) is part of the name. Returns the three files, in the
-    order of `FORMATS`.
-    """
-    base = Path(base)
-    written = []
-    for ending in FORMATS:
-        # not with_suffix: it would cut glass0.3mm_LP at the point
-        target = base.with_name(f"{base.name}.{ending}")
-        write_bytes(target, content(figure, ending))
-        written.append(target)
-    return written
+    usual = getattr(Options, "_drop_tables_default", [])
+    Options._drop_tables_default = [*usual, "GSUB", "GPOS", "GDEF"]
+    try:
+        yield
+    finally:
+        Options._drop_tables_default = usual
 
 
 def content(figure: Figure, ending: str) -> bytes:
-    """Return what a figure's file holds.
+    """Return what a figure's file of one of `FORMATS` holds.
 
-    `ending`: One of `FORMATS`. Returns the whole file: what matplotlib itself raises on a full
-    disk does not say that it is full.
+    The whole file: what matplotlib itself raises on a full disk does not say that it is full.
     """
-    more: dict[str, Any] = {"pil_kwargs": {"compress_level": 4}} if ending == "png" else {}
+    # hard compression takes a third of the time of a large png and saves nothing
+    more: dict[str, Any] = {"pil_kwargs": {"compress_level": 2}} if ending == "png" else {}
     whole = BytesIO()
     # some settings (letters, hatches, salt of the ids) are looked up while writing
-    with context():
+    with context(), _lean_fonts():
         figure.savefig(whole, format=ending, metadata=_METADATA[ending], **more)
     return whole.getvalue()
 
 
-# --- A figure that says why there is nothing to draw.
+def save(figure: Figure, base: str | Path) -> list[Path]:
+    """Write ``base.png``, ``base.pdf`` and ``base.svg``; a point in the name is part of the name."""
+    base = Path(base)
+    # not with_suffix: it would cut glass0.3mm_LP at the point
+    targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in FORMATS}
+    for ending, target in targets.items():
+        write_bytes(target, content(figure, ending))
+    return list(targets.values())
 
 
-_LINE_CM, _MARGIN_CM = 0.38, 0.4
+def save_pages(figures: Figure | Sequence[Figure], root: Path, base: str) -> list[str]:
+    """Write a figure, or pages of one: further pages as ``<base>_page2`` and so on.
 
-
-@styled
-def draw_missing(what: str, reasons: Sequence[str] = ()) -> Figure:
-    """Write what is missing and why, where a figure would stand.
-
-    `reasons`: One line each, broken where it is long.
+    Returns the paths written, from `root`.
     """
-    lines = [line for text in (what, *reasons) for line in textwrap.wrap(text, 110)]
-    figure = new_figure(DOUBLE_CM, 2 * _MARGIN_CM + len(lines) * _LINE_CM)
-    for row, line in enumerate(lines):
-        top = _MARGIN_CM + row * _LINE_CM
-        text_cm(figure, _MARGIN_CM, top, plain(line), va="top", fontsize=7)
-    return figure
+    from matplotlib.figure import Figure
+
+    pages = [figures] if isinstance(figures, Figure) else figures
+    names = [base if number == 1 else f"{base}_page{number}" for number in range(1, len(pages) + 1)]
+    for page, name in zip(pages, names, strict=True):
+        save(page, root / name)
+    return [f"{name}.{ending}" for name in names for ending in FORMATS]

@@ -18,6 +18,7 @@ from rftfit.lab.rig import Fault, damage_recording, damage_text, record, resolve
 from rftfit.lab.tracks import write_tracks
 from rftfit.lab.write import force_text, log_texts, sheet_text
 from rftfit.store import write_bytes, write_text
+from rftfit.store.environment import child_environment
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +99,7 @@ def _elsewhere(job: Job) -> tuple[int, int]:
     A plain child process, not multiprocessing: that one imports the caller's script again, which
     then needs a ``__main__`` guard, or forks a process that may have threads.
     """
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    environment = child_environment(PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
     done = subprocess.run(
         [sys.executable, "-m", "rftfit.lab.enact"],
         input=pickle.dumps(job),

@@ -6,31 +6,41 @@ import csv
 from copy import copy
 from typing import TYPE_CHECKING
 
-from rftfit.logs.base import LogError, PacketCount
-from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, rate_option, readable
+from rftfit.logs.base import LogError, PacketCount, rate_option
+from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique, unit_word
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from typing import Self
 
     import numpy as np
 
-
-# --- ATI transducers through an NI DAQ card: text without a time column.
-
-
-_NUMBER: Kind = "number"
+SEQUENCE = "RDT Sequence"
+STATUS = "the transducer reports an error or saturation (status is not 0x0)"
+LOST = "lost packets (gap in the RDT sequence)"
+_HEADER = "Status (hex), RDT Sequence"
 _LABEL = "first line indicates sampling freq"
 
 
-class AtiDaqReader(TextReader):
+class _AtiReader(TextReader):
+    """Base: the rate may be given where a file lacks it."""
+
+    def __init__(self) -> None:
+        self._rate: float | None = None
+
+    def with_options(self, options: Mapping[str, object]) -> Self:
+        """Return the reader with ``rate_Hz`` in place of the file's own."""
+        reader = copy(self)
+        reader._rate = rate_option(options)
+        return reader
+
+
+class AtiDaqReader(_AtiReader):
     """A label, the names, one line of settings of which the first is the rate, then numbers."""
 
     name = "ati-daq"
     evidence = "its first line, which says what the line of settings holds"
-
-    def __init__(self) -> None:
-        self._rate: float | None = None
 
     def describe(self) -> str:
         """Return one line on which program writes such files."""
@@ -38,14 +48,8 @@ class AtiDaqReader(TextReader):
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
-        lines = lines_of(readable(head), 1)
+        lines = lines_of(text_head(head), 1)
         return bool(lines) and lines[0].text.strip(' "').casefold().startswith(_LABEL)
-
-    def with_options(self, options: Mapping[str, object]) -> AtiDaqReader:
-        """Return the reader with ``rate_Hz`` in place of the file's own."""
-        reader = copy(self)
-        reader._rate = rate_option(options, self.name)
-        return reader
 
     def plan(self, head: bytes) -> Plan:
         """Read names and settings."""
@@ -56,14 +60,11 @@ class AtiDaqReader(TextReader):
         while given and not given[-1]:
             given.pop()
         names = unique(given)
-        settings = lines[2].text.split(",")
-        try:
-            rate = self._rate or float(settings[0])
-        except ValueError:
-            rate = 0.0
+        setting = lines[2].text.split(",")[0]
+        rate = self._rate or _positive(setting)
         if not 0 < rate < 1e9:
             raise ValueError(
-                f"found the sampling frequency {settings[0]!r} in line 3; allowed: a number above "
+                f"found the sampling frequency {setting!r} in line 3; allowed: a number above "
                 "0, in Hz, there or as options: {rate_Hz: ...} in the config"
             )
 
@@ -74,32 +75,14 @@ class AtiDaqReader(TextReader):
         notes = [f"time is the row number / {rate:g} Hz ({source})"]
         twice = sorted({name for name in given if given.count(name) > 1})
         notes += [f"the name {name} stands more than once in line 2" for name in twice]
-        return Plan(
-            Layout(names, tuple(_NUMBER for _ in names)),
-            {},
-            lines[2].stop,
-            derive,
-            notes=tuple(notes),
-        )
+        return Plan(Layout(names), {}, lines[2].stop, derive, notes=tuple(notes))
 
 
-# --- ATI Net F/T: what its Java demo program records, one line a packet.
-
-
-SEQUENCE = "RDT Sequence"
-STATUS = "the transducer reports an error or saturation (status is not 0x0)"
-LOST = "lost packets (gap in the RDT sequence)"
-_HEADER = "Status (hex), RDT Sequence"
-
-
-class AtiNetftReader(TextReader):
-    """A preamble of settings, a row of names, quoted cells; values are in the unit it names."""
+class AtiNetftReader(_AtiReader):
+    """Net F/T: a preamble of settings, a row of names, quoted cells, one line a packet."""
 
     name = "ati-netft"
     evidence = "its preamble (RDT Sample Rate) and the row of names that begins with Status (hex)"
-
-    def __init__(self) -> None:
-        self._rate: float | None = None
 
     def describe(self) -> str:
         """Return one line on which program writes such files."""
@@ -107,13 +90,7 @@ class AtiNetftReader(TextReader):
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
-        return any(line.text.startswith(_HEADER) for line in lines_of(readable(head), 40))
-
-    def with_options(self, options: Mapping[str, object]) -> AtiNetftReader:
-        """Return the reader with ``rate_Hz``, for files whose program did not know it."""
-        reader = copy(self)
-        reader._rate = rate_option(options, self.name)
-        return reader
+        return any(line.text.startswith(_HEADER) for line in lines_of(text_head(head), 40))
 
     def plan(self, head: bytes) -> Plan:
         """Read preamble and row of names."""
@@ -128,38 +105,31 @@ class AtiNetftReader(TextReader):
         names = unique(next(csv.reader([line.text], skipinitialspace=True)))
         if SEQUENCE not in names:
             raise ValueError(f"no column {SEQUENCE!r}, found {', '.join(names)}: it gives the time")
-        units = {
-            "F": unit_word(settings.get("force units", "")),
-            "T": unit_word(settings.get("torque units", "")),
-        }
-        start = line.stop
-        rate = self._rate or _number(settings.get("rdt sample rate", ""))
+        rate = self._rate or _positive(settings.get("rdt sample rate", ""))
         if rate <= 0:
-            code = "rate" if head[start:].strip() else "header_only"
-            end = " There is no data below the header either." if code == "header_only" else ""
-            raise LogError(code, _no_rate(settings) + end)
-        packets = PacketCount()
+            raise _no_rate(settings, has_data=bool(head[line.stop :].strip()))
+        packets = PacketCount(LOST)
 
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
             return {"time": packets.follow(columns[SEQUENCE], index) / rate, **columns}
 
+        units = {
+            "F": unit_word(settings.get("force units", "")),
+            "T": unit_word(settings.get("torque units", "")),
+        }
         source = "the config" if self._rate else "the preamble"
-        note = f"time is {SEQUENCE} / {rate:g} Hz ({source})"
         return Plan(
             Layout(names, tuple(map(_kind, names)), quote=True, same="0x0"),
-            {
-                name: units.get(name[:1], "")
-                for name in names
-                if name[:1] in "FT" and "/" not in name
-            },
-            start,
+            {name: units.get(name[:1], "") for name in names if "/" not in name},
+            line.stop,
             derive,
             packets,
-            LOST,
             keep=frozenset({names[0], SEQUENCE}),
-            drop=frozenset({names[0]}),
-            same=(names[0], STATUS),
-            notes=(note, f"recording started: {settings.get('start time') or 'not stated'}"),
+            not_same=STATUS,
+            notes=(
+                f"time is {SEQUENCE} / {rate:g} Hz ({source})",
+                f"recording started: {settings.get('start time') or 'not stated'}",
+            ),
         )
 
 
@@ -169,18 +139,22 @@ def _kind(name: str) -> Kind:
     return "skip" if name.startswith("Time") else "number"
 
 
-def _number(text: str) -> float:
+def _positive(text: str) -> float:
+    """Return a rate, or 0 where the text is no number."""
     try:
         return float(text)
     except ValueError:
         return 0.0
 
 
-def _no_rate(settings: Mapping[str, str]) -> str:
+def _no_rate(settings: Mapping[str, str], *, has_data: bool) -> LogError:
     rate = settings.get("rdt sample rate") or "nothing"
     unit = settings.get("force units") or "nothing"
-    return (
+    text = (
         f"found RDT Sample Rate: {rate} and Force Units: {unit}; the program had not reached the "
         "transducer when it was started, so neither time nor force can be had. Record it again, or, "
         "if you know both, set options: {rate_Hz: ...} and the unit of each column in the config."
     )
+    if has_data:
+        return LogError("rate", text)
+    return LogError("header_only", f"{text} There is no data below the header either.")

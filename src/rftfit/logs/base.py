@@ -1,9 +1,10 @@
-"""What every reader returns, and what a reader is."""
+"""What every reader returns, what a reader is, and what several of them need."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import deque
+from collections import Counter, deque
+from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
@@ -15,60 +16,20 @@ from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+    from concurrent.futures import Future
     from pathlib import Path
     from typing import Self
 
     from rftfit.conventions import FloatArray
 
-
-# --- Blocks of a file worked on side by side, and handed on in their order.
-
-
 Item = TypeVar("Item")
-Done = TypeVar("Done")
+Result = TypeVar("Result")
 
 MOST_WORKERS = 4
 """Beyond this, reading the file is what takes the time."""
 
-
-def in_order(work: Callable[[Item], Done], items: Iterable[Item]) -> Iterator[Done]:
-    """Do the work of some items at a time, on all processors; a single item needs no thread.
-
-    Memory stays bounded: no more items are taken than there are processors to work on them, and
-    one besides.
-
-    `work`: Spends its time outside the interpreter's lock; no two calls may disturb each other.
-    `items`: Taken one after the other by whoever asks for the results. Yields what `work` makes of
-    each item, in the order of `items`.
-    """
-    items = iter(items)
-    first = list(islice(items, 2))
-    if len(first) < 2:
-        yield from map(work, first)
-        return
-    from concurrent.futures import Future, ThreadPoolExecutor
-
-    import pyarrow as pa
-
-    workers = min(pa.cpu_count(), MOST_WORKERS)  # as many as OMP_NUM_THREADS allows
-    waiting: deque[Future[Done]] = deque()
-    with ThreadPoolExecutor(workers) as pool:
-        for item in chain(first, items):
-            waiting.append(pool.submit(work, item))
-            if len(waiting) > workers:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
-
-
-# --- What every reader returns, and what a reader is.
-
-
 HEAD_BYTES = 65536
 """How much of a file a reader sees when it is asked whether it knows it."""
-
-NO_UNIT = ""
-"""The file does not say in which unit a column is: the config has to."""
 
 
 class LogError(InputError):
@@ -101,7 +62,7 @@ class Log:
         Name without unit (``time``, ``F1``, ``x``...; for foreign logs the file's own names) to
         values, all of shape (n,), in file order.
     units : dict of str to str
-        Unit of each column, as the file states it; `NO_UNIT` where it does not.
+        Unit of each column, as the file states it; empty where it does not.
     rows : int
         Data lines in the file.
     dropped : dict of str to int
@@ -148,7 +109,7 @@ class Log:
         lost = int(keep.size - np.count_nonzero(keep))
         if lost == 0:
             return self
-        dropped = added(self.dropped, {reason: lost})
+        dropped = add_counts(self.dropped, {reason: lost})
         columns = {name: values[keep] for name, values in self.columns.items()}
         return replace(self, columns=columns, dropped=dropped)
 
@@ -265,7 +226,7 @@ class Reader(ABC):
         LogError
             If the file cannot be used at all.
         """
-        return join(self.stream(path))
+        return join_blocks(self.stream(path))
 
     def load_many(self, paths: Sequence[Path]) -> list[Log | LogError]:
         """Read many files; an unusable one comes back as its error.
@@ -279,122 +240,155 @@ class Reader(ABC):
         list of Log or LogError
             In the order of `paths`.
         """
-        return [self._try(path) for path in paths]
+        logs: list[Log | LogError] = []
+        for path in paths:
+            try:
+                logs.append(self.load(path))
+            except LogError as error:
+                logs.append(error)
+        return logs
 
-    def _try(self, path: Path) -> Log | LogError:
-        try:
-            return self.load(path)
-        except LogError as error:
-            return error
 
-
-def added(*counts: Mapping[str, int]) -> dict[str, int]:
+def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
     """Add up counts by reason."""
-    total: dict[str, int] = {}
+    total: Counter[str] = Counter()
     for count in counts:
-        for reason, number in count.items():
-            total[reason] = total.get(reason, 0) + number
-    return total
+        total.update(count)
+    return dict(total)
 
 
-def join(blocks: Iterable[Log]) -> Log:
-    """Put the blocks of one file together.
-
-    `blocks`: At least one, with the same columns and units.
-    """
+def join_blocks(blocks: Iterable[Log]) -> Log:
+    """Put the blocks of one file together; there is at least one."""
     parts = list(blocks)
-    if len(parts) == 1:
-        return parts[0]
     first = parts[0]
+    if len(parts) == 1:
+        return first
     names = list(first.columns)
-
-    def column(name: str) -> FloatArray:
-        # the blocks of a column go as soon as it is joined
-        return np.concatenate([part.columns.pop(name) for part in parts])
-
-    columns = dict(zip(names, in_order(column, names), strict=True))
+    # the blocks of a column are freed as soon as it is joined
+    joined = parallel_map(lambda name: np.concatenate([p.columns.pop(name) for p in parts]), names)
     return Log(
         first.path,
-        columns,
+        dict(zip(names, joined, strict=True)),
         first.units,
         sum(part.rows for part in parts),
-        added(*(part.dropped for part in parts)),
-        added(*(part.missing for part in parts)),
+        add_counts(*(part.dropped for part in parts)),
+        add_counts(*(part.missing for part in parts)),
         tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )
 
 
-def text_option(options: Mapping[str, object], name: str, default: str, example: str = "") -> str:
-    """Check the options of a dialect whose only one is a text.
+def parallel_map(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    """Yield the results in the order of the items, several being worked on at a time.
 
-    `name`: Of that option. `default`: Where it is not given. `example`: Of such a text, for the
-    message.
+    Memory stays bounded: no more items are taken than there are workers, and one besides. `work`
+    has to release the interpreter's lock to gain from this; a single item needs no thread.
     """
-    others = sorted(set(options) - {name})
-    if others:
-        raise ValueError(f"found the option {others[0]!r}; allowed: {name}")
-    value = options.get(name, default)
+    items = iter(items)
+    first = list(islice(items, 2))
+    if len(first) < 2:
+        yield from map(work, first)
+        return
+    from concurrent.futures import ThreadPoolExecutor
+
+    import pyarrow as pa
+
+    workers = min(pa.cpu_count(), MOST_WORKERS)  # as many as OMP_NUM_THREADS allows
+    waiting: deque[Future[Result]] = deque()
+    with ThreadPoolExecutor(workers) as pool:
+        for item in chain(first, items):
+            waiting.append(pool.submit(work, item))
+            if len(waiting) > workers:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+def text_option(options: Mapping[str, object], name: str, default: str) -> str:
+    """Return the text given for a dialect's only option."""
+    value = _only_option(options, name, default)
     if not isinstance(value, str):
-        wanted = f"a text such as {example}" if example else "a text"
-        raise ValueError(f"{name}: found {value!r}; allowed: {wanted}")  # noqa: TRY004
+        raise ValueError(f"{name}: found {value!r}; allowed: a text")  # noqa: TRY004
     return value
 
 
-# --- Time where a log has none, or has it as a count: rows at a rate, packets, nanoseconds.
+def rate_option(options: Mapping[str, object]) -> float | None:
+    """Return the rate (Hz) given for a dialect whose only option is ``rate_Hz``."""
+    rate = _only_option(options, "rate_Hz", None)
+    if rate is None:
+        return None
+    if isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < 1e9:
+        raise ValueError(f"rate_Hz: found {rate!r}; allowed: a number above 0, in Hz")
+    return float(rate)
 
 
-_NS = 1_000_000_000
+def _only_option(options: Mapping[str, object], name: str, default: object) -> object:
+    others = sorted(set(options) - {name})
+    if others:
+        raise ValueError(f"found the option {others[0]!r}; allowed: {name}")
+    return options.get(name, default)
+
+
+@contextmanager
+def file_errors(path: Path) -> Iterator[None]:
+    """Turn what the file system says into a `LogError`."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise LogError("missing", f"{path}: log missing") from None
+    except OSError as error:
+        raise LogError("unreadable", f"{path}: cannot be read: {error.strerror}") from error
+
+
+def check_size(path: Path, most: int) -> None:
+    """Refuse a file of more than `most` bytes."""
+    if path.stat().st_size > most:
+        raise LogError("too_large", f"{path}: larger than {most >> 20} MB; split it")
 
 
 def ns_to_s(stamps: np.ndarray) -> FloatArray:
-    """Turn nanoseconds since 1970 into seconds.
-
-    `stamps`: shape (n,). Returns shape (n,): s; float64 tells 0.2 microseconds apart at today's
-    dates.
-    """
+    """Turn nanoseconds since 1970 into s; float64 resolves 0.2 microseconds at today's dates."""
     stamps = np.asarray(stamps, dtype=np.int64)
-    whole = stamps // _NS
-    seconds: FloatArray = whole + (stamps - whole * _NS) / _NS
+    whole = stamps // 10**9
+    seconds: FloatArray = whole + (stamps - whole * 10**9) / 1e9
     return seconds
 
 
 class PacketCount:
-    """Numbers that an instrument gives its packets, made continuous over a wrap at 2^32.
+    """Sequence numbers of an instrument's packets, made continuous over a wrap at 2^32.
 
-    `missing`: Numbers passed over so far that no line of the file can have had.
+    `reason`: Under which the missing packets are counted. `missing`: Numbers passed over so far
+    that no line of the file can have had.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
         self.missing = 0
         self._last: float | None = None
-        self._place = 0
+        self._line = 0
         self._count = 0.0
         self._highest = 0.0
 
-    def follow(self, numbers: FloatArray, places: np.ndarray) -> FloatArray:
-        """Go on with the next packets.
+    def follow(self, numbers: FloatArray, lines: np.ndarray) -> FloatArray:
+        """Return the numbers of the next packets, counted from the first of the file, which is 0.
 
-        `numbers`: shape (n,); Whole numbers, in the order in which they came. `places`: shape
-        (n,); Of their lines among the data lines of the file: a line between them that could not
-        be read had a number of its own. Returns shape (n,): Counted from the first packet of the
-        file, which is 0.
+        `lines`: Of each packet, its place among the data lines of the file: an unreadable line in
+        between had a number of its own.
         """
         if numbers.size == 0:
             return numbers
         if self._last is None:
-            self._last, self._place = float(numbers[0]), int(places[0]) - 1
+            self._last, self._line = float(numbers[0]), int(lines[0]) - 1
         steps = np.diff(numbers, prepend=self._last)
         if np.abs(steps).max() >= 2.0**31:
             # the shorter way round: 4294967295 is followed by 0
             steps = (steps + 2.0**31) % 2.0**32 - 2.0**31
         count: FloatArray = self._count + np.cumsum(steps)
         highest = np.maximum.accumulate(np.concatenate([[self._highest], count]))
-        unread = np.diff(places, prepend=self._place) - 1
+        unread = np.diff(lines, prepend=self._line) - 1
         passed = np.maximum(np.diff(highest) - 1 - unread, 0)
-        # a packet that comes late was counted as missing when it was passed over
+        # a late packet was counted as missing when it was passed over
         late = int(np.count_nonzero(steps < 0))
         self.missing = max(self.missing + int(passed.sum()) - late, 0)
         self._last, self._count = float(numbers[-1]), float(count[-1])
-        self._place = int(places[-1])
-        self._highest = float(highest[-1])
+        self._line, self._highest = int(lines[-1]), float(highest[-1])
         return count

@@ -7,17 +7,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.config import TextFormat
-from rftfit.logs.delimited import DelimitedReader, is_units_row
-from rftfit.logs.text import Plan, TextReader, cells_of, lines_of, readable
+from rftfit.logs.delimited import DELIMITER_WORDS, DelimitedReader, is_units_row
+from rftfit.logs.text import Plan, TextReader, cells_of, lines_of, text_head
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rftfit.logs.text import Line
-
-_WORDS = {"\t": "tab"}
-_COMMA = re.compile(r"\d,\d")
-_POINT = re.compile(r"\d\.\d")
 
 
 class InstronReader(TextReader):
@@ -32,30 +28,27 @@ class InstronReader(TextReader):
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
-        return _found(lines_of(readable(head), 60)) is not None
+        return _find_header(lines_of(text_head(head), 60)) is not None
 
     def plan(self, head: bytes) -> Plan:
         """Find the two header rows, delimiter and decimal mark."""
         lines = lines_of(head, 160)
-        found = _found(lines)
+        found = _find_header(lines)
         if found is None:
             raise ValueError("no row of units in brackets, like (s);(mm);(kN), below one of names")
         place, delimiter = found
-        data = [line.text for line in lines[place + 2 :]]
-        commas = delimiter != "," and any(_COMMA.search(line) for line in data)
-        points = any(_POINT.search(line) for line in data)
-        text = TextFormat.model_validate(
-            {
-                "delimiter": _WORDS.get(delimiter, delimiter),
-                "decimal": "," if commas and not points else ".",
-                "skip_lines": place,
-                "units": True,
-            }
-        )
-        return DelimitedReader().described(text).plan(head)
+        data = "\n".join(line.text for line in lines[place + 2 :])
+        comma = delimiter != "," and re.search(r"\d,\d", data) and not re.search(r"\d\.\d", data)
+        text = {
+            "delimiter": DELIMITER_WORDS.get(delimiter, delimiter),
+            "decimal": "," if comma else ".",
+            "skip_lines": place,
+            "units": True,
+        }
+        return DelimitedReader(TextFormat.model_validate(text)).plan(head)
 
 
-def _found(lines: Sequence[Line]) -> tuple[int, str] | None:
+def _find_header(lines: Sequence[Line]) -> tuple[int, str] | None:
     """Which line holds the names, and what stands between cells."""
     for place, (upper, lower) in enumerate(pairwise(lines)):
         if lower.text.lstrip(' "\t;,')[:1] not in ("(", "["):

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import struct
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rftfit.logs.base import Log, LogError, Reader, added, ns_to_s, text_option
+from rftfit.logs.base import (
+    Log,
+    LogError,
+    Reader,
+    add_counts,
+    check_size,
+    file_errors,
+    ns_to_s,
+    text_option,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,189 +29,263 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 
-# --- Where the numbers lie in a ROS message: all messages of one layout become columns at once.
+ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
 
+CUT = "cut in mid-message"
+MISFIT = "message does not fit its type"
+LOST = "lost packets (gap in header.seq)"
 
-LONGEST_LIST = 64
-"""Lists longer than this are pictures or scans, not quantities of a run."""
-
-_TYPES = {
-    "bool": "u1", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1",
-    "int16": "<i2", "uint16": "<u2", "int32": "<i4", "uint32": "<u4", "int64": "<i8",
-    "uint64": "<u8", "float32": "<f4", "float64": "<f8",
-}  # fmt: skip
-_STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
-_NANOSECONDS = 10**9
-_UNITS = {
-    "force": ("geometry_msgs/msg/Wrench", "N"),
-    "torque": ("geometry_msgs/msg/Wrench", "N m"),
-    "position": ("geometry_msgs/msg/Pose", "m"),
-    "translation": ("geometry_msgs/msg/Transform", "m"),
+_MAX_BYTES = 2 << 30
+# types of topics that every recording has and that are no transducer's
+_COMMON_TYPES = {
+    "Log",
+    "ParameterEvent",
+    "String",
+    "Diagnostics",
+    "DiagnosticArray",
+    "TFMessage",
+    "Clock",
 }
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Places of the numbers in messages of one length.
+class Topic(NamedTuple):
+    """All messages of one topic: type, the fields of all types, time of recording (ns), messages."""
 
-    `numbers`: Field to (place in bytes, numpy type).
-    `stamps`: Field to place of its seconds, which its nanoseconds follow.
-    `lengths`: Place and value of every length word: where these are equal, so are the places.
-    `size`: Bytes of the message.
-    """
+    name: str
+    kind: str
+    definitions: Mapping[str, Any]
+    received: list[int]
+    messages: list[bytes]
+    cdr: bool
+    cut: bool
 
-    numbers: dict[str, tuple[int, str]] = field(default_factory=dict)
-    stamps: dict[str, int] = field(default_factory=dict)
-    lengths: list[tuple[int, int]] = field(default_factory=list)
-    size: int = 0
 
-    def fits(self, raw: np.ndarray) -> np.ndarray:
-        """Tell which messages have this layout.
+class RosBagReader(Reader):
+    """Bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3); `topic`: by default the only likely one."""
 
-        `raw`: shape (n, size). Returns shape (n,).
+    name = "ros-bag"
+    evidence = "the first bytes of a ROS 1 bag, an MCAP file or a rosbag2 database"
+
+    def __init__(self, topic: str = "") -> None:
+        self.topic = topic
+
+    def describe(self) -> str:
+        """Return one line on which program writes such files."""
+        return (
+            "ROS 1 or ROS 2 bag (.bag, .mcap, .db3) with wrench, joint or a transducer's messages"
+        )
+
+    def detect(self, head: bytes) -> bool:
+        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        if head.startswith(SQLITE):
+            return b"serialization_format" in head
+        return head.startswith((ROS1, MCAP))
+
+    def with_options(self, options: Mapping[str, object]) -> RosBagReader:
+        """Return the reader of the ``topic`` that is named."""
+        return RosBagReader(text_option(options, "topic", self.topic))
+
+    def load(self, path: Path) -> Log:
+        """Read one topic of a bag.
+
+        ``time`` is the message's own stamp, or the time of recording (``received``) where it has
+        none; the other columns have the names that ``rostopic echo -p`` gives them.
         """
-        good = np.ones(len(raw), dtype=bool)
-        for place, length in self.lengths:
-            good &= _words(raw, place, "<u4") == length
-        return good
-
-    def columns(self, raw: np.ndarray) -> tuple[dict[str, FloatArray], dict[str, np.ndarray]]:
-        """Cut messages into columns.
-
-        `raw`: shape (n, size). Returns `numbers` of shape (n,). Returns `stamps` of shape (n,):
-        ns.
-        """
-        numbers = {
-            name: _words(raw, place, kind).astype(float)
-            for name, (place, kind) in self.numbers.items()
-        }
-        stamps = {
-            name: _words(raw, place, "<u4").astype(np.int64) * _NANOSECONDS
-            + _words(raw, place + 4, "<u4")
-            for name, place in self.stamps.items()
-        }
-        return numbers, stamps
+        try:
+            import rosbags.typesys  # noqa: F401
+        except ImportError:
+            raise LogError(
+                "extra",
+                f"{path}: ROS bags are read with the package rosbags; install it: "
+                'pip install "rftfit[ros]"',
+            ) from None
+        with file_errors(path):
+            check_size(path, _MAX_BYTES)
+            with path.open("rb") as file:
+                head = file.read(16)
+            ros1 = head.startswith(ROS1)
+            topic = _ros1(path, self.topic) if ros1 else _ros2(path, self.topic, head)
+        return _log(path, topic)
 
 
-def layout_of(message: bytes, kind: str, definitions: Mapping[str, Any], cdr: bool) -> Layout:
-    """Find the layout of a message by walking through its definition.
+def _ros1(path: Path, wanted: str) -> Topic:
+    from rosbags.rosbag1 import Reader as Bag
+    from rosbags.rosbag1 import ReaderError
+    from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
+    from rosbags.typesys.msg import normalize_msgtype
 
-    `message`: As recorded. `kind`: Its type, for example ``geometry_msgs/msg/WrenchStamped``.
-    `definitions`: Type to its fields, as ``rosbags`` keeps them. `cdr`: Written by ROS 2, where
-    numbers are aligned after four bytes of header; ROS 1 packs them.
-    """
-    if cdr and message[1:2] != b"\x01":
-        raise ValueError("a message with the most significant byte first")
-    walk = _Walk(message, definitions, cdr)
+    cut = False
     try:
-        end = walk.message_at(4 if cdr else 0, kind, "", Layout(lengths=walk.lengths))
-    except (struct.error, KeyError):  # too short; or of a type that the bag does not define
-        end = len(message) + 1
-    # ROS 2 may fill up to four bytes
-    if not len(message) - (3 if cdr else 0) <= end <= len(message):
-        raise ValueError(f"a message of {len(message)} bytes does not fit the type {kind}")
-    assert walk.layout is not None
-    return Layout(walk.layout.numbers, walk.layout.stamps, walk.lengths, len(message))
+        with Bag(path) as bag:
+            topics = {c.id: (c.topic, c.msgtype, c.msgdef.data) for c in bag.connections}
+            number = _choose(path, topics, wanted)
+            chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
+            got = [(time, bytes(raw)) for _, time, raw in bag.messages(chosen)]
+    except LogError:
+        raise
+    except (ReaderError, AssertionError, ValueError, LookupError, EOFError, OSError):
+        # its index is missing or damaged; the messages are read without it
+        found = recover(path)
+        topics, cut = found.topics, found.cut
+        number = _choose(path, topics, wanted)
+        same = {k for k, v in topics.items() if v == topics[number]}
+        got = [(time, raw) for connection, time, raw in found.messages if connection in same]
+    name, kind, definition = topics[number]
+    store = get_typestore(Stores.EMPTY)
+    try:
+        store.register(get_types_from_msg(definition, kind))
+    except TypesysError as error:
+        raise LogError(
+            "type", f"{path}: the definition of {kind} in the bag is not readable: {error}"
+        ) from error
+    times, messages = [time for time, _ in got], [raw for _, raw in got]
+    return Topic(name, normalize_msgtype(kind), store.fielddefs, times, messages, False, cut)
 
 
-def _words(raw: np.ndarray, place: int, kind: str) -> np.ndarray:
-    width = np.dtype(kind).itemsize
-    return np.ascontiguousarray(raw[:, place : place + width]).view(kind)[:, 0]
+def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
+    from rosbags.interfaces import MessageDefinitionFormat
+    from rosbags.rosbag2.storage_mcap import McapReader
+    from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
+    from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+
+    if head.startswith(MCAP):
+        bag: Any = McapReader(path)
+    elif head.startswith(SQLITE):
+        bag = Sqlite3Reader(path)
+    else:
+        raise LogError("not_a_bag", f"{path}: the file does not begin as a ROS bag does")
+    try:
+        bag.open()
+        topics = {c.id: (c.topic, c.msgtype) for c in bag.connections}
+        number = _choose(path, topics, wanted)
+        chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
+        got = [(time, bytes(raw)) for _, time, raw in bag.messages(chosen)]
+        definition = chosen[0].msgdef
+    except LogError:
+        raise
+    except Exception as error:  # each storage library has its own errors for a damaged file
+        raise LogError(
+            "damaged",
+            f"{path}: the bag is damaged or was not closed ({error}); `ros2 bag reindex` or "
+            "`mcap recover` may repair it",
+        ) from error
+    finally:
+        # of a bag that could not be opened there may be nothing to close
+        with suppress(Exception):
+            bag.close()
+    name, kind = topics[number]
+    store = get_typestore(Stores.LATEST)
+    if kind not in store.fielddefs:
+        makers = {
+            MessageDefinitionFormat.MSG: lambda: get_types_from_msg(definition.data, kind),
+            MessageDefinitionFormat.IDL: lambda: get_types_from_idl(definition.data),
+        }
+        if definition.format not in makers:
+            raise LogError(
+                "type",
+                f"{path}: the bag does not bring the definition of {kind}, and it is no type of ROS "
+                "itself: record it as MCAP, which does, or convert it",
+                len(got),
+            )
+        store.register(makers[definition.format]())
+    times, messages = [time for time, _ in got], [raw for _, raw in got]
+    return Topic(name, kind, store.fielddefs, times, messages, True, False)
 
 
-class _Walk:
-    """A walk through one message, noting where its fields lie."""
-
-    def __init__(self, message: bytes, definitions: Mapping[str, Any], cdr: bool) -> None:
-        self.message = message
-        self.definitions = definitions
-        self.cdr = cdr
-        self.lengths: list[tuple[int, int]] = []
-        self.layout: Layout | None = None
-
-    def message_at(self, place: int, kind: str, path: str, into: Layout) -> int:
-        """Note the fields of a message; returns the place after it."""
-        if self.layout is None:
-            self.layout = into
-        for name, (node, detail) in self.definitions[kind][1]:
-            own = f"{path}.{name}" if path else name
-            place = self._field(place, node, detail, own, into)
-        return place
-
-    def _field(self, place: int, node: int, detail: Any, path: str, into: Layout) -> int:
-        # 1 a number or text, 2 a message, 3 a list of known length, 4 one that brings its length
-        if node == 1:
-            return self._base(place, detail[0], path, into)
-        if node == 2:
-            if detail in _STAMPS:
-                place = self._aligned(place, 4)
-                into.stamps[path] = place
-                return place + 8
-            return self.message_at(place, str(detail), path, into)
-        (inner, what), count = detail[0], int(detail[1])
-        if node == 4:
-            place, count = self._length(place)
-        if count > LONGEST_LIST:
-            into = Layout()
-            if inner == 1 and what[0] in _TYPES:
-                width = np.dtype(_TYPES[what[0]]).itemsize
-                return self._aligned(place, width) + count * width
-        for index in range(count):
-            place = self._field(place, inner, what, f"{path}{index}", into)
-        return place
-
-    def _base(self, place: int, kind: str, path: str, into: Layout) -> int:
-        if kind in _TYPES:
-            width = np.dtype(_TYPES[kind]).itemsize
-            place = self._aligned(place, width)
-            into.numbers[path] = (place, _TYPES[kind])
-            return place + width
-        place, length = self._length(place)
-        return place + length
-
-    def _length(self, place: int) -> tuple[int, int]:
-        place = self._aligned(place, 4)
-        (length,) = struct.unpack_from("<I", self.message, place)
-        if place + 4 + length > len(self.message):
-            raise struct.error
-        self.lengths.append((place, length))
-        return place + 4, int(length)
-
-    def _aligned(self, place: int, width: int) -> int:
-        return place + (4 - place) % width if self.cdr else place
+def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], wanted: str) -> int:
+    """Find the connection of the wanted topic (name, type ...), or the only likely one."""
+    listed = ", ".join(sorted({f"{topic} ({kind})" for topic, kind, *_ in topics.values()}))
+    if not topics:
+        raise LogError(
+            "header_only", f"{path}: the bag holds no message; if it was cut, `rosbag reindex` it"
+        )
+    if wanted:
+        named = [number for number, (topic, *_) in topics.items() if topic == wanted]
+        if not named:
+            raise LogError("topic", f"{path}: no topic {wanted!r}; the bag has: {listed}")
+        return named[0]
+    likely = [n for n, t in topics.items() if t[1].split("/")[-1] not in _COMMON_TYPES]
+    if len({topics[number][:2] for number in likely}) != 1:
+        raise LogError(
+            "topic",
+            f"{path}: several topics could be meant; say which in the config, options: {{topic: ...}}; "
+            f"the bag has: {listed}",
+        )
+    return likely[0]
 
 
-def unit_of(name: str, kind: str, definitions: Mapping[str, Any]) -> str:
-    """Return the unit that ROS itself lays down for the type that a field is part of.
+def _log(path: Path, topic: Topic) -> Log:
+    """Cut the messages into columns, layout by layout."""
+    count = len(topic.messages)
+    cut = {CUT: 1} if topic.cut else {}
+    rows = count + len(cut)
+    if not count:
+        raise LogError("header_only", f"{path}: no message on the topic {topic.name}", rows)
+    sizes = np.array([len(message) for message in topic.messages])
+    numbers: dict[str, FloatArray] = {}
+    stamps: dict[str, np.ndarray] = {}
+    good = np.zeros(count, dtype=bool)
+    for size in np.unique(sizes):
+        places = np.flatnonzero(sizes == size)
+        raw = np.frombuffer(b"".join(topic.messages[i] for i in places), dtype=np.uint8)
+        raw = raw.reshape(places.size, int(size))
+        while places.size:
+            try:
+                layout = MessageLayout(raw[0].tobytes(), topic)
+            except ValueError:
+                places, raw = places[1:], raw[1:]
+                continue
+            fits = layout.fits(raw)
+            of_numbers, of_stamps = layout.columns(raw[fits])
+            for name, values in of_numbers.items():
+                numbers.setdefault(name, np.full(count, np.nan))[places[fits]] = values
+            for name, times in of_stamps.items():
+                stamps.setdefault(name, np.zeros(count, dtype=np.int64))[places[fits]] = times
+            good[places[fits]] = True
+            places, raw = places[~fits], raw[~fits]
+    received = np.array(topic.received, dtype=np.int64)
+    if not good.any():
+        raise LogError("no_good_row", f"{path}: no message on {topic.name} fits its type", rows)
+    log = _with_time(path, topic, numbers, stamps, received).take(good, MISFIT)
+    return replace(log, rows=rows, dropped=add_counts(log.dropped, cut))
 
-    `name`: Field, for example ``wrench.force.x``. `kind`: Type of the message. `definitions`: Type
-    to its fields. Returns empty where none is laid down.
-    """
-    parts = name.split(".")
-    if name in ("time", "received") or parts[-1] == "stamp":
-        return "s"
-    if len(parts) < 2 or parts[-2] not in _UNITS:
-        return ""
-    wanted, unit = _UNITS[parts[-2]]
-    inside = kind
-    for part in parts[:-2]:
-        node, detail = dict(definitions.get(inside, ([], []))[1]).get(part, (0, ""))
-        inside = detail if node == 2 else ""
-    return unit if inside == wanted else ""
+
+def _with_time(
+    path: Path, topic: Topic, numbers: dict[str, FloatArray], stamps: dict[str, np.ndarray],
+    received: np.ndarray,
+) -> Log:  # fmt: skip
+    """Put the time first, from the message's own stamp where it has one."""
+    own = next((name for name in ("header.stamp", "stamp") if name in stamps), "")
+    # a transducer's type may leave its own header empty and fill the one of the wrench inside
+    if not own or not stamps[own].all():
+        own = next((name for name, times in stamps.items() if times.all()), "")
+    time = stamps[own] if own else received
+    columns = {"time": ns_to_s(time), "received": ns_to_s(received)}
+    columns |= numbers
+    columns |= {name: ns_to_s(times) for name, times in stamps.items() if name != own}
+    units = {name: unit_of(name, topic) for name in columns}
+    note = f"topic {topic.name} ({topic.kind}); time is {own or 'the time of recording'}"
+    missing = {}
+    if "header.seq" in columns and len(topic.received) > 1:
+        step = np.diff(columns["header.seq"])
+        lost = int((step[step > 1] - 1).sum())
+        # a counter that jumps by more than was recorded was set anew
+        if 0 < lost < 10 * len(topic.received):
+            missing[LOST] = lost
+    return Log(path, columns, units, len(topic.received), {}, missing, (note,))
 
 
-# --- Messages of a ROS 1 bag that its index does not lead to: read record by record up to the cut.
+# --- Messages of a ROS 1 bag that its index does not lead to: read record by record up to the cut
 
 
 _CHUNK, _CONNECTION, _MESSAGE = 5, 7, 2
 
 
 class Recovered(NamedTuple):
-    """What a bag without a usable index still holds.
+    """What a bag without a usable index still holds, in the order of the file.
 
-    `topics`: Connection to topic, type and message definition.
-    `messages`: Connection, time of recording (ns), message; in the order of the file.
-    `cut`: The file ends within a message or a compressed block.
+    `topics`: Connection to topic, type and message definition. `messages`: Connection, time of
+    recording (ns), message. `cut`: The file ends within a message or a compressed block.
     """
 
     topics: dict[int, tuple[str, str, str]]
@@ -271,273 +354,139 @@ def _chunk(source: BinaryIO, header: dict[str, bytes], length: int, found: Recov
     return _records(BytesIO(content), len(content), found, inside=True) or not whole
 
 
-# --- ROS bags: wrenches, joint states, and messages of a transducer's own type.
+# --- Where the numbers lie in a message: all messages of one layout become columns at once
 
 
-ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
+LONGEST_LIST = 64
+"""Lists longer than this are pictures or scans, not quantities of a run."""
 
-CUT = "cut in mid-message"
-MISFIT = "message does not fit its type"
-LOST = "lost packets (gap in header.seq)"
-
-_MAX_BYTES = 2 << 30
-_CHATTER = (
-    "Log",
-    "ParameterEvent",
-    "String",
-    "Diagnostics",
-    "DiagnosticArray",
-    "TFMessage",
-    "Clock",
-)
-"""Types of topics that every recording has and that are no transducer's."""
-
-INSTALL = 'pip install "rftfit[ros]"'
+_TYPES = {
+    "bool": "u1", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1",
+    "int16": "<i2", "uint16": "<u2", "int32": "<i4", "uint32": "<u4", "int64": "<i8",
+    "uint64": "<u8", "float32": "<f4", "float64": "<f8",
+}  # fmt: skip
+_STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+_UNITS = {
+    "force": ("geometry_msgs/msg/Wrench", "N"),
+    "torque": ("geometry_msgs/msg/Wrench", "N m"),
+    "position": ("geometry_msgs/msg/Pose", "m"),
+    "translation": ("geometry_msgs/msg/Transform", "m"),
+}
 
 
-class _Topic(NamedTuple):
-    """All messages of one topic: type, the fields of all types, time of recording (ns), messages."""
+class MessageLayout:
+    """Places of the numbers in a message, found by walking through the definition of its type.
 
-    name: str
-    kind: str
-    definitions: Mapping[str, Any]
-    received: list[int]
-    messages: list[bytes]
-    cdr: bool
-    cut: bool
-
-
-class RosBagReader(Reader):
-    """Bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3).
-
-    `topic`: Which one; by default the only one that can be meant.
+    `numbers`: Field to (place in bytes, numpy type). `stamps`: Field to the place of its seconds,
+    which its nanoseconds follow. `lengths`: Place and value of every length word: where these are
+    equal, so are the places.
     """
 
-    name = "ros-bag"
-    evidence = "the first bytes of a ROS 1 bag, an MCAP file or a rosbag2 database"
-
-    def __init__(self, topic: str = "") -> None:
-        self.topic = topic
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return (
-            "ROS 1 or ROS 2 bag (.bag, .mcap, .db3) with wrench, joint or a transducer's messages"
-        )
-
-    def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
-        if head.startswith(SQLITE):
-            return b"serialization_format" in head
-        return head.startswith((ROS1, MCAP))
-
-    def with_options(self, options: Mapping[str, object]) -> RosBagReader:
-        """Return the reader of one topic.
-
-        `options`: ``topic``: which one, where a bag has several that could be meant.
-        """
-        return RosBagReader(text_option(options, "topic", self.topic, "/wrench"))
-
-    def load(self, path: Path) -> Log:
-        """Read one topic of a bag.
-
-        Returns ``time`` is the message's own stamp, or the time of recording where it has none;
-        ``received`` the time of recording; the other columns are the message's numbers by the
-        names that ``rostopic echo -p`` gives them, without ``field.``.
-        """
-        _need_rosbags(path)
+    def __init__(self, message: bytes, topic: Topic) -> None:
+        self.numbers: dict[str, tuple[int, str]] = {}
+        self.stamps: dict[str, int] = {}
+        self.lengths: list[tuple[int, int]] = []
+        self._message = message
+        self._definitions = topic.definitions
+        self._cdr = topic.cdr  # ROS 2 aligns numbers after four bytes of header; ROS 1 packs them
+        if topic.cdr and message[1:2] != b"\x01":
+            raise ValueError("a message with the most significant byte first")
         try:
-            if path.stat().st_size > _MAX_BYTES:
-                raise LogError("too_large", f"{path}: larger than {_MAX_BYTES >> 30} GB; split it")
-            with path.open("rb") as file:
-                head = file.read(16)
-            ros1 = head.startswith(ROS1)
-            topic = _ros1(path, self.topic) if ros1 else _ros2(path, self.topic, head)
-        except FileNotFoundError:
-            raise LogError("missing", f"{path}: log missing") from None
-        except OSError as error:
-            raise LogError("unreadable", f"{path}: cannot be read: {error.strerror}") from error
-        return _log(path, topic)
-
-
-def _need_rosbags(path: Path) -> None:
-    try:
-        import rosbags.typesys  # noqa: F401
-    except ImportError:
-        raise LogError(
-            "extra", f"{path}: ROS bags are read with the package rosbags; install it: {INSTALL}"
-        ) from None
-
-
-def _ros1(path: Path, wanted: str) -> _Topic:
-    from rosbags.rosbag1 import Reader as Bag
-    from rosbags.rosbag1 import ReaderError
-    from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
-    from rosbags.typesys.msg import normalize_msgtype
-
-    cut = False
-    try:
-        with Bag(path) as bag:
-            topics = {c.id: (c.topic, c.msgtype, c.msgdef.data) for c in bag.connections}
-            number = _choose(path, {k: v[:2] for k, v in topics.items()}, wanted)
-            chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
-            got = [(time, bytes(raw)) for _, time, raw in bag.messages(chosen)]
-    except LogError:
-        raise
-    except (ReaderError, AssertionError, ValueError, LookupError, EOFError, OSError):
-        # its index is missing or damaged; the messages are read without it
-        found = recover(path)
-        topics, cut = found.topics, found.cut
-        number = _choose(path, {k: v[:2] for k, v in topics.items()}, wanted)
-        same = {k for k, v in topics.items() if v == topics[number]}
-        got = [(time, raw) for connection, time, raw in found.messages if connection in same]
-    name, kind, definition = topics[number]
-    store = get_typestore(Stores.EMPTY)
-    try:
-        store.register(get_types_from_msg(definition, kind))
-    except TypesysError as error:
-        raise LogError(
-            "type", f"{path}: the definition of {kind} in the bag is not readable: {error}"
-        ) from error
-    times, messages = [time for time, _ in got], [raw for _, raw in got]
-    return _Topic(name, normalize_msgtype(kind), store.fielddefs, times, messages, False, cut)
-
-
-def _ros2(path: Path, wanted: str, head: bytes) -> _Topic:
-    from rosbags.interfaces import MessageDefinitionFormat
-    from rosbags.rosbag2 import ReaderError
-    from rosbags.rosbag2.storage_mcap import McapReader
-    from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
-    from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
-
-    if head.startswith(MCAP):
-        bag: Any = McapReader(path)
-    elif head.startswith(SQLITE):
-        bag = Sqlite3Reader(path)
-    else:
-        raise LogError("not_a_bag", f"{path}: the file does not begin as a ROS bag does")
-    try:
-        bag.open()
-        topics = {c.id: (c.topic, c.msgtype) for c in bag.connections}
-        number = _choose(path, topics, wanted)
-        chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
-        got = [(time, bytes(raw)) for _, time, raw in bag.messages(chosen)]
-        definition = chosen[0].msgdef
-    except LogError:
-        raise
-    except ReaderError as error:
-        raise _damaged(path, error) from error
-    except Exception as error:  # each storage library has its own errors for a damaged file
-        raise _damaged(path, error) from error
-    finally:
-        # of a bag that could not be opened there may be nothing to close
-        with suppress(Exception):
-            bag.close()
-    name, kind = topics[number]
-    store = get_typestore(Stores.LATEST)
-    if kind not in store.fielddefs:
-        makers = {
-            MessageDefinitionFormat.MSG: lambda: get_types_from_msg(definition.data, kind),
-            MessageDefinitionFormat.IDL: lambda: get_types_from_idl(definition.data),
-        }
-        if definition.format not in makers:
-            raise LogError(
-                "type",
-                f"{path}: the bag does not bring the definition of {kind}, and it is no type of ROS "
-                "itself: record it as MCAP, which does, or convert it",
-                len(got),
+            end = self._walk(4 if topic.cdr else 0, topic.kind, "")
+        except (struct.error, KeyError):  # too short; or of a type that the bag does not define
+            end = len(message) + 1
+        # ROS 2 may fill up to four bytes
+        if not len(message) - (3 if topic.cdr else 0) <= end <= len(message):
+            raise ValueError(
+                f"a message of {len(message)} bytes does not fit the type {topic.kind}"
             )
-        store.register(makers[definition.format]())
-    times, messages = [time for time, _ in got], [raw for _, raw in got]
-    return _Topic(name, kind, store.fielddefs, times, messages, True, False)
+
+    def fits(self, raw: np.ndarray) -> np.ndarray:
+        """Tell which messages, the rows of `raw`, have this layout."""
+        good = np.ones(len(raw), dtype=bool)
+        for place, length in self.lengths:
+            good &= _cut(raw, place, "<u4") == length
+        return good
+
+    def columns(self, raw: np.ndarray) -> tuple[dict[str, FloatArray], dict[str, np.ndarray]]:
+        """Cut messages, the rows of `raw`, into numbers and stamps (ns)."""
+        numbers = {
+            name: _cut(raw, place, kind).astype(float)
+            for name, (place, kind) in self.numbers.items()
+        }
+        stamps = {
+            name: _cut(raw, place, "<u4").astype(np.int64) * 10**9 + _cut(raw, place + 4, "<u4")
+            for name, place in self.stamps.items()
+        }
+        return numbers, stamps
+
+    def _walk(self, place: int, kind: str, path: str | None) -> int:
+        """Note the fields of a message and return the place behind it; no path: note nothing."""
+        for name, (node, detail) in self._definitions[kind][1]:
+            own = None if path is None else f"{path}.{name}" if path else name
+            place = self._field(place, node, detail, own)
+        return place
+
+    def _field(self, place: int, node: int, detail: Any, path: str | None) -> int:
+        # 1 a number or text, 2 a message, 3 a list of known length, 4 one that brings its length
+        if node == 1:
+            return self._base(place, detail[0], path)
+        if node == 2:
+            if detail not in _STAMPS:
+                return self._walk(place, str(detail), path)
+            place = self._aligned(place, 4)
+            if path is not None:
+                self.stamps[path] = place
+            return place + 8
+        (inner, what), count = detail[0], int(detail[1])
+        if node == 4:
+            place, count = self._length(place)
+        if count > LONGEST_LIST:
+            path = None
+            if inner == 1 and what[0] in _TYPES:
+                width = np.dtype(_TYPES[what[0]]).itemsize
+                return self._aligned(place, width) + count * width
+        for index in range(count):
+            place = self._field(place, inner, what, None if path is None else f"{path}{index}")
+        return place
+
+    def _base(self, place: int, kind: str, path: str | None) -> int:
+        if kind not in _TYPES:
+            place, length = self._length(place)
+            return place + length
+        width = np.dtype(_TYPES[kind]).itemsize
+        place = self._aligned(place, width)
+        if path is not None:
+            self.numbers[path] = (place, _TYPES[kind])
+        return place + width
+
+    def _length(self, place: int) -> tuple[int, int]:
+        place = self._aligned(place, 4)
+        (length,) = struct.unpack_from("<I", self._message, place)
+        if place + 4 + length > len(self._message):
+            raise struct.error
+        self.lengths.append((place, length))
+        return place + 4, int(length)
+
+    def _aligned(self, place: int, width: int) -> int:
+        return place + (4 - place) % width if self._cdr else place
 
 
-def _damaged(path: Path, error: Exception) -> LogError:
-    return LogError(
-        "damaged",
-        f"{path}: the bag is damaged or was not closed ({error}); `ros2 bag reindex` or `mcap recover` "
-        "may repair it",
-    )
+def _cut(raw: np.ndarray, place: int, kind: str) -> np.ndarray:
+    width = np.dtype(kind).itemsize
+    return np.ascontiguousarray(raw[:, place : place + width]).view(kind)[:, 0]
 
 
-def _choose(path: Path, topics: dict[int, tuple[str, str]], wanted: str) -> int:
-    """Find the connection of the wanted topic, or the only one that can be meant."""
-    listed = ", ".join(sorted(f"{topic} ({kind})" for topic, kind in set(topics.values())))
-    if not topics:
-        raise LogError(
-            "header_only", f"{path}: the bag holds no message; if it was cut, `rosbag reindex` it"
-        )
-    if wanted:
-        named = [number for number, (topic, _) in topics.items() if topic == wanted]
-        if not named:
-            raise LogError("topic", f"{path}: no topic {wanted!r}; the bag has: {listed}")
-        return named[0]
-    likely = [n for n, (_, kind) in topics.items() if kind.split("/")[-1] not in _CHATTER]
-    if len({topics[number] for number in likely}) != 1:
-        raise LogError(
-            "topic",
-            f"{path}: several topics could be meant; say which in the config, options: {{topic: ...}}; "
-            f"the bag has: {listed}",
-        )
-    return likely[0]
-
-
-def _log(path: Path, topic: _Topic) -> Log:
-    """Cut the messages into columns, layout by layout."""
-    count = len(topic.messages)
-    cut = {CUT: 1} if topic.cut else {}
-    rows = count + len(cut)
-    if not count:
-        raise LogError("header_only", f"{path}: no message on the topic {topic.name}", rows)
-    sizes = np.array([len(message) for message in topic.messages])
-    numbers: dict[str, FloatArray] = {}
-    stamps: dict[str, np.ndarray] = {}
-    good = np.zeros(count, dtype=bool)
-    for size in np.unique(sizes):
-        places = np.flatnonzero(sizes == size)
-        raw = np.frombuffer(b"".join(topic.messages[i] for i in places), dtype=np.uint8)
-        raw = raw.reshape(places.size, int(size))
-        while places.size:
-            try:
-                layout = layout_of(raw[0].tobytes(), topic.kind, topic.definitions, topic.cdr)
-            except ValueError:
-                places, raw = places[1:], raw[1:]
-                continue
-            fits = layout.fits(raw)
-            of_numbers, of_stamps = layout.columns(raw[fits])
-            for name, values in of_numbers.items():
-                numbers.setdefault(name, np.full(count, np.nan))[places[fits]] = values
-            for name, times in of_stamps.items():
-                stamps.setdefault(name, np.zeros(count, dtype=np.int64))[places[fits]] = times
-            good[places[fits]] = True
-            places, raw = places[~fits], raw[~fits]
-    received = np.array(topic.received, dtype=np.int64)
-    if not good.any():
-        raise LogError("no_good_row", f"{path}: no message on {topic.name} fits its type", rows)
-    log = _with_time(path, topic, numbers, stamps, received).take(good, MISFIT)
-    return replace(log, rows=rows, dropped=added(log.dropped, cut))
-
-
-def _with_time(
-    path: Path, topic: _Topic, numbers: dict[str, FloatArray], stamps: dict[str, np.ndarray],
-    received: np.ndarray,
-) -> Log:  # fmt: skip
-    """Put the time first, from the message's own stamp where it has one."""
-    own = next((name for name in ("header.stamp", "stamp") if name in stamps), "")
-    # a transducer's type may leave its own header empty and fill the one of the wrench inside
-    if not own or not stamps[own].all():
-        own = next((name for name, times in stamps.items() if times.all()), "")
-    time = stamps[own] if own else received
-    columns = {"time": ns_to_s(time), "received": ns_to_s(received)}
-    columns |= numbers
-    columns |= {name: ns_to_s(times) for name, times in stamps.items() if name != own}
-    units = {name: unit_of(name, topic.kind, topic.definitions) for name in columns}
-    note = f"topic {topic.name} ({topic.kind}); time is {own or 'the time of recording'}"
-    missing = {}
-    if "header.seq" in columns and len(topic.received) > 1:
-        step = np.diff(columns["header.seq"])
-        lost = int((step[step > 1] - 1).sum())
-        # a counter that jumps by more than was recorded was set anew
-        if 0 < lost < 10 * len(topic.received):
-            missing[LOST] = lost
-    return Log(path, columns, units, len(topic.received), {}, missing, (note,))
+def unit_of(name: str, topic: Topic) -> str:
+    """Return the unit that ROS lays down for the type that a field is part of; empty: none."""
+    parts = name.split(".")
+    if name in ("time", "received") or parts[-1] == "stamp":
+        return "s"
+    if len(parts) < 2 or parts[-2] not in _UNITS:
+        return ""
+    wanted, unit = _UNITS[parts[-2]]
+    inside = topic.kind
+    for part in parts[:-2]:
+        node, detail = dict(topic.definitions.get(inside, ([], []))[1]).get(part, (0, ""))
+        inside = detail if node == 2 else ""
+    return unit if inside == wanted else ""

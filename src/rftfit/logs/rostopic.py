@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.logs.base import PacketCount, ns_to_s
 from rftfit.logs.delimited import kinds_of
-from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, readable
+from rftfit.logs.text import Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique
 
 if TYPE_CHECKING:
@@ -39,47 +39,42 @@ class RostopicReader(TextReader):
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
-        return readable(head[:256]).startswith(b"%time,field.")
+        return text_head(head[:256]).startswith(b"%time,field.")
 
     def plan(self, head: bytes) -> Plan:
         """Read the names."""
         lines = lines_of(head, 1)
         if not lines or not lines[0].whole or not lines[0].text.startswith("%time"):
             raise ValueError("no row of names that begins with %time and has an end: cut short?")
+        start = lines[0].stop
         cells = lines[0].text.split(",")
         names = unique([RECEIVED, *(cell.removeprefix("field.") for cell in cells[1:])])
-        start = lines[0].stop
-        kinds = kinds_of(head, start, len(names), ",", ".")
-        counted = COUNT in names and kinds[names.index(COUNT)] == "number"
-        packets = PacketCount() if counted else None
-        clock = STAMP if _stamped(head[start:], names) else RECEIVED
+        kinds = dict(zip(names, kinds_of(head, start, len(names), ",", "."), strict=True))
+        packets = PacketCount(LOST) if kinds.get(COUNT) == "number" else None
+        stamped = _is_stamped(head[start:], names)
+        kinds[RECEIVED] = "integer"
+        if STAMP in kinds:
+            kinds[STAMP] = "integer" if stamped else "skip"
+        clock = STAMP if stamped else RECEIVED
 
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
             if packets is not None:
                 packets.follow(columns[COUNT], index)
-            received = ns_to_s(columns.pop(RECEIVED))
-            time = ns_to_s(columns.pop(STAMP)) if clock == STAMP else received
-            return {"time": time, RECEIVED: received, **columns}
+            times = {name: ns_to_s(columns.pop(name)) for name in {RECEIVED, clock}}
+            return {"time": times[clock], RECEIVED: times[RECEIVED], **columns}
 
         return Plan(
-            Layout(names, tuple(_kind(*pair, clock) for pair in zip(names, kinds, strict=True))),
-            {RECEIVED: "s", **{name: _unit(name) for name in names if name != RECEIVED}},
+            Layout(names, tuple(kinds.values())),
+            {name: _unit(name) for name in names},
             start,
             derive,
             packets,
-            LOST,
-            keep=frozenset({RECEIVED, clock} | ({COUNT} if counted else set())),
-            notes=(f"time is {STAMP if clock == STAMP else '%time'}",),
+            keep=frozenset({RECEIVED, clock, *([COUNT] if packets else [])}),
+            notes=(f"time is {STAMP if stamped else '%time'}",),
         )
 
 
-def _kind(name: str, kind: Kind, clock: str) -> Kind:
-    if name == STAMP and clock != STAMP:
-        return "skip"
-    return "integer" if name in (RECEIVED, STAMP) else kind
-
-
-def _stamped(data: bytes, names: tuple[str, ...]) -> bool:
+def _is_stamped(data: bytes, names: tuple[str, ...]) -> bool:
     """Whether the first message has a stamp of its own; nobody set it where it is 0."""
     if STAMP not in names:
         return False
@@ -92,4 +87,6 @@ def _stamped(data: bytes, names: tuple[str, ...]) -> bool:
 
 
 def _unit(name: str) -> str:
+    if name == RECEIVED:
+        return "s"
     return next((unit for pattern, unit in _UNITS if pattern.search(name)), "")

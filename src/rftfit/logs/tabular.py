@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 import zipfile
 from contextlib import closing
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.logs.base import Log, LogError, Reader
+from rftfit.logs.base import Log, LogError, Reader, ns_to_s
 from rftfit.logs.delimited import is_units_row
 from rftfit.logs.text import FINITE, NUMBER
 from rftfit.logs.units import split_unit, unique, unit_word
@@ -20,14 +19,39 @@ from rftfit.logs.units import split_unit, unique, unit_word
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
-
-
-# --- Logs in the first sheet of an xlsx workbook.
-
+    from typing import Self
 
 MAX_UNPACKED = 4_000_000_000
 _HEADER_ROWS = 60
-_AT_A_TIME = 50_000
+_ROWS_AT_A_TIME = 50_000
+_NUMBERS_AT_A_TIME = 1 << 22  # so that a table of many columns takes no more memory
+
+
+def _checked(path: Path, what: str, blocks: Iterator[Log]) -> Iterator[Log]:
+    """Hand blocks on; whatever a library raises on a damaged file becomes one message."""
+    rows = 0
+    try:
+        for log in blocks:
+            rows += log.rows
+            yield log
+    except (LogError, GeneratorExit):
+        raise
+    except FileNotFoundError:
+        raise LogError("missing", f"{path}: log missing") from None
+    # from KeyError to zlib.error
+    except Exception as error:  # noqa: BLE001
+        why = str(error) or type(error).__name__
+        text = f"{path}: this {what} cannot be read ({why}); is it cut short? Its list of contents "
+        raise LogError("unreadable", f"{text}stands at its end", rows) from None
+    if rows == 0:
+        raise LogError("header_only", f"{path}: a header and no data")
+
+
+def _finite(log: Log) -> Log:
+    keep = np.ones(log.size, dtype=bool)
+    for values in log.columns.values():
+        keep &= np.isfinite(values)
+    return log.take(keep, FINITE)
 
 
 class XlsxReader(Reader):
@@ -48,7 +72,7 @@ class XlsxReader(Reader):
         marks = (b"[Content_Types].xml", b"xl/", b"_rels/.rels")
         return head.startswith(b"PK\x03\x04") and any(mark in head for mark in marks)
 
-    def with_options(self, options: Mapping[str, object]) -> XlsxReader:
+    def with_options(self, options: Mapping[str, object]) -> Self:
         """Return the reader of the sheet that ``sheet`` names."""
         if set(options) - {"sheet"}:
             raise ValueError(f"the dialect xlsx has the option sheet only, found {list(options)}")
@@ -58,28 +82,13 @@ class XlsxReader(Reader):
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a sheet, some ten thousand rows at a time."""
-        total = 0
-        try:
-            with warnings.catch_warnings():
-                # about styles and validation rules, which do not matter here
-                warnings.simplefilter("ignore")
-                for log in _logs(path, self._sheet):
-                    total += log.rows
-                    yield log
-        except (LogError, GeneratorExit):
-            raise
-        except FileNotFoundError:
-            raise LogError("missing", f"{path}: log missing") from None
-        # the library raises whatever its parsers do, from KeyError to zlib.error, on a damaged file
-        except Exception as error:  # noqa: BLE001
-            why = str(error) or type(error).__name__
-            text = f"{path}: this workbook cannot be read ({why}); is it cut short? Save it again"
-            raise LogError("unreadable", text, total) from None
-        if total == 0:
-            raise LogError("header_only", f"{path}: a header row and no data")
+        with warnings.catch_warnings():
+            # about styles and validation rules, which do not matter here
+            warnings.simplefilter("ignore")
+            yield from _checked(path, "workbook", _sheet_blocks(path, self._sheet))
 
 
-def _logs(path: Path, wanted: str) -> Iterator[Log]:
+def _sheet_blocks(path: Path, wanted: str) -> Iterator[Log]:
     if path.stat().st_size == 0:
         raise LogError("empty", f"{path}: the file is empty")
     with zipfile.ZipFile(path) as archive:
@@ -102,88 +111,72 @@ def _logs(path: Path, wanted: str) -> Iterator[Log]:
         sheet.reset_dimensions()
         # closed by hand: rows that nobody asks for keep the file open
         with closing(row for row in sheet.iter_rows(values_only=True)) as rows:
-            yield from _tables(path, rows)
+            yield from _row_blocks(path, rows)
     finally:
         book.close()
 
 
-def _tables(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
+def _row_blocks(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
     head: list[tuple[Any, ...]] = []
     for row in rows:
         head.append(row)
-        if len(head) > _HEADER_ROWS or (len(head) > 1 and _is_row(row) and _is_row(head[-2])):
+        if len(head) > _HEADER_ROWS or (len(head) > 1 and _is_data(row) and _is_data(head[-2])):
             break
-    first = next((place for place, row in enumerate(head) if _is_row(row)), len(head))
-    above = [_texts(row) for row in head[:first] if any(cell is not None for cell in row)]
+    first = next((place for place, row in enumerate(head) if _is_data(row)), len(head))
+    above = [
+        ["" if cell is None else str(cell) for cell in row]
+        for row in head[:first]
+        if any(cell is not None for cell in row)
+    ]
     if not above:
         raise LogError("header", f"{path}: no row of names above the numbers of the sheet")
     units: list[str] = []
     if len(above) > 1 and is_units_row(above[-1], len(above[-2])):
         units = [unit_word(cell) for cell in above.pop()]
+    block = head[first:]
     cells = above[-1]
-    width = max(len(cells), len(head[first]) if first < len(head) else 0)
-    cells += [""] * (width - len(cells))
+    cells += [""] * (len(block[0]) - len(cells) if block else 0)
     split = [split_unit(cell) for cell in cells]
     names = unique([name for name, _ in split])
     stated = [unit for _, unit in split]
     units = [own or other for own, other in zip(units or stated, stated, strict=False)]
-    read = _numeric(head[first:], names)
-    block: list[tuple[Any, ...]] = head[first:]
+    chosen = _number_columns(block, names)
     for row in rows:
         block.append(row)
-        if len(block) >= _AT_A_TIME:
-            yield _log(path, names, units, read, block)
+        if len(block) >= _ROWS_AT_A_TIME:
+            yield _sheet_log(path, names, units, chosen, block)
             block = []
-    log = _log(path, names, units, read, block)
+    log = _sheet_log(path, names, units, chosen, block)
     if log.rows:
         yield log
 
 
-def _is_row(row: Sequence[Any]) -> bool:
+def _is_data(row: Sequence[Any]) -> bool:
     filled = [cell for cell in row if cell is not None]
     numbers = sum(isinstance(cell, int | float) for cell in filled)
     return numbers >= 2 and numbers * 2 >= len(filled)
 
 
-def _texts(row: Sequence[Any]) -> list[str]:
-    return ["" if cell is None else str(cell) for cell in row]
-
-
-def _numeric(rows: Sequence[Sequence[Any]], names: Sequence[str]) -> list[int]:
+def _number_columns(rows: Sequence[Sequence[Any]], names: Sequence[str]) -> list[int]:
     """Places of the columns that hold numbers in the first rows; texts and dates are left out."""
-    return [
-        place
-        for place in range(len(names))
-        if not rows
-        or sum(len(row) > place and isinstance(row[place], int | float) for row in rows) * 2
-        > len(rows)
-    ]
+
+    def numbers(place: int) -> int:
+        return sum(len(row) > place and isinstance(row[place], int | float) for row in rows)
+
+    return [place for place in range(len(names)) if not rows or numbers(place) * 2 > len(rows)]
 
 
-def _log(
-    path: Path, names: Sequence[str], units: Sequence[str], read: list[int], block: list[Any]
+def _sheet_log(
+    path: Path, names: Sequence[str], units: Sequence[str], chosen: list[int], block: list[Any]
 ) -> Log:
     rows = [row for row in block if any(cell is not None for cell in row)]
-    kept: list[list[Any]] = []
-    dropped: dict[str, int] = {}
-    most = max(read, default=-1)
-    for row in rows:
-        cells = [row[place] for place in read] if len(row) > most else [None]
-        if all(type(cell) in (float, int) for cell in cells):
-            kept.append(cells)
-        else:
-            dropped[NUMBER] = dropped.get(NUMBER, 0) + 1
-    values = np.array(kept, dtype=float).reshape(-1, len(read)).T
-    columns = {names[place]: values[index] for index, place in enumerate(read)}
-    log = Log(path, columns, {names[p]: units[p] for p in read}, len(rows), dropped)
-    return log.take(np.isfinite(values).all(axis=0), FINITE) if math.prod(values.shape) else log
-
-
-# --- Logs in Parquet files.
-
-
-_COLUMNAR_AT_A_TIME = 1 << 22  # numbers, so that a table of many columns takes no more memory
-_MAGIC = b"PAR1"
+    most = max(chosen, default=-1)
+    cells = [[row[place] for place in chosen] for row in rows if len(row) > most]
+    kept = [row for row in cells if all(type(cell) in (float, int) for cell in row)]
+    dropped = {NUMBER: len(rows) - len(kept)} if len(kept) < len(rows) else {}
+    values = np.array(kept, dtype=float).reshape(-1, len(chosen)).T
+    columns = {names[place]: values[index] for index, place in enumerate(chosen)}
+    return _finite(Log(path, columns, {names[p]: units[p] for p in chosen}, len(rows), dropped))
 
 
 class ParquetReader(Reader):
@@ -198,79 +191,51 @@ class ParquetReader(Reader):
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
-        return head.startswith(_MAGIC)
+        return head.startswith(b"PAR1")
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a table, some million numbers at a time."""
-        import pyarrow.parquet as pq
-
-        if not path.is_file():
-            raise LogError("missing", f"{path}: log missing")
-        rows = 0
-        try:
-            with pq.ParquetFile(path) as file:
-                chosen = _columns(file.schema_arrow)
-                if not chosen:
-                    raise LogError("header", f"{path}: no column of this table holds numbers")
-                at_a_time = max(1, _COLUMNAR_AT_A_TIME // len(chosen))
-                for batch in file.iter_batches(at_a_time, columns=list(chosen)):
-                    rows += batch.num_rows
-                    if batch.num_rows:
-                        yield _columnar_log(path, chosen, batch)
-        except (LogError, GeneratorExit):
-            raise
-        # the library raises whatever its parsers do on a damaged file
-        except Exception as error:  # noqa: BLE001
-            text = f"{path}: this Parquet file cannot be read ({error}); is it cut short? Its list "
-            text += "of contents stands at its end, so a cut file gives no row"
-            raise LogError("unreadable", text, rows) from None
-        if rows == 0:
-            raise LogError("header_only", f"{path}: a header and no data")
+        return _checked(path, "Parquet file", _batches(path))
 
 
-def _columns(schema: Any) -> dict[str, tuple[str, str]]:
+def _batches(path: Path) -> Iterator[Log]:
+    import pyarrow.parquet as pq
+
+    if not path.is_file():
+        raise LogError("missing", f"{path}: log missing")
+    with pq.ParquetFile(path) as file:
+        chosen = _fields(file.schema_arrow)
+        if not chosen:
+            raise LogError("header", f"{path}: no column of this table holds numbers")
+        units = dict(chosen.values())
+        at_a_time = max(1, _NUMBERS_AT_A_TIME // len(chosen))
+        for batch in file.iter_batches(at_a_time, columns=list(chosen)):
+            if batch.num_rows:
+                columns = {name: _numbers(batch.column(f)) for f, (name, _) in chosen.items()}
+                yield _finite(Log(path, columns, units, batch.num_rows))
+
+
+def _fields(schema: Any) -> dict[str, tuple[str, str]]:
     """Column of the file to the name and unit that it has here."""
-    import pyarrow.types as kinds
+    from pyarrow import types
 
-    fields = [
-        field
-        for field in schema
-        if kinds.is_integer(field.type)
-        or kinds.is_floating(field.type)
-        or kinds.is_timestamp(field.type)
-        or kinds.is_boolean(field.type)
-    ]
+    checks = (types.is_integer, types.is_floating, types.is_timestamp, types.is_boolean)
+    fields = [field for field in schema if any(check(field.type) for check in checks)]
     split = [split_unit(field.name) for field in fields]
     names = unique([name for name, _ in split])
     chosen = {}
     for field, name, (_, unit) in zip(fields, names, split, strict=True):
         metadata = field.metadata or {}
         stated = metadata.get(b"unit") or metadata.get(b"units") or b""
-        unit = "s" if kinds.is_timestamp(field.type) else unit  # noqa: PLW2901
-        chosen[field.name] = (name, unit or unit_word(stated.decode("utf-8", "replace")))
+        own = "s" if types.is_timestamp(field.type) else unit
+        chosen[field.name] = (name, own or unit_word(stated.decode("utf-8", "replace")))
     return chosen
-
-
-def _columnar_log(path: Path, chosen: dict[str, tuple[str, str]], batch: Any) -> Log:
-    columns = {}
-    units = {}
-    for source, (name, unit) in chosen.items():
-        columns[name] = _numbers(batch.column(source))
-        units[name] = unit
-    log = Log(path, columns, units, batch.num_rows)
-    finite = np.ones(log.size, dtype=bool)
-    for values in columns.values():
-        finite &= np.isfinite(values)
-    return log.take(finite, FINITE)
 
 
 def _numbers(array: Any) -> np.ndarray:
     import pyarrow as pa
-    import pyarrow.types as kinds
 
-    from rftfit.logs.base import ns_to_s
-
-    if kinds.is_timestamp(array.type):
+    if pa.types.is_timestamp(array.type):
         missing = np.asarray(array.is_null())
         stamps = array.cast(pa.timestamp("ns", array.type.tz)).cast(pa.int64()).fill_null(0)
         return np.where(missing, np.nan, ns_to_s(stamps.to_numpy(zero_copy_only=False)))

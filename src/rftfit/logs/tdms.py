@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.campaign.config import QUANTITIES
-from rftfit.logs.base import Log, LogError, Reader, text_option
-from rftfit.logs.channels import Clock, one_clock
+from rftfit.logs.base import Log, LogError, Reader, check_size, file_errors, text_option
+from rftfit.logs.channels import ChannelClock, common_clock
 from rftfit.logs.units import unit_word
 
 if TYPE_CHECKING:
@@ -20,17 +20,13 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 CUT = "cut in mid-segment"
-INSTALL = 'pip install "rftfit[tdms]"'
 
 _MAX_BYTES = 2 << 30
 _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "zeit")
 
 
 class TdmsReader(Reader):
-    """LabVIEW and DAQmx recordings.
-
-    `group`: Which group of channels; by default the only one.
-    """
+    """LabVIEW and DAQmx recordings; `group`: which group of channels, by default the only one."""
 
     name = "tdms"
     evidence = "the first bytes TDSm"
@@ -47,39 +43,27 @@ class TdmsReader(Reader):
         return head.startswith(b"TDSm")
 
     def with_options(self, options: Mapping[str, object]) -> TdmsReader:
-        """Return the reader of one group of channels.
-
-        `options`: ``group``: which one, where a file has several.
-        """
+        """Return the reader of the ``group`` of channels that is named."""
         return TdmsReader(text_option(options, "group", self.group))
 
     def load(self, path: Path) -> Log:
-        """Read one group of channels.
-
-        Returns columns by the channels' names; ``time`` from a channel of that name or from start
-        and step of the waveform, where there is either.
-        """
+        """Read one group of channels, under their own names, and ``time`` where the file has one."""
         try:
             from nptdms import TdmsFile
         except ImportError:
             raise LogError(
                 "extra",
-                f"{path}: TDMS files are read with the package npTDMS; install it: {INSTALL}",
+                f"{path}: TDMS files are read with the package npTDMS; install it: "
+                'pip install "rftfit[tdms]"',
             ) from None
         try:
-            if path.stat().st_size > _MAX_BYTES:
-                raise LogError("too_large", f"{path}: larger than {_MAX_BYTES >> 30} GB; split it")
-            with _silent():
+            with file_errors(path):
+                check_size(path, _MAX_BYTES)
                 # the index file beside it may be of another day
-                with path.open("rb") as file:
-                    content = TdmsFile.read(file)
-                return _log(path, content, self.group, self.asked)
+                with _silent(), path.open("rb") as file:
+                    return _log(path, TdmsFile.read(file), self.group, self.asked)
         except LogError:
             raise
-        except FileNotFoundError:
-            raise LogError("missing", f"{path}: log missing") from None
-        except OSError as error:
-            raise LogError("unreadable", f"{path}: cannot be read: {error.strerror}") from error
         except Exception as error:  # the library has no error class of its own
             raise LogError("damaged", f"{path}: damaged, or no TDMS file: {error}") from error
 
@@ -98,6 +82,33 @@ def _silent() -> Iterator[None]:
 
 
 def _log(path: Path, content: Any, wanted: str, asked: frozenset[str] | None) -> Log:
+    channels = _chosen(_group(path, content, wanted), asked)
+    lengths = sorted(len(channel) for channel in channels)
+    incomplete = content.file_status.incomplete_final_segment
+    if lengths[0] < lengths[-1] and not incomplete:
+        raise LogError(
+            "lengths",
+            f"{path}: channels of {lengths[0]} to {lengths[-1]} values in one group: they were not "
+            "sampled together",
+            lengths[-1],
+        )
+    size = lengths[0]
+    rows = max(lengths[-1], _expected(content, channels), size + 1 if incomplete else 0)
+    columns: dict[str, FloatArray] = {}
+    units: dict[str, str] = {}
+    time, note = _time(path, channels, size, rows)
+    if time is not None:
+        columns["time"], units["time"] = time, "s"
+    for channel in channels:
+        name = channel.name if channel.name != "time" or time is None else "time (channel)"
+        values = np.asarray(channel[:])[:size]
+        columns[name] = _epoch_s(values) if values.dtype.kind == "M" else values.astype(float)
+        units[name] = _unit(channel)
+    return Log(path, columns, units, rows, {CUT: rows - size} if rows > size else {}, {}, (note,))
+
+
+def _group(path: Path, content: Any, wanted: str) -> list[Any]:
+    """Return the channels of numbers of the wanted group, or of the only one."""
     groups = {
         group.name: [channel for channel in group.channels() if _is_number(channel)]
         for group in content.groups()
@@ -113,58 +124,12 @@ def _log(path: Path, content: Any, wanted: str, asked: frozenset[str] | None) ->
             f"{path}: several groups of channels; say which in the config, options: {{group: ...}}; "
             f"the file has: {', '.join(groups)}",
         )
-    channels = _chosen(groups[wanted or next(iter(groups))], asked)
-    expected = _expected(content, channels)
-    size = min(len(channel) for channel in channels)
-    lengths = sorted({len(channel) for channel in channels})
-    incomplete = content.file_status.incomplete_final_segment
-    if lengths[-1] - lengths[0] > 0 and not incomplete:
-        raise LogError(
-            "lengths",
-            f"{path}: channels of {lengths[0]} to {lengths[-1]} values in one group: they were not "
-            "sampled together",
-            lengths[-1],
-        )
-    rows = max(lengths[-1], expected, size + 1 if incomplete else 0)
-    columns: dict[str, FloatArray] = {}
-    units: dict[str, str] = {}
-    time, note = _time(path, channels, size, rows)
-    if time is not None:
-        columns["time"], units["time"] = time, "s"
-    for channel in channels:
-        name = channel.name if channel.name != "time" or time is None else "time (channel)"
-        columns[name] = _numbers(channel, size)
-        units[name] = unit_word(str(channel.properties.get("unit_string", "")))
-    dropped = {CUT: rows - size} if rows > size else {}
-    return Log(path, columns, units, rows, dropped, {}, (note,))
+    return groups[wanted or next(iter(groups))]
 
 
 def _is_number(channel: Any) -> bool:
-    return (
-        channel.dtype is not None and np.dtype(channel.dtype).kind in "fiubM" and len(channel) > 0
-    )
-
-
-def _numbers(channel: Any, size: int) -> FloatArray:
-    values = np.asarray(channel[:])[:size]
-    if values.dtype.kind == "M":
-        return _epoch(values)
-    return np.asarray(values, dtype=float)
-
-
-def _epoch(stamps: np.ndarray) -> FloatArray:
-    return np.asarray(stamps.astype("datetime64[ns]").astype(np.int64) / 1e9, dtype=float)
-
-
-def _expected(content: Any, channels: list[Any]) -> int:
-    """Values that the last segment should have brought the longest channel to."""
-    most = 0
-    for channel in channels:
-        status = content.file_status.channel_statuses
-        own = status.get(channel.path) if status else None
-        lost = own.expected_length - own.read_length if own is not None else 0
-        most = max(most, len(channel) + int(lost))
-    return most
+    kind = "" if channel.dtype is None else np.dtype(channel.dtype).kind
+    return kind in tuple("fiubM") and len(channel) > 0
 
 
 def _chosen(channels: list[Any], asked: frozenset[str] | None) -> list[Any]:
@@ -176,18 +141,37 @@ def _chosen(channels: list[Any], asked: frozenset[str] | None) -> list[Any]:
     return [c for c in channels if c in chosen or _is_time(c)]
 
 
+def _expected(content: Any, channels: list[Any]) -> int:
+    """Values that the last segment should have brought the longest channel to."""
+    status = content.file_status.channel_statuses or {}
+    most = 0
+    for channel in channels:
+        own = status.get(channel.path)
+        lost = own.expected_length - own.read_length if own is not None else 0
+        most = max(most, len(channel) + int(lost))
+    return most
+
+
 def _is_time(channel: Any) -> bool:
     return channel.name.strip().casefold() in _TIME_NAMES
 
 
-def _clock(channel: Any) -> Clock:
+def _unit(channel: Any) -> str:
+    return unit_word(str(channel.properties.get("unit_string", "")))
+
+
+def _epoch_s(stamps: np.ndarray) -> FloatArray:
+    return np.asarray(stamps.astype("datetime64[ns]").astype(np.int64) / 1e9, dtype=float)
+
+
+def _clock(channel: Any) -> ChannelClock:
     """Start and step of a waveform; NaN where it states none."""
     start = float(channel.properties.get("wf_start_offset", 0.0))
     stamp = channel.properties.get("wf_start_time")
     if stamp is not None:
-        start += float(_epoch(np.array([np.datetime64(stamp)]))[0])
+        start += float(_epoch_s(np.array([np.datetime64(stamp)]))[0])
     step = float(channel.properties.get("wf_increment", 0.0))
-    return Clock(start, step if step > 0 else np.nan)
+    return ChannelClock(start, step if step > 0 else np.nan)
 
 
 def _time(path: Path, channels: list[Any], size: int, rows: int) -> tuple[FloatArray | None, str]:
@@ -195,15 +179,16 @@ def _time(path: Path, channels: list[Any], size: int, rows: int) -> tuple[FloatA
     clocks = {c.name: _clock(c) for c in channels if not _is_time(c)}
     stated = {name: clock for name, clock in clocks.items() if clock.step > 0}
     if stated:
-        clock = one_clock(path, stated, size, rows)
-    for channel in channels:
-        if _is_time(channel):
-            values = np.asarray(channel[:size])
-            unit = unit_word(str(channel.properties.get("unit_string", "")))
-            if values.dtype.kind == "M":
-                return _epoch(values), f"time is the channel {channel.name!r}"
-            if unit in ("", "s"):
-                return values.astype(float), f"time is the channel {channel.name!r}"
+        clock = common_clock(
+            path, stated, size, others=[n for n in clocks if n not in stated], rows=rows
+        )
+    for channel in filter(_is_time, channels):
+        values = np.asarray(channel[:size])
+        note = f"time is the channel {channel.name!r}"
+        if values.dtype.kind == "M":
+            return _epoch_s(values), note
+        if _unit(channel) in ("", "s"):
+            return values.astype(float), note
     if len(stated) < len(clocks) or not stated:
         return None, "no time: no channel of that name, and not every waveform states its step"
     time: FloatArray = clock.start + clock.step * np.arange(size, dtype=float)

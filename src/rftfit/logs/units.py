@@ -10,14 +10,8 @@ import numpy as np
 from rftfit.campaign.config import QUANTITIES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from rftfit.conventions import FloatArray
     from rftfit.logs.base import Log
-
-
-# --- Units as log files spell them, in the program's own spelling.
-
 
 _SPELLINGS = {
     "N": "n newton newtons",
@@ -41,19 +35,15 @@ _SPELLINGS = {
     "h": "h hr hrs hour hours",
 }
 _KNOWN = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}
-_EXACT = {"Nm": "N m", "nm": "nm", "MN": "MN", "Mm": "Mm", "S": "S", "M": "M"}
 # M is not m and nm is not N m where the case says so
+_EXACT = {"Nm": "N m", "nm": "nm", "MN": "MN", "Mm": "Mm", "S": "S", "M": "M"}
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
 _BEHIND = re.compile(r"^(?P<name>.+?)\s*(?:[_/,]|\s)\s*(?P<unit>[A-Za-z°µμ*.\- ]{1,12})$")
 
 
 def unit_word(text: str) -> str:
-    """Return a unit in the program's own spelling.
-
-    `text`: As in a file, with or without brackets around it. Returns as it is, without brackets
-    and blanks, where the unit is not known; empty for ``?`` and ``-``.
-    """
+    """Return a unit in the program's own spelling; unknown ones as they are, ``?`` as nothing."""
     text = text.strip()
     if text[:1] in "([" and text[-1:] in ")]":
         text = text[1:-1].strip()
@@ -71,11 +61,7 @@ def known_unit(text: str) -> bool:
 
 
 def split_unit(cell: str) -> tuple[str, str]:
-    """Split the cell of a header row into name and unit.
-
-    `cell`: ``Force [kN]``, ``Force (kN)``, ``force_kN``, ``Force / kN``, or a bare name. Returns
-    `unit`: Empty where there is none.
-    """
+    """Split ``Force [kN]``, ``Force (kN)``, ``force_kN``, ``Force / kN`` into name and unit."""
     cell = cell.strip().strip('"').strip()
     match = _BRACKETS.match(cell)
     if match and match["name"]:
@@ -100,7 +86,7 @@ def unique(names: list[str]) -> tuple[str, ...]:
     return tuple(result)
 
 
-# --- The quantities that the chain wants of a log, and which column is probably which.
+# --- The quantities that the chain wants of a log, and which column is probably which
 
 
 MEANING = {
@@ -118,11 +104,6 @@ MEANING = {
 }
 """What each quantity is, in words."""
 
-_FORCE_UNITS = frozenset({"N", "mN", "kN", "lbf"})
-_LENGTH_UNITS = frozenset({"um", "mm", "cm", "m", "in"})
-_TORQUE_UNITS = frozenset({"N m", "N mm"})
-_ANGLE_UNITS = frozenset({"deg", "rad"})
-_TIME_UNITS = frozenset({"s", "ms", "us", "ns", "min", "h"})
 _AXES = {"x": "1", "y": "2", "z": "3"}
 
 _AXIS = re.compile(r"(?:^|[^a-z])(?P<kind>f|t|m|force|torque|moment)[\s._-]?(?P<axis>[xyz123])$")
@@ -135,22 +116,19 @@ _WORDS = (
     ("z", re.compile(r"^(displacement|extension|weg|crosshead|stroke|position|travel)$")),
     ("x", re.compile(r"^(x|pos(ition)?[\s._]?x|.*position\.x|x[\s._]?pos(ition)?)$")),
 )
-_FITS = {
-    "time": _TIME_UNITS,
-    "F": _FORCE_UNITS,
-    "T": _TORQUE_UNITS,
-    "x": _LENGTH_UNITS,
-    "z": _LENGTH_UNITS,
-    "angle": _ANGLE_UNITS,
+_LENGTHS = {"um", "mm", "cm", "m", "in"}
+_FITTING_UNITS = {
+    "time": {"s", "ms", "us", "ns", "min", "h"},
+    "F": {"N", "mN", "kN", "lbf"},
+    "T": {"N m", "N mm"},
+    "x": _LENGTHS,
+    "z": _LENGTHS,
+    "angle": {"deg", "rad"},
 }
 
 
 def guess(name: str, unit: str) -> str:
-    """Guess which quantity a column holds.
-
-    `name`: Of the column, without its unit. `unit`: As `unitwords.unit_word` spells it; empty
-    where the file does not say. Returns one of `QUANTITIES`, or empty.
-    """
+    """Guess which of `QUANTITIES` a column holds from its name and unit; empty: none."""
     if name in QUANTITIES:
         return name if _fits(name, unit) else ""
     plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).casefold().strip()
@@ -167,26 +145,23 @@ def guess(name: str, unit: str) -> str:
 
 def _fits(quantity: str, unit: str) -> bool:
     """Whether a unit can be one of the quantity."""
-    wanted = _FITS.get(quantity, _FITS.get(quantity[0]))
+    wanted = _FITTING_UNITS.get(quantity, _FITTING_UNITS.get(quantity[0]))
     return not unit or wanted is None or unit in wanted
 
 
 def guesses(log: Log) -> dict[str, str]:
-    """Guess the quantities of all columns of a log.
+    """Guess the quantities of all columns of a log: quantity to the first column that it fits.
 
-    Returns quantity to column, each quantity once: the first column that it fits. Without a name
-    that says time, a column of seconds since 1970 is the time.
+    Without a name that says time, a column of seconds since 1970 is the time.
     """
     found: dict[str, str] = {}
     for name in log.columns:
-        quantity = guess(name, log.units.get(name, ""))
-        if quantity:
-            found.setdefault(quantity, name)
+        found.setdefault(guess(name, log.units.get(name, "")), name)
     if "time" not in found:
         stamps = [name for name, values in log.columns.items() if _is_epoch(values)]
         if stamps:
             found["time"] = stamps[0]
-    return {quantity: found[quantity] for quantity in _in_order(found)}
+    return {quantity: found[quantity] for quantity in QUANTITIES if quantity in found}
 
 
 def _is_epoch(values: FloatArray) -> bool:
@@ -198,7 +173,3 @@ def _is_epoch(values: FloatArray) -> bool:
         and (np.diff(values) >= 0).all()
         and values[-1] > values[0]
     )
-
-
-def _in_order(quantities: Iterable[str]) -> list[str]:
-    return [quantity for quantity in QUANTITIES if quantity in set(quantities)]

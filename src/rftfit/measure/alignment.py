@@ -1,9 +1,10 @@
-"""Two clocks brought together by the force alone: it grows only where the intruder goes deeper."""
+"""Two clocks aligned by the force alone: it grows only where the intruder goes deeper."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -17,18 +18,13 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 
-# --- A smooth function of depth with few degrees of freedom: cubic B-splines on even knots.
-
-
 _FIRST_SHARE = 0.02
 
 
 def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) -> FloatArray:
-    """Values of the basis functions at each depth.
+    """Cubic B-splines on even knots (at least 2) at each depth (n,): shape (n, knots + 2).
 
-    `depth`: shape (n,); cm; depths outside the span count as its ends. `knots`: Even knots over
-    the span, at least 2. `span`: Depths whose range the knots cover; `depth` itself if not given.
-    Returns shape (n, knots + 2).
+    `span`: Depths whose range the knots cover, by default `depth`; others count as its ends.
     """
     other = depth if span is None else span
     low, high = float(other.min()), float(other.max())
@@ -46,29 +42,21 @@ def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) 
 
 
 def contact_basis(depth: FloatArray, surface: float, deepest: float, knots: int) -> FloatArray:
-    """Basis of a force that is constant above the surface, and smooth below with a bend at it.
-
-    `depth`: shape (n,); cm. `surface`, `deepest`: Ends of the range below the surface, cm. Returns
-    shape (n, knots + 3).
-    """
+    """Basis of a force that is constant above the surface and smooth below: shape (n, knots + 3)."""
     under = np.maximum(depth - surface, 0.0)
     inner = smooth_basis(under, knots, np.array([0.0, max(deepest - surface, 1e-6)]))
     return np.column_stack([np.ones(depth.size), under[:, None] * inner])
 
 
 def contact_depth(depth: FloatArray, force: FloatArray) -> float:
-    """Depth at which the force begins to rise.
+    """Depth of the last reading at which the force is below a fiftieth of its rise.
 
-    `depth`, `force`: shape (n,); Readings in the order of time, the largest force last. Returns
-    same unit as `depth`; of the last reading at which the force is below a fiftieth of its rise.
+    Readings in the order of time, the largest force last.
     """
     start = float(np.median(force[: max(8, force.size // 50)]))
     below = np.flatnonzero(force < start + _FIRST_SHARE * (force[-1] - start))
     first = int(below[-1]) if below.size else 0
     return float(depth[first])
-
-
-# --- The search over all lags between two logs for the one at which the force follows the depth.
 
 
 _KNOTS = 8
@@ -80,15 +68,11 @@ _RIVAL = 2.0
 
 
 @dataclass(frozen=True)
-class Profile:
-    """How much of the force no smooth function of depth explains, over lags.
+class LagProfile:
+    """How much of the force no smooth function of depth explains, over lags; arrays of shape (m,).
 
-    Parameters
-    ----------
-    lag : numpy.ndarray, shape (m,)
-        Motion clock minus force clock, s, increasing.
-    unexplained : numpy.ndarray, shape (m,)
-        Share of the force's variance, 0 to 1.
+    `lag`: Motion clock minus force clock, s, increasing.
+    `unexplained`: Share of the force's variance, 0 to 1.
     """
 
     lag: FloatArray
@@ -100,13 +84,7 @@ class Profile:
         return int(np.argmin(self.unexplained))
 
     def rivals(self) -> list[float]:
-        """Find other lags that do about as well as the best, with worse ones in between.
-
-        Returns
-        -------
-        list of float
-            s; at most three, the best of each valley.
-        """
+        """Find up to three other lags, s, about as good as the best, with worse ones in between."""
         lowest = float(self.unexplained[self.best])
         others = self.unexplained.copy()
         others[self._valley(self.best)] = np.inf
@@ -134,12 +112,8 @@ def search_lags(
     motion_time: FloatArray,
     depth: FloatArray,
     starts: Sequence[float],
-) -> Profile:
-    """Try every lag at which the logs overlap by half of the shorter.
-
-    `time`, `force`: shape (n,); Readings of the push: s, N. `motion_time`, `depth`: shape (m,); s,
-    cm. `starts`: Offsets that lags are counted from, s.
-    """
+) -> LagProfile:
+    """Try every lag at which the logs overlap by half of the shorter, counted from some `starts`, s."""
     lag = _lags(time, motion_time, starts)
     every = -(-time.size // _READINGS)
     count = time.size // every
@@ -161,7 +135,7 @@ def search_lags(
         moment = basis.T @ force
         explained = float(moment @ np.linalg.solve(normal, moment))
         share[place] = min(max((float(force @ force) - explained) / total, 0.0), 1.0)
-    return Profile(lag, share)
+    return LagProfile(lag, share)
 
 
 def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) -> FloatArray:
@@ -178,21 +152,17 @@ def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) ->
     return lags
 
 
-# --- Two clocks brought together by the force alone: it grows only where the intruder goes deeper.
-
-
 KNOTS = (7, 10, 14)
 """Three stiffnesses of the force-depth function; the middle one counts, the others show its bias."""
 
 _MIN_READINGS = 40
-_ALIGNMENT_READINGS = 600
+_MOST_READINGS = 600
 _RISE_TO_NOISE = 12.0
 _EXPLAINED = 0.9
-_STEP_S = 0.04
+_STEP_S, _STEP_CM = 0.04, 0.02
 _AS_GOOD = 1.2
 _BUILD_UP_S = 0.02
 """A force needs some travel to build up and relaxes at rest, so that it lags the depth by as much."""
-_STEP_CM = 0.02
 
 
 @dataclass(frozen=True)
@@ -217,7 +187,7 @@ class Alignment:
     reference_s: float
     hours: int | None
     explained: float
-    profile: Profile
+    profile: LagProfile
     time: FloatArray
     force: FloatArray
     depth: FloatArray
@@ -231,7 +201,7 @@ class Alignment:
 
 
 class _Refined(NamedTuple):
-    """Offset and drift after least squares."""
+    """Offset and drift after least squares, and the force that they explain."""
 
     offset: float
     drift: float
@@ -252,11 +222,10 @@ def estimate_clocks(
 ) -> Alignment:
     """Estimate how the clocks of a force and a motion log lie, from one push into the medium.
 
-    `force_time`: shape (n,); s, increasing, on the force log's clock. `force`: shape (n,); Lift on
-    the intruder, N, positive when it is pushed up; any constant may be in it. `motion_time`: shape
-    (m,); s, increasing, on the motion log's clock. `depth`: shape (m,); Growing as the intruder
-    goes down, from any zero, cm. `max_drift`: Standard deviation of the relative difference of two
-    clocks' rates. `max_se_s`: An offset less certain than this is none.
+    `force_time`, `force`: shape (n,); s and N; lift on the intruder with any constant in it.
+    `motion_time`, `depth`: shape (m,); s and cm; growing as the intruder goes down, from any zero.
+    `max_drift`: Standard deviation of the relative difference of two clocks' rates. `max_se_s`: An
+    offset less certain than this is none.
     """
     time, pushed = _readings(force_time, force)
     if motion_time.size < _MIN_READINGS or np.ptp(depth) <= 0:
@@ -273,15 +242,9 @@ def estimate_clocks(
             f"explained, {100 * _EXPLAINED:.0f} % needed. Do the two files belong to one run?"
         )
     starts = [float(profile.lag[profile.best]), *profile.rivals()]
-    tried = [
-        _refine(time, pushed, motion_time, depth, start, max_drift, KNOTS[1]) for start in starts
-    ]
-    chosen = _decide(tried, pushed)
-    fits = [
-        chosen if knots == KNOTS[1]
-        else _refine(time, pushed, motion_time, depth, chosen.offset, max_drift, knots)
-        for knots in KNOTS
-    ]  # fmt: skip
+    refine = partial(_refine, time, pushed, motion_time, depth, max_drift)
+    chosen = _decide([refine(start, KNOTS[1]) for start in starts], pushed)
+    fits = [chosen if knots == KNOTS[1] else refine(chosen.offset, knots) for knots in KNOTS]
     # what stiffness is right nobody knows: how far the answers lie apart is part of the error
     spread = float(np.var([fit.offset for fit in fits], ddof=1))
     se = math.sqrt(chosen.offset_variance + spread + _BUILD_UP_S**2)
@@ -319,10 +282,7 @@ def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
 
 
 def new_readings(channels: FloatArray) -> np.ndarray:
-    """Tell readings from rows in which a transducer slower than its logger says the same again.
-
-    `channels`: shape (k, n). Returns shape (n,): False where all channels repeat the row before.
-    """
+    """Tell readings from rows in which a transducer slower than its logger repeats all k channels."""
     fresh = np.ones(channels.shape[1], dtype=bool)
     fresh[1:] = (channels[:, 1:] != channels[:, :-1]).any(axis=0)
     return fresh
@@ -350,7 +310,7 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
             f"the force is largest at reading {peak + 1} already; {_MIN_READINGS} are needed before "
             "it: the log must begin before the push"
         )
-    every = -(-(peak + 1) // _ALIGNMENT_READINGS)
+    every = -(-(peak + 1) // _MOST_READINGS)
     # of a fast transducer means of neighbours: the motion log is no faster than that
     kept = (peak + 1) // every * every
     start = peak + 1 - kept
@@ -378,7 +338,7 @@ def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], lis
 
 def _refine(
     time: FloatArray, force: FloatArray, motion_time: FloatArray, depth: FloatArray,
-    offset: float, max_drift: float, knots: int,
+    max_drift: float, offset: float, knots: int,
 ) -> _Refined:  # fmt: skip
     """Gauss and Newton on offset, drift and surface; the smooth function is projected out."""
     drift, reference = 0.0, float(time.mean())
@@ -424,14 +384,14 @@ def _refine(
         surface += float(step[2])
         if abs(step[0]) < 1e-4 and abs(step[2]) < 1e-3:
             break
-    scatter = weighted_sum_variance(residual[None], back[0])[0][0]
-    scatter *= _loss(residual, back[0], float(scatter), basis.shape[1] + 3)
-    of_drift = weighted_sum_variance(residual[None], back[1])[0][0]
+    scatter = float(weighted_sum_variance(residual[None], back[0])[0][0])
+    scatter *= _loss(residual, back[0], scatter, basis.shape[1] + 3)
+    of_drift = float(weighted_sum_variance(residual[None], back[1])[0][0])
     # what the prior of the drift holds fixed is uncertain all the same
     shrunk = np.linalg.solve(normal, [0.0, stiff[1] * max_drift, 0.0])
     return _Refined(
-        offset, drift, reference, float(scatter) + float(shrunk[0] ** 2),
-        float(of_drift) + float(shrunk[1] ** 2), there, fitted,
+        offset, drift, reference, scatter + float(shrunk[0] ** 2), of_drift + float(shrunk[1] ** 2),
+        there, fitted,
     )  # fmt: skip
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.fits import COMPONENTS
+from rftfit.measure.fits import COMPONENTS, Row
 from rftfit.measure.slopes import (
     GIVEN_DOF,
     Spread,
@@ -31,17 +31,11 @@ ANGLE_TOLERANCE_DEG = 0.05
 SAME_DEPTH_CM = 0.1
 """Horizontal runs closer in depth than this were meant for one depth."""
 
-Row = dict[Any, Any]
-"""One row of the table of fits."""
-
 QUANTITIES = ("", "_se", "_lo", "_hi")
 
 
 def column(component: str, quantity: str = "") -> str:
-    """Name of a column of alpha.
-
-    `component`: ``z`` or ``x``. `quantity`: One of `QUANTITIES`.
-    """
+    """Name of a column of alpha: component ``z`` or ``x``, one of `QUANTITIES`."""
     return f"alpha_{component}{quantity}_N_per_cm3"
 
 
@@ -54,12 +48,10 @@ def alpha_table(
     same plate and share their runs. A horizontal cell is the zero-intercept fit through the
     steady-state means at the depths of its runs (design section 2). What differs from run to run
     enters every interval as far as it is known: pooled from the repeats of the sheet, else as
-    stated (`measure.repeats`); column `spread` says which.
+    stated; column `spread` says which. A cell without a number has a reason.
 
-    `fits`: One row per plate run (docs/architecture.md). `confidence`: Level of the intervals.
-    `depths`: Number of depths that a horizontal cell should have. `run_to_run`: Stated standard
-    deviation of alpha from run to run, N/cm^3. Returns 91 rows; NaN with a reason where no run
-    gave a number.
+    `fits`: Of `fit_medium`. `confidence`: Level of the intervals. `depths`: Number of depths that a
+    horizontal cell should have. `run_to_run`: Stated standard deviation of alpha, N/cm^3.
     """
     import pandas as pd
 
@@ -165,11 +157,7 @@ def _through_depths(runs: list[Row], component: str, spread: Spread) -> tuple[fl
 
 
 def grid(table: pd.DataFrame, name: str) -> FloatArray:
-    """One column of an alpha table as an array over the grid.
-
-    `table`: From `alpha_table`. `name`: Column. Returns shape (7, 13): Rows by beta, columns by
-    gamma, both increasing.
-    """
+    """One column of an alpha table over the grid (7, 13): rows by beta, columns by gamma, increasing."""
     ordered = table.sort_values(["beta_deg", "gamma_deg"])
     shape: Sequence[int] = (BETA_DEG.size, GAMMA_DEG.size)
     return ordered[name].to_numpy(float).reshape(shape)

@@ -1,4 +1,4 @@
-"""Two clocks brought together by what both logs saw: the arm starting and stopping."""
+"""Two clocks aligned by what both logs saw: the arm starting and stopping."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class ClockFit:
     `reference_s`: Force time.
     `residual_s`: Root mean square of the edges about the fit.
     `edges`: Edges used.
-    `se_s`: Standard error of the offset where it was estimated by itself.
-    `hours`: Whole hours in it, where that was found by itself.
+    `se_s`: Standard error of the offset, where the force alone gave it (`measure.alignment`).
+    `hours`: Whole hours in the offset, where the force alone gave it.
     """
 
     offset_s: float
@@ -42,10 +42,9 @@ class ClockFit:
     hours: int | None = None
 
     def offset_se(self, step_s: float) -> float:
-        """Return the standard error of the offset.
+        """Return the standard error of the offset, s; 0 for logs on one clock.
 
-        `step_s`: Sampling step of the sync line: an edge is known to within one. Returns s; 0 for
-        logs on one clock.
+        `step_s`: Sampling step of the sync line: an edge is known to within one.
         """
         if self.se_s is not None:
             return self.se_s
@@ -63,39 +62,26 @@ class ClockFit:
         return round(self.offset_s / HOUR_S) if self.hours is None else self.hours
 
     def motion_time(self, force_time: FloatArray) -> FloatArray:
-        """Turn times of the force log into times of the motion log.
-
-        `force_time`: s. Returns s, same shape.
-        """
+        """Turn times of the force log into times of the motion log, s."""
         return force_time + self.offset_s + self.drift * (force_time - self.reference_s)
 
 
 def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> FloatArray:
-    """Start and end of every stretch in which the arm moves.
+    """Start and end of every stretch in which the arm moves, s, shape (k, 2).
 
-    `time`: shape (n,); s, increasing. `speed`: shape (n,); Not negative, any unit. `threshold`:
-    Same unit; the edge is where the speed crosses it, interpolated between samples. Returns shape
-    (k, 2): s; stretches of less than 0.1 s are jitter and left out.
+    An edge is where the speed (n,) crosses the threshold, interpolated between samples; stretches of
+    less than 0.1 s are jitter and left out.
     """
     moving = np.concatenate([[False], speed > threshold, [False]])
     change = np.flatnonzero(moving[1:] != moving[:-1])
     first, last = change[::2], change[1::2] - 1
-    spans = np.stack(
-        [
-            _crossing(time, speed, threshold, first - 1, first),
-            _crossing(time, speed, threshold, last, last + 1),
-        ],
-        axis=1,
-    )
-    return spans[spans[:, 1] - spans[:, 0] > 0.1]
+    starts = _crossing(time, speed, threshold, first - 1, first)
+    ends = _crossing(time, speed, threshold, last, last + 1)
+    return np.stack([starts, ends], axis=1)[ends - starts > 0.1]
 
 
 def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
-    """Leave out stretches that a log shows no start or no end of: it was cut while the arm moved.
-
-    `spans`: shape (k, 2); s. `first`, `last`: First and last sample that a stretch was looked for
-    in, s. Returns shape (j, 2): s.
-    """
+    """Leave out stretches whose start or end lies outside a log, `first` to `last`, s."""
     return spans[(spans[:, 0] > first) & (spans[:, 1] < last)]
 
 
@@ -113,14 +99,11 @@ def _crossing(
 
 
 def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: float) -> ClockFit:
-    """Find offset and drift between two clocks from the spans in which the arm moved.
+    """Find offset and drift between two clocks from the spans (k, 2) in which the arm moved.
 
     The two ends of a ramp are seen at slightly different speeds by the two logs; because each
-    stretch has a start and an end, that cancels in the offset.
-
-    `force_spans`, `motion_spans`: shape (k, 2); s, on the clock of the force log and on that of
-    the motion log. One may lack stretches at either end (a log cut short): the shift at which they
-    agree is found.
+    stretch has a start and an end, that cancels in the offset. A log that was cut short may lack
+    stretches at either end: the shift at which both agree is found.
     """
     short, long = sorted((force_spans, motion_spans), key=len)
     if len(short) == 0:

@@ -1,33 +1,50 @@
-"""From a tared stroke to one row of the table of fits, over the window where stress is proportional to depth."""
+"""From tared strokes to the table of fits, over the window where stress is proportional to depth."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rftfit.conventions import file_extraction
-from rftfit.measure.ledger import Why
+from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.slopes import Slope, fit_slope, unfinished_start
+from rftfit.measure.strokes import split_runs
+from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     import numpy.typing as npt
+    import pandas as pd
 
     from rftfit.campaign.config import AnyPlate, Config, Container, Fit
+    from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
     from rftfit.conventions import FloatArray
 
 
-# --- Where along a stroke the stress is proportional to depth, and therefore fitted.
+NOT_LINEAR = "not linear"
+_CURVED_P, _CURVED_RATIO = 0.01, 0.10
+COMPONENTS = ("z", "x")
+_OF_COMPONENT = (
+    "alpha_{}_N_per_cm3", "alpha_{}_se_N_per_cm3", "alpha_{}_lo_N_per_cm3", "alpha_{}_hi_N_per_cm3",
+    "alpha_{}_dof", "alpha_{}_ols_se_N_per_cm3", "alpha_{}_startup_N_per_cm3",
+    "intercept_{}_N_per_cm2", "free_slope_{}_N_per_cm3", "nonlinear_{}_p", "nonlinear_{}_ratio",
+)  # fmt: skip
+FIT_COLUMNS = [
+    "run_id", "medium", "beta_deg", "gamma_deg", "direction", "tare_run", "depth_from_cm",
+    "depth_to_cm", "n_points", *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
+    "flags", "note", "reason",
+]  # fmt: skip
+
+
+Row = dict[Any, Any]
+"""One row of a table."""
 
 
 def half_extent(plate: AnyPlate, beta: float) -> tuple[float, float]:
-    """Half the size of a plate along x and z when it is held at `beta`.
-
-    `beta`: rad. Returns `half_x`, `half_z`: cm.
-    """
+    """Half the size along x and z, cm, of a plate held at `beta`, rad."""
     length, thickness = plate.length_cm / 2, plate.thickness_cm / 2
     cosine, sine = abs(math.cos(beta)), abs(math.sin(beta))
     return length * cosine + thickness * sine, length * sine + thickness * cosine
@@ -36,11 +53,10 @@ def half_extent(plate: AnyPlate, beta: float) -> tuple[float, float]:
 def slanted_window(
     depth: FloatArray, x: FloatArray, plate: AnyPlate, beta: float, container: Container, fit: Fit
 ) -> npt.NDArray[np.int8]:
-    """Tell for each sample of a slanted stroke why it is not fitted, design section 2.
+    """`RowStatus` of each sample of a slanted stroke: good where the plate is submerged and off walls.
 
     `depth`, `x`: shape (n,); Of the plate's centre, cm; x = 0 in the middle of the container.
-    `beta`: rad. `fit`: Clearance, and overrides of both ends of the window. Returns shape (n,):
-    `Why`; GOOD where the sample is fitted.
+    `beta`: rad.
     """
     half_x, half_z = half_extent(plate, beta)
     shallowest = half_z if fit.submergence_cm is None else fit.submergence_cm
@@ -49,46 +65,33 @@ def slanted_window(
         deepest = fit.max_depth_cm
     widest = container.length_cm / 2 - fit.wall_clearance_cm - half_x
     # the outermost reason is tested last, so that it wins
-    reason = np.full(depth.size, Why.GOOD, dtype=np.int8)
-    reason[np.abs(x) > widest] = Why.WALL
-    reason[depth > deepest] = Why.BOTTOM
-    reason[depth < shallowest] = Why.ABOVE
+    reason = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
+    reason[np.abs(x) > widest] = RowStatus.WALL
+    reason[depth > deepest] = RowStatus.BOTTOM
+    reason[depth < shallowest] = RowStatus.ABOVE
     return reason
 
 
 def horizontal_window(
     travel: FloatArray, x: FloatArray, plate: AnyPlate, beta: float, container: Container, fit: Fit
 ) -> npt.NDArray[np.int8]:
-    """Tell for each sample of a horizontal stroke why it is not averaged.
+    """`RowStatus` of each sample of a horizontal stroke: good after the start-up and off walls.
 
-    `travel`: shape (n,); Length of the path so far, cm. `x`: shape (n,); cm. `beta`: rad. Returns
-    shape (n,): `Why`; GOOD where the sample is averaged.
+    `travel`: shape (n,); Length of the path so far, cm. `x`: shape (n,); cm. `beta`: rad.
     """
     half_x, _ = half_extent(plate, beta)
-    reason = np.full(travel.size, Why.GOOD, dtype=np.int8)
-    reason[np.abs(x) > container.length_cm / 2 - fit.wall_clearance_cm - half_x] = Why.WALL
-    reason[travel < fit.horizontal_skip_cm] = Why.STARTUP
+    reason = np.full(travel.size, RowStatus.GOOD, dtype=np.int8)
+    reason[np.abs(x) > container.length_cm / 2 - fit.wall_clearance_cm - half_x] = RowStatus.WALL
+    reason[travel < fit.horizontal_skip_cm] = RowStatus.STARTUP
     return reason
 
 
 def linear_window(depth: FloatArray, linear_to_cm: float) -> npt.NDArray[np.int8]:
-    """Tell for each sample of a natural sand's penetration test why it is not fitted.
-
-    `depth`: shape (n,); cm. `linear_to_cm`: End of the linear regime. Returns shape (n,): `Why`;
-    GOOD where the sample is fitted.
-    """
-    reason = np.full(depth.size, Why.GOOD, dtype=np.int8)
-    reason[depth > linear_to_cm] = Why.NONLINEAR
-    reason[depth < 0] = Why.ABOVE
+    """`RowStatus` of each sample of a natural sand's penetration test: good in the linear regime."""
+    reason = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
+    reason[depth > linear_to_cm] = RowStatus.NONLINEAR
+    reason[depth < 0] = RowStatus.ABOVE
     return reason
-
-
-# --- From a tared stroke to one row of the table of fits.
-
-
-NOT_LINEAR = "not linear"
-_CURVED_P, _CURVED_RATIO = 0.01, 0.10
-COMPONENTS = ("z", "x")
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,7 @@ class Stroke:
 
     `depth`, `x`, `path`: cm; path is the length travelled.
     `force`: shape (2, n); Granular force z, x, N; NaN where the tare is not known.
-    `why`: `Why` a row must not be used; GOOD where it may.
+    `why`: `RowStatus` of each sample.
     `zero_variance`, `zero_dof`: shape (2, 2); Of run and tare (rows), for z and x, N^2.
     `depth_sd`: Standard error of the depth common to all samples, from the clocks, cm.
     `flags`: What earlier stages remarked.
@@ -121,8 +124,7 @@ class RunFit:
     `beta_deg`, `gamma_deg`: The cell it is filed under.
     `depth_from_cm`, `depth_to_cm`: Depths actually fitted; NaN if there is no fit.
     `slope`: Components z, x, the sign of x already that of the cell.
-    `why`: shape (n,); `Why` each sample of the stroke was not fitted; GOOD where it was, or would
-        have been.
+    `why`: shape (n,); `RowStatus` of each sample; GOOD where it was fitted, or would have been.
     `reason`: Why there is no alpha; empty if there is one.
     """
 
@@ -137,10 +139,9 @@ class RunFit:
 
 
 def filed_under(run: Run) -> tuple[float, float, float]:
-    """Cell of the alpha table to which a run belongs, and the sign of its alpha_x there.
+    """Cell (beta, gamma), deg, of the alpha table to which a run belongs, and the sign of its alpha_x.
 
-    Returns `beta_deg`, `gamma_deg`, `sign_x`: Extractions go under (-beta, -gamma) with alpha_x
-    turned.
+    Extractions go under (-beta, -gamma) with alpha_x turned.
     """
     if run.direction == "extraction":
         return file_extraction(run.beta_deg, run.gamma_deg)
@@ -148,26 +149,23 @@ def filed_under(run: Run) -> tuple[float, float, float]:
 
 
 def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
-    """Fit alpha_z and alpha_x of one plate run in its window.
-
-    Returns with a reason and no slope where the run must not give a number.
-    """
+    """Fit alpha_z and alpha_x of one plate run in its window, or say why it must not give a number."""
     plate = config.intruders[run.intruder]
     assert plate.shape != "leg"
     beta_deg, gamma_deg, sign_x = filed_under(run)
     window = _window(run, stroke, plate, config)
-    wanted = window == Why.GOOD
-    usable = wanted & (stroke.why == Why.GOOD)
-    why = np.where(stroke.why == Why.GOOD, window, stroke.why)
+    wanted = window == RowStatus.GOOD
+    usable = wanted & (stroke.why == RowStatus.GOOD)
+    why = np.where(stroke.why == RowStatus.GOOD, window, stroke.why)
 
     def refuse(reason: str) -> RunFit:
         return RunFit(beta_deg, gamma_deg, why=why, flags=stroke.flags, reason=reason)
 
-    saturated = int(np.count_nonzero(wanted & (stroke.why == Why.SATURATED)))
+    saturated = int(np.count_nonzero(wanted & (stroke.why == RowStatus.SATURATED)))
     if saturated:
         return refuse(f"transducer saturated in {saturated} samples of the window")
     wanted_count = int(np.count_nonzero(wanted))
-    untared = int(np.count_nonzero(wanted & (stroke.why == Why.NO_TARE)))
+    untared = int(np.count_nonzero(wanted & (stroke.why == RowStatus.NO_TARE)))
     # a step or two at the ends is the difference of two logs' starts, not a tare that is short
     if untared > 0.02 * wanted_count + 2:
         return refuse(
@@ -200,7 +198,9 @@ def _window(run: Run, stroke: Stroke, plate: AnyPlate, config: Config) -> np.nda
         return horizontal_window(stroke.path, stroke.x, plate, beta, config.container, config.fit)
     why = slanted_window(stroke.depth, stroke.x, plate, beta, config.container, config.fit)
     if run.direction == "extraction":
-        why[(stroke.path < config.fit.extraction_skip_cm) & (why == Why.GOOD)] = Why.STARTUP
+        why[(stroke.path < config.fit.extraction_skip_cm) & (why == RowStatus.GOOD)] = (
+            RowStatus.STARTUP
+        )
     return why
 
 
@@ -223,3 +223,92 @@ def _linearity_flags(
         for name, ratio, bad in zip(COMPONENTS, slope.nonlinear_ratio, curved, strict=True)
         if bad
     )
+
+
+def fit_medium(
+    campaign: Campaign, medium: str, status: pd.DataFrame, tared: pd.DataFrame, tares: pd.DataFrame
+) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
+    """Fit every plate run of a medium, from the tables of the ingest and tare stages.
+
+    Returns a row per plate run of the sheet, also of those that give no alpha; for the rows of
+    `tared`, the `RowStatus` by which they were fitted or not; the rows of the strokes handed on.
+    """
+    import pandas as pd
+
+    ledger = Ledger()
+    where = split_runs(tared)
+    columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
+    force = tared[["force_z_N", "force_x_N"]].to_numpy().T
+    facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
+    no_tare = dict(zip(tares["run_id"], tares["reason"], strict=True))
+    runs = [run for run in campaign.runs_of(medium) if run.kind == "plate"]
+    n_plates = len({run.intruder for run in runs})
+    rows = []
+    why = columns["why"].copy()
+    for run in runs:
+        fact, part = facts[run.run_id], where.get(run.run_id)
+        flags = tuple(filter(None, str(fact["flags"]).split("; ")))
+        if part is not None and not run.tare_run:
+            flags += (NO_TARE_FLAG,)
+        if n_plates > 1:
+            flags += (f"{run.intruder}, one of {n_plates} plates in this medium",)
+        if part is None:
+            reason = str(fact["reason"]) or no_tare.get(run.run_id, "")
+            fit = RunFit(*filed_under(run)[:2], flags=flags, reason=reason)
+        else:
+            pair = [facts[name] for name in (run.run_id, run.tare_run) if name in facts]
+            samples = {name: values[part] for name, values in columns.items()}
+            stroke = _stroke(samples, force[:, part], pair, flags)
+            fit = fit_run(run, stroke, campaign.config)
+            why[part] = fit.why
+            _account(ledger, run, stroke, fit)
+        rows.append(_row(run, fit, campaign.config.fit.confidence, fact["note"]))
+    windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
+    return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
+
+
+def _stroke(
+    samples: dict[str, np.ndarray], force: FloatArray, facts: list[Row], flags: tuple[str, ...]
+) -> Stroke:
+    """Put together what the fit of one run needs, of its samples and the facts of run and tare."""
+    depth, run = samples["depth_cm"], facts[0]
+    # depth changes in a stroke at this speed; an error of the clocks shifts it by speed x error
+    speed = float(np.ptp(depth)) / (depth.size * float(run["sample_step_s"]))
+    # so does an error of the surface, where that had to be found; a stated one has no error
+    surface_se_cm = float(np.nan_to_num(run["surface_se_mm"])) / 10
+    return Stroke(
+        depth, samples["x_cm"], samples["path_cm"], force, samples["why"],
+        np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in facts], dtype=float),
+        np.array([[fact["zero_dof"]] * 2 for fact in facts], dtype=float),
+        math.hypot(speed * float(run["clock_se_s"]), surface_se_cm), flags,
+    )  # fmt: skip
+
+
+def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
+    """Put the rows of a stroke into the ledger, but for those that an earlier stage dropped."""
+    handed_on = fit.why[stroke.why == RowStatus.GOOD]
+    ledger.add_rows(run, run.force_log, handed_on[handed_on != RowStatus.GOOD], "")
+    fate = (DROPPED, f"no alpha: {fit.reason}") if fit.reason else (USED, "slope")
+    good = int(np.count_nonzero(handed_on == RowStatus.GOOD))
+    if good:
+        ledger.add(run, run.force_log, *fate, good)
+
+
+def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
+    row: Row = {
+        "run_id": run.run_id, "medium": run.medium, "beta_deg": fit.beta_deg,
+        "gamma_deg": fit.gamma_deg, "direction": run.direction, "tare_run": run.tare_run,
+        "depth_from_cm": fit.depth_from_cm, "depth_to_cm": fit.depth_to_cm, "n_points": 0,
+        "flags": "; ".join(fit.flags), "note": note, "reason": fit.reason,
+    }  # fmt: skip
+    slope = fit.slope
+    if slope is None:
+        return row
+    row["n_points"] = slope.points
+    lo, hi = slope.interval(confidence)
+    values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup,
+              slope.intercept, slope.free_slope, slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
+    for i, component in enumerate(COMPONENTS):
+        names = [name.format(component) for name in _OF_COMPONENT]
+        row |= {name: value[i] for name, value in zip(names, values, strict=True)}
+    return row

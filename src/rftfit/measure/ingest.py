@@ -1,4 +1,4 @@
-"""One run from its two logs to a trace in the lab frame."""
+"""The logs of a medium as traces in the lab frame: one clock, zero removed, every row accounted for."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.alignment import Alignment, estimate_clocks, new_readings
-from rftfit.measure.clocks import ClockError, ClockFit, align, moving_spans, whole_spans
-from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, Why
+from rftfit.measure.clocks import HOUR_S, ClockError, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
 from rftfit.measure.pairs import (
     ANGLE_TO_RAD,
     FORCE_TO_N,
@@ -22,12 +22,15 @@ from rftfit.measure.pairs import (
     gaps,
     load_pairs,
     one_table,
+    readers,
 )
-from rftfit.measure.strokes import Motion, StrokeError, find_stroke
+from rftfit.measure.strokes import Motion, StrokeError, find_stroke, join_runs
 from rftfit.measure.surface import Surface, SurfaceError, compliance_of, find_surface
 from rftfit.measure.zero import find_zero, height_needed
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from rftfit.campaign.config import Config, Transducer
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
@@ -36,175 +39,47 @@ if TYPE_CHECKING:
     from rftfit.measure.surface import Compliance
 
 
-# --- From the sensor's own channels to the lab frame (docs/architecture.md).
-
-
-def sensor_to_lab(transducer: Transducer) -> FloatArray:
-    """Matrix that turns the channels (F1, F2, F3) into the lab's (force_x, force_z).
-
-    `transducer`: Its signed axes say which channel lies along which mount axis; the mount is
-    turned by ``turn_deg`` about y, from z toward x. Returns shape (2, 3).
-    """
-    mount = np.zeros((3, 3))
-    for row, channel in enumerate((transducer.axes.x, transducer.axes.y, transducer.axes.z)):
-        mount[row, int(channel[2]) - 1] = 1.0 if channel[0] == "+" else -1.0
-    turn = math.radians(transducer.turn_deg)
-    about_y = np.array(
-        [[math.cos(turn), 0.0, math.sin(turn)], [-math.sin(turn), 0.0, math.cos(turn)]]
-    )
-    return np.asarray(about_y @ mount)
-
-
-# --- When and where: the clocks of a run, its free surface and its stroke, in the way the config asks for.
-
-
-REPEATED = "repeats the reading before (transducer slower than its logger)"
-_BOTTOM_CM = 0.02
-_NEAR_CM = 0.3
-_FLAT_DEG = 3.0
-
-
-def without_repeats(config: Config, log: Log) -> Log:
-    """Leave out the rows in which a slow transducer says the same again, if the config asks for it.
-
-    `log`: Force log. Returns what was left out is counted.
-    """
-    if config.transducer.repeats == "keep":
-        return log
-    channels = np.stack([log.columns[name] for name in ("F1", "F2", "F3")])
-    return log.take(new_readings(channels), REPEATED)
-
-
-def find_clock(
-    config: Config,
-    run: Run,
-    time: FloatArray,
-    line: FloatArray | None,
-    lift: FloatArray,
-    motion: Motion,
-    usable: np.ndarray | None = None,
-    spans: FloatArray | None = None,
-) -> tuple[ClockFit, Alignment | None]:
-    """Bring the clocks of force and motion log together.
-
-    `config`: Its ``clock`` says how. `time`: shape (n,); Of the force log, s. `line`: shape (n,);
-    Its sync line, if it has one. `lift`: shape (n,); Vertical force, zero not yet removed, N.
-    `usable`: shape (n,); Which samples may be believed; all if not given. `spans`: shape (k, 2);
-    From `Motion.spans`, where it was called already. Returns `alignment`: What it was estimated
-    from, where it was.
-    """
-    method = config.clock.method
-    if method == "same_clock":
-        return ClockFit(0.0, 0.0, 0.0, 0.0, 0), None
-    if method == "estimate":
-        if run.direction != "intrusion" or run.gamma_deg != 90:
-            raise ClockError(
-                f"clock.method estimate: found a run in direction {run.direction} along gamma "
-                f"{run.gamma_deg:g} deg; allowed: intrusion straight down, where the force grows with "
-                "depth. Others need a sync line or one clock"
-            )
-        good = slice(None) if usable is None else usable
-        alignment = estimate_clocks(
-            time[good],
-            lift[good],
-            motion.time,
-            -motion.z,
-            config.clock.max_drift,
-            config.clock.max_se_s,
-        )
-        return alignment.clock(), alignment
-    if line is None:
-        raise ClockError(
-            "the force log has no column arm_moving; clock.method sync_line needs it, allowed "
-            "without: estimate, same_clock"
-        )
-    spans = motion.spans(config.arm) if spans is None else spans
-    seen = whole_spans(moving_spans(time, line, 0.5), float(time[0]), float(time[-1]))
-    # the speed is known from the second sample to the last but one; no spans in fewer than three
-    done = whole_spans(spans, *motion.time[[1, -2]]) if len(spans) else spans
-    return align(seen, done, config.clock.max_residual_s), None
-
-
-def place_surface(
-    config: Config,
-    run: Run,
-    motion: Motion,
-    on_motion: FloatArray,
-    lift: FloatArray,
-    clock_se_s: float,
-) -> tuple[Motion, Surface | None]:
-    """Count z from the free surface that the force shows, where the config asks for that.
-
-    `on_motion`: shape (n,); Times of the force log's samples on the motion log's clock, s. `lift`:
-    shape (n,); Vertical force, zero not yet removed, N. `clock_se_s`: Standard error of the
-    clocks' offset: it moves the surface by as far as the arm went in it. Returns `motion`: With z
-    = 0 at the surface. Returns `surface`: As found; its depth is counted from the zero that
-    `motion` had.
-    """
-    if config.surface.method == "given" or run.surface_z_mm is not None:
-        return motion, None
-    plate = config.intruders[run.intruder]
-    flat = run.kind == "plate" and abs(run.beta_deg) <= _FLAT_DEG
-    if run.direction != "intrusion" or plate.shape == "leg" or not flat:
-        raise StrokeError(
-            "no_surface",
-            "surface.method find works for flat plates pushed down, which meet the surface all at "
-            f"once (beta within {_FLAT_DEG:g} deg of 0); this run needs surface_z_mm",
-        )
-    inside = (on_motion >= motion.time[0]) & (on_motion <= motion.time[-1])
-    depth = -motion.at(on_motion[inside])[1]
-    try:
-        window, noise = config.surface.window_cm, config.transducer.precision_N
-        toe = plate.thickness_cm / 2
-        surface = find_surface(depth, lift[inside], window, noise, 0.0, toe)
-        if clock_se_s > 0:
-            near = np.abs(depth - surface.depth_cm) < _NEAR_CM
-            speed = np.abs(np.gradient(depth, on_motion[inside]))[near].mean()
-            surface = find_surface(
-                depth, lift[inside], window, noise, float(speed) * clock_se_s, toe
-            )
-    except SurfaceError as error:
-        raise StrokeError("no_surface", str(error)) from error
-    if surface.se_cm > config.surface.max_se_cm:
-        raise StrokeError(
-            "no_surface",
-            f"surface not found well enough: its standard error is {surface.se_cm:.2f} cm; allowed: "
-            f"{config.surface.max_se_cm:g} cm",
-        )
-    return replace(motion, z=motion.z + surface.depth_cm), surface
-
-
-def stroke_of(config: Config, run: Run, motion: Motion, spans: FloatArray) -> tuple[float, float]:
-    """Find the stroke of a run.
-
-    `motion`: With z = 0 at the surface. `spans`: shape (k, 2); Stretches of motion, s. Returns
-    `start`, `end`: s, on the motion log's clock.
-    """
-    straight = run.direction == "intrusion" and run.gamma_deg == 90
-    if config.arm.drive == "steady" or not straight:
-        return find_stroke(motion, spans, run, config.arm)
-    lowest = float(motion.z.min())
-    above = np.flatnonzero(motion.z > 0)
-    if lowest > -5 * _BOTTOM_CM or not above.size:
-        raise StrokeError(
-            "surface_not_reached",
-            f"the path from {motion.z.max():+.2f} to {lowest:+.2f} cm does not cross the surface",
-        )
-    end = int(np.argmax(motion.z <= lowest + _BOTTOM_CM))
-    before = above[above < end]
-    if not before.size:
-        raise StrokeError("wrong_path", "the arm log begins below the surface")
-    return float(motion.time[before[-1]]), float(motion.time[end])
-
-
-# --- One run from its two logs to a trace in the lab frame.
-
-
 PHASES = ("air", "approach", "pause", "stroke", "other")
-_WHY_OF_PHASE = np.array(
-    [Why.GOOD, Why.APPROACH, Why.PAUSE, Why.GOOD, Why.ELSEWHERE], dtype=np.int8
+_AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
+_STATUS_OF_PHASE = np.array(
+    [RowStatus.GOOD, RowStatus.APPROACH, RowStatus.PAUSE, RowStatus.GOOD, RowStatus.ELSEWHERE],
+    dtype=np.int8,
 )
+REPEATED = "repeats the reading before (transducer slower than its logger)"
+_CHANNELS = ("F1", "F2", "F3")
 _NEAR_FULL_RANGE = 0.995
+_NEAR_SURFACE_CM = 0.3
+_FLAT_DEG = 3.0
+_PAUSE_CM = 0.2
+_RAMP_S = 0.1
+
+RUN_COLUMNS: dict[str, object] = {
+    **dict.fromkeys(("run_id", "kind", "status", "reason", "flags", "note"), ""),
+    **dict.fromkeys(("rows_force", "rows_motion"), 0),
+    **dict.fromkeys(
+        ("sample_step_s", "clock_offset_s", "clock_residual_s", "clock_se_s", "zero_var_z_N2",
+         "zero_var_x_N2", "zero_dof", "clock_hours", "clock_rest_s", "clock_drift",
+         "clock_drift_se", "clock_explained", "surface_z_mm", "surface_se_mm",
+         "surface_growth_N_per_cm"), np.nan
+    ),
+}  # fmt: skip
+"""Columns of the table of runs, and what stands where nothing is known."""
+
+
+@dataclass(frozen=True)
+class ForceReadings:
+    """A force log in the lab frame, its zero not yet removed; arrays of shape (n,).
+
+    `time`: s, on the force log's clock.
+    `force`: shape (2, n); z, x; N.
+    `arm_moving`: The sync line, if the log has one.
+    `saturated`: Where a channel is at the end of its range.
+    """
+
+    time: FloatArray
+    force: FloatArray
+    arm_moving: FloatArray | None
+    saturated: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -216,7 +91,7 @@ class Trace:
     `x`, `z`: Reference point of the intruder, cm.
     `angle`: beta or theta, rad.
     `force`: shape (2, n); z, x; N; zero removed.
-    `why`: `Why` a row must not be used; GOOD where it may.
+    `why`: `RowStatus` of each sample.
     `zero_variance`: shape (2,); N^2.
     `flags`: Remarks that do not stop the run.
     `rows`: Data lines of force and motion log.
@@ -258,16 +133,91 @@ class RunRefused(ValueError):
     """A run that gives no trace; the text is the reason in ledger, table and report."""
 
 
+def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
+    """Read all logs of a medium, keeping what is wrong with the bad ones.
+
+    Returns a row per force sample; a row per run: status, reason, flags, clock and zero; the rows of
+    all logs but the good ones of the strokes.
+    """
+    import pandas as pd
+
+    traces, rows, ledger = ingest_traces(campaign, medium)
+    return samples_of(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
+
+
+def ingest_traces(
+    campaign: Campaign, medium: str
+) -> tuple[list[Trace], list[dict[str, object]], Ledger]:
+    """As `ingest_medium`, with the traces and what their clocks and surfaces were estimated from."""
+    ledger = Ledger()
+    traces: list[Trace] = []
+    rows: list[dict[str, object]] = []
+    config = campaign.config
+    runs = campaign.runs_of(medium)
+    compliance = find_compliance(campaign, runs[0]) if config.rigid_contact and runs else None
+    for run, pair in load_pairs(campaign, runs):
+        try:
+            trace = ingest_run(config, run, pair, ledger, compliance)
+        except RunRefused as refusal:
+            refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
+            rows.append(RUN_COLUMNS | refused | {"reason": str(refusal)})
+        else:
+            traces.append(trace)
+            rows.append(_run_row(config, run, trace))
+    return traces, rows, ledger
+
+
+def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
+    clock, step = trace.clock, trace.step_s
+    row = {
+        "run_id": run.run_id, "kind": run.kind, "status": "read", "flags": "; ".join(trace.flags),
+        "note": trace.note, "rows_force": trace.rows[0], "rows_motion": trace.rows[1],
+        "sample_step_s": step, "clock_offset_s": clock.offset_s,
+        "clock_residual_s": clock.residual_s, "clock_se_s": clock.offset_se(step),
+        "zero_var_z_N2": trace.zero_variance[0], "zero_var_x_N2": trace.zero_variance[1],
+        "zero_dof": trace.zero_dof,
+    }  # fmt: skip
+    if (found := trace.alignment) is not None:
+        hours = clock.whole_hours
+        # in a table of six digits hours would hide the rest
+        row |= {
+            "clock_hours": hours, "clock_rest_s": clock.offset_s - HOUR_S * hours,
+            "clock_drift": found.drift, "clock_drift_se": found.drift_se,
+            "clock_explained": found.explained,
+        }  # fmt: skip
+    if (surface := trace.surface) is not None:
+        row |= {
+            "surface_z_mm": config.arm.surface_z_mm - 10 * surface.depth_cm,
+            "surface_se_mm": 10 * surface.se_cm,
+            "surface_growth_N_per_cm": surface.growth_N_per_cm,
+        }
+    return RUN_COLUMNS | row
+
+
+def samples_of(traces: list[Trace]) -> pd.DataFrame:
+    """Put the samples of all runs into one long table."""
+    import pandas as pd
+
+    columns = ("time_s", "phase", "x_cm", "depth_cm", "angle_deg", "force_z_N", "force_x_N", "why")
+    parts = {
+        one.run.run_id: dict(zip(columns, (
+            one.time, one.phase, one.x, -one.z, np.degrees(one.angle), *one.force, one.why
+        ), strict=True))
+        for one in traces
+    }  # fmt: skip
+    samples = join_runs(parts, columns)
+    codes = samples["phase"].to_numpy(int)
+    samples["phase"] = pd.Categorical.from_codes(codes, categories=pd.Index(PHASES))
+    return samples
+
+
 def ingest_run(
     config: Config, run: Run, pair: Pair, ledger: Ledger, compliance: Compliance | None = None
 ) -> Trace:
-    """Bring the two logs of a run together and into the lab frame.
+    """Align the two logs of a run and turn them into the lab frame.
 
     Rows that go no further are put into the ledger here; the good ones of the stroke are left to
-    the stages that use them.
-
-    `pair`: Its logs as read. `ledger`: Is added to. `compliance`: How far the machine yields under
-    load.
+    the stages that use them. `compliance` says how far the machine yields under load.
     """
     # a line that holds force and motion is counted once, by what became of its force
     once = one_table(config, run) and pair.force.rows == pair.motion.rows
@@ -293,143 +243,268 @@ def ingest_run(
 def _make_trace(
     config: Config, run: Run, force_log: Log, motion_log: Log, compliance: Compliance | None
 ) -> Trace:
-    channels, force_time, line = _channels(config, force_log)
-    force = (sensor_to_lab(config.transducer) @ channels)[::-1]
+    readings = read_force(config, force_log)
     motion = read_motion(config, run, motion_log)
-    limits = np.array(config.transducer.range_N)[:, None]
-    saturated = np.asarray((np.abs(channels) >= _NEAR_FULL_RANGE * limits).any(axis=0))
     spans = motion.spans(config.arm)
-    usable = ~saturated
-    clock, alignment = find_clock(config, run, force_time, line, force[0], motion, usable, spans)
-    on_motion = clock.motion_time(force_time)
+    clock, alignment = find_clock(config, run, readings, motion, spans)
+    time = clock.motion_time(readings.time)
+    usable = ~readings.saturated
     motion, surface = place_surface(
-        config, run, motion, on_motion[usable], force[0, usable], clock.se_s or 0.0
+        config, run, motion, time[usable], readings.force[0, usable], clock.se_s or 0.0
     )
-    start, end = stroke_of(config, run, motion, spans)
-    x, z, angle = motion.at(on_motion)
-    why = np.full(force_time.size, Why.GOOD, dtype=np.int8)
-    for gap_start, gap_end in gaps(motion.time, config.clock.max_gap_s):
-        why[(on_motion > gap_start) & (on_motion < gap_end)] = Why.MOTION_GAP
-    why[(on_motion < motion.time[0]) | (on_motion > motion.time[-1])] = Why.NO_MOTION
-    why[saturated] = Why.SATURATED
-
-    moving = np.zeros(force_time.size, dtype=bool)
-    # a tenth of a second around each stretch belongs to its ramps
-    first = np.searchsorted(on_motion, spans[:, 0] - 0.1, side="right")
-    for begin, stop in zip(first, np.searchsorted(on_motion, spans[:, 1] + 0.1), strict=True):
-        moving[begin:stop] = True
-    intruder = config.intruders[run.intruder]
-    in_air = z >= height_needed(intruder, angle, config.fit.air_clearance_cm)
-    in_stroke = (on_motion >= start) & (on_motion <= end)
+    start, end = find_stroke(motion, spans, run, config.arm)
+    in_stroke = (time >= start) & (time <= end)
     if not in_stroke.any():
         raise StrokeError(
             "no_force",
             "the force log has no sample during the stroke; do the two logs belong to one run?",
         )
+    x, z, angle = motion.at(time)
+    why = _row_status(config, motion, time, readings.saturated)
+    moving = _within(time, spans)
+    intruder = config.intruders[run.intruder]
+    in_air = z >= height_needed(intruder, angle, config.fit.air_clearance_cm)
     zero = find_zero(
-        force_time,
-        force,
-        in_air & (why == Why.GOOD) & ~in_stroke,
+        readings.time,
+        readings.force,
+        in_air & (why == RowStatus.GOOD) & ~in_stroke,
         moving,
-        float(force_time[in_stroke].mean()),
+        float(readings.time[in_stroke].mean()),
         config.transducer.drift_N_per_min,
     )
     if zero is None:
         raise StrokeError(
             "no_zero", "no zero: the intruder is never at rest in air for half a second"
         )
-
-    force = force - zero.force
+    force = readings.force - zero.force
     if compliance is not None:
         travel, known = compliance.at(force[0])
         z = z + travel
-        why[~known & (why == Why.GOOD)] = Why.YIELDED
+        why[~known & (why == RowStatus.GOOD)] = RowStatus.YIELDED
+    phase = np.full(time.size, _OTHER)
+    phase[in_air & ~moving] = _AIR
+    phase[~in_air & ~moving & (np.abs(z) < _PAUSE_CM)] = _PAUSE
+    phase[moving & (time < start)] = _APPROACH
+    phase[in_stroke] = _STROKE
 
-    phase = np.full(force_time.size, PHASES.index("other"))
-    phase[in_air & ~moving] = PHASES.index("air")
-    phase[~in_air & ~moving & (np.abs(z) < 0.2)] = PHASES.index("pause")
-    phase[moving & (on_motion < start)] = PHASES.index("approach")
-    phase[in_stroke] = PHASES.index("stroke")
-    missing = max(float(end - on_motion[-1]), float(on_motion[0] - start))
+    missing = max(float(end - time[-1]), float(time[0] - start))
     flags = _damage(force_log, motion_log)
-    flags += _flags(config, force_time[in_stroke], missing, zero.drift_N)
+    flags += _flags(config, readings.time[in_stroke], missing, zero.drift_N)
     if start <= motion.time[1] or end >= motion.time[-2]:
-        flags += ("the motion log begins or ends within the stroke",)
-    stuck = int(np.count_nonzero(saturated & in_stroke))
+        flags.append("the motion log begins or ends within the stroke")
+    stuck = int(np.count_nonzero(readings.saturated & in_stroke))
     if stuck:
-        flags += (f"transducer saturated in {stuck} samples of the stroke",)
+        flags.append(f"transducer saturated in {stuck} samples of the stroke")
     return Trace(
-        run, force_time, phase, x, z, angle, force, why,
-        zero.variance, zero.dof, clock, flags, (force_log.rows, motion_log.rows),
+        run, readings.time, phase, x, z, angle, force, why,
+        zero.variance, zero.dof, clock, tuple(flags), (force_log.rows, motion_log.rows),
         alignment, surface,
     )  # fmt: skip
 
 
-def _channels(config: Config, log: Log) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """Channels in N, shape (3, n); time in s; the sync line, if there is one."""
-    unit = config.transducer.force_unit
-    names = ("F1", "F2", "F3")
-    channels = np.stack([log.columns[name] for name in names])
-    for index, name in enumerate(names):
-        channels[index] *= factor(FORCE_TO_N, log.units[name], unit, f"{log.path.name}: {name}")
-    time = log.columns["time"] * factor(TIME_TO_S, log.units["time"], "s", f"{log.path.name}: time")
-    return channels, time, log.columns.get("arm_moving")
+def sensor_to_lab(transducer: Transducer) -> FloatArray:
+    """Matrix (2, 3) that turns the channels (F1, F2, F3) into the lab's (force_x, force_z).
 
-
-def read_force(config: Config, log: Log) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """Turn a force log into the lab frame.
-
-    Returns `force` of shape (2, n): z, x; N; zero not removed. Returns `time` of shape (n,): s.
-    Returns `line` of shape (n,): The sync line.
+    The signed axes of the transducer say which channel lies along which axis of its mount; the mount
+    is turned by ``turn_deg`` about y, from z toward x.
     """
-    channels, time, line = _channels(config, log)
-    return (sensor_to_lab(config.transducer) @ channels)[::-1], time, line
+    mount = np.zeros((3, 3))
+    for row, channel in enumerate((transducer.axes.x, transducer.axes.y, transducer.axes.z)):
+        mount[row, _CHANNELS.index(channel[1:])] = 1.0 if channel[0] == "+" else -1.0
+    turn = math.radians(transducer.turn_deg)
+    about_y = np.array(
+        [[math.cos(turn), 0.0, math.sin(turn)], [-math.sin(turn), 0.0, math.cos(turn)]]
+    )
+    return np.asarray(about_y @ mount)
+
+
+def read_force(config: Config, log: Log) -> ForceReadings:
+    """Turn a force log into the lab frame."""
+    name, unit = log.path.name, config.transducer.force_unit
+    channels = np.stack([log.columns[channel] for channel in _CHANNELS])
+    for index, channel in enumerate(_CHANNELS):
+        channels[index] *= factor(FORCE_TO_N, log.units[channel], unit, f"{name}: {channel}")
+    time = log.columns["time"] * factor(TIME_TO_S, log.units["time"], "s", f"{name}: time")
+    limits = np.array(config.transducer.range_N)[:, None]
+    saturated = np.asarray((np.abs(channels) >= _NEAR_FULL_RANGE * limits).any(axis=0))
+    force = (sensor_to_lab(config.transducer) @ channels)[::-1]
+    return ForceReadings(time, force, log.columns.get("arm_moving"), saturated)
 
 
 def read_motion(config: Config, run: Run, log: Log) -> Motion:
-    """Turn a motion log into the lab frame.
+    """Turn a motion log into the lab frame; a run's own ``surface_z_mm`` goes before the arm's."""
 
-    `run`: Its ``surface_z_mm`` goes before the arm's.
-    """
+    def column(quantity: str, table: dict[str, float], unit: str) -> FloatArray:
+        what = f"{log.path.name}: {quantity}"
+        return log.columns[quantity] * factor(table, log.units[quantity], unit, what)
+
     unit = config.arm.position_unit
-    name = log.path.name
-    to_cm = factor(LENGTH_TO_CM, log.units["x"], unit, f"{name}: x")
-    to_cm_z = factor(LENGTH_TO_CM, log.units["z"], unit, f"{name}: z")
-    to_rad = factor(ANGLE_TO_RAD, log.units["angle"], "deg", f"{name}: angle")
-    to_s = factor(TIME_TO_S, log.units["time"], "s", f"{name}: time")
     surface_mm = config.arm.surface_z_mm if run.surface_z_mm is None else run.surface_z_mm
-    return Motion(
-        log.columns["time"] * to_s,
-        log.columns["x"] * to_cm,
-        log.columns["z"] * to_cm_z - surface_mm / 10,
-        log.columns["angle"] * to_rad,
-    )
+    x, z = (column(quantity, LENGTH_TO_CM, unit) for quantity in ("x", "z"))
+    angle = column("angle", ANGLE_TO_RAD, "deg")
+    return Motion(column("time", TIME_TO_S, "s"), x, z - surface_mm / 10, angle)
 
 
-def _damage(force: Log, motion: Log) -> tuple[str, ...]:
+def without_repeats(config: Config, log: Log) -> Log:
+    """Leave out the rows in which a slow transducer says the same again, if the config asks for it."""
+    if config.transducer.repeats == "keep":
+        return log
+    return log.take(new_readings(np.stack([log.columns[name] for name in _CHANNELS])), REPEATED)
+
+
+def find_clock(
+    config: Config, run: Run, readings: ForceReadings, motion: Motion, spans: FloatArray
+) -> tuple[ClockFit, Alignment | None]:
+    """Align the clocks of force and motion log in the way the config asks for.
+
+    Returns what they were estimated from, too, where they were. `spans` are those of `motion`.
+    """
+    method = config.clock.method
+    if method == "same_clock":
+        return ClockFit(0.0, 0.0, 0.0, 0.0, 0), None
+    time = readings.time
+    if method == "estimate":
+        if run.direction != "intrusion" or run.gamma_deg != 90:
+            raise ClockError(
+                f"clock.method estimate: found a run in direction {run.direction} along gamma "
+                f"{run.gamma_deg:g} deg; allowed: intrusion straight down, where the force grows with "
+                "depth. Others need a sync line or one clock"
+            )
+        good, settings = ~readings.saturated, config.clock
+        alignment = estimate_clocks(
+            time[good], readings.force[0, good], motion.time, -motion.z,
+            settings.max_drift, settings.max_se_s,
+        )  # fmt: skip
+        return alignment.clock(), alignment
+    if readings.arm_moving is None:
+        raise ClockError(
+            "the force log has no column arm_moving; clock.method sync_line needs it, allowed "
+            "without: estimate, same_clock"
+        )
+    seen = moving_spans(time, readings.arm_moving, 0.5)
+    seen = whole_spans(seen, float(time[0]), float(time[-1]))
+    # the speed is known from the second sample to the last but one; no spans in fewer than three
+    done = whole_spans(spans, *motion.time[[1, -2]]) if len(spans) else spans
+    return align(seen, done, config.clock.max_residual_s), None
+
+
+def place_surface(
+    config: Config, run: Run, motion: Motion, time: FloatArray, lift: FloatArray, clock_se_s: float
+) -> tuple[Motion, Surface | None]:
+    """Count z from the free surface that the force shows, where the config asks for that.
+
+    The depth of the surface as found is counted from the zero that `motion` had.
+
+    `time`, `lift`: shape (n,); Force readings on the motion log's clock, s, and vertical force, zero
+    not yet removed, N. `clock_se_s`: Standard error of the clocks' offset: it moves the surface by
+    as far as the arm went in it.
+    """
+    if config.surface.method == "given" or run.surface_z_mm is not None:
+        return motion, None
+    plate = config.intruders[run.intruder]
+    flat = run.kind == "plate" and abs(run.beta_deg) <= _FLAT_DEG
+    if run.direction != "intrusion" or plate.shape == "leg" or not flat:
+        raise StrokeError(
+            "no_surface",
+            "surface.method find works for flat plates pushed down, which meet the surface all at "
+            f"once (beta within {_FLAT_DEG:g} deg of 0); this run needs surface_z_mm",
+        )
+    time, depth, lift = _common(motion, time, lift)
+    window, noise = config.surface.window_cm, config.transducer.precision_N
+    toe = plate.thickness_cm / 2
+    try:
+        surface = find_surface(depth, lift, window, noise, 0.0, toe)
+        if clock_se_s > 0:
+            near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
+            speed = float(np.abs(np.gradient(depth, time))[near].mean())
+            surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
+    except SurfaceError as error:
+        raise StrokeError("no_surface", str(error)) from error
+    if surface.se_cm > config.surface.max_se_cm:
+        raise StrokeError(
+            "no_surface",
+            f"surface not found well enough: its standard error is {surface.se_cm:.2f} cm; allowed: "
+            f"{config.surface.max_se_cm:g} cm",
+        )
+    return replace(motion, z=motion.z + surface.depth_cm), surface
+
+
+def find_compliance(campaign: Campaign, like: Run) -> Compliance:
+    """Find the compliance of the machine from the push against something rigid that the config names.
+
+    `like`: Any run of the campaign: what its logs look like, the rigid push's do too.
+    """
+    config = campaign.config
+    named = config.rigid_contact
+    assert named is not None
+    run = replace(
+        like, run_id="rigid contact", direction="intrusion", force_log=named.force_log,
+        motion_log=named.motion_log, surface_z_mm=None, gamma_deg=90.0,
+    )  # fmt: skip
+    (_, pair), *_ = load_pairs(campaign, [run])
+    if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
+        raise InputError(f"rigid_contact: {'; '.join(pair.problems)}")
+    try:
+        readings = read_force(config, without_repeats(config, pair.force))
+        motion = read_motion(config, run, pair.motion)
+        clock, _ = find_clock(config, run, readings, motion, motion.spans(config.arm))
+        _, depth, lift = _common(motion, clock.motion_time(readings.time), readings.force[0])
+        return compliance_of(depth, lift, config.transducer.precision_N)
+    except ValueError as error:
+        raise InputError(f"rigid_contact, {named.force_log}: {error}") from error
+
+
+def _common(
+    motion: Motion, time: FloatArray, lift: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Time, depth and lift of the force readings that were made while the motion was logged."""
+    inside = (time >= motion.time[0]) & (time <= motion.time[-1])
+    return time[inside], -motion.at(time[inside])[1], lift[inside]
+
+
+def _row_status(
+    config: Config, motion: Motion, time: FloatArray, saturated: np.ndarray
+) -> np.ndarray:
+    """`RowStatus` of each force sample, by what the two logs themselves show."""
+    why = np.full(time.size, RowStatus.GOOD, dtype=np.int8)
+    for start, end in gaps(motion.time, config.clock.max_gap_s):
+        why[(time > start) & (time < end)] = RowStatus.MOTION_GAP
+    why[(time < motion.time[0]) | (time > motion.time[-1])] = RowStatus.NO_MOTION
+    why[saturated] = RowStatus.SATURATED
+    return why
+
+
+def _within(time: FloatArray, spans: FloatArray) -> np.ndarray:
+    """Tell which samples lie in a stretch of motion or in its ramps."""
+    moving = np.zeros(time.size, dtype=bool)
+    first = np.searchsorted(time, spans[:, 0] - _RAMP_S, side="right")
+    for begin, stop in zip(first, np.searchsorted(time, spans[:, 1] + _RAMP_S), strict=True):
+        moving[begin:stop] = True
+    return moving
+
+
+def _damage(force: Log, motion: Log) -> list[str]:
     """Name the rows that were lost from each log, and why."""
     parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
-    names = force.path.name + parts[0], motion.path.name + parts[1]
-    return tuple(
-        f"{count} rows of {name}: {reason}"
-        for log, name in zip((force, motion), names, strict=True)
+    return [
+        f"{count} rows of {log.path.name}{part}: {reason}"
+        for log, part in zip((force, motion), parts, strict=True)
         for reason, count in (*log.dropped.items(), *log.missing.items())
         if reason != REPEATED
-    )
+    ]
 
 
-def _flags(
-    config: Config, stroke_time: FloatArray, missing_s: float, drift: float
-) -> tuple[str, ...]:
-    flags = []
+def _flags(config: Config, stroke_time: FloatArray, missing_s: float, drift: float) -> list[str]:
     longest = config.clock.max_gap_s
-    for start, end in gaps(stroke_time, longest):
-        flags.append(f"gap of {end - start:.2f} s in the force log during the stroke")
+    flags = [
+        f"gap of {end - start:.2f} s in the force log during the stroke"
+        for start, end in gaps(stroke_time, longest)
+    ]
     if missing_s > longest:
         flags.append(f"force log lacks {missing_s:.2f} s of the stroke")
     if math.isfinite(drift) and drift > config.transducer.max_drift_N:
         flags.append(f"zero drifted by {drift:.2f} N")
-    return tuple(flags)
+    return flags
 
 
 def _account(ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Trace) -> None:
@@ -439,9 +514,9 @@ def _account(ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Tr
         _account_left_out(ledger, run, run.motion_log, motion)
         path = f"path; {trace.note}" if trace.note else "path"
         ledger.add(run, run.motion_log, USED, path, motion.size)
-    outside = _WHY_OF_PHASE[trace.phase]
-    outside = np.where(trace.why == Why.GOOD, outside, trace.why)
-    handed_on = (trace.phase == PHASES.index("stroke")) & (trace.why == Why.GOOD)
+    good = trace.why == RowStatus.GOOD
+    outside = np.where(good, _STATUS_OF_PHASE[trace.phase], trace.why)
+    handed_on = (trace.phase == _STROKE) & good
     ledger.add_rows(run, run.force_log, outside[~handed_on], "zero of the transducer")
 
 
@@ -458,31 +533,19 @@ def _account_refused(ledger: Ledger, run: Run, file: str, log: Log | LogError, r
         _account_left_out(ledger, run, file, log)
 
 
-# --- The campaign's push against something rigid, read and turned into a curve.
-
-
-def find_compliance(campaign: Campaign, like: Run) -> Compliance:
-    """Read the push against something rigid that the config names.
-
-    `like`: Any run of the campaign: what its logs look like, the rigid push's do too.
-    """
-    config = campaign.config
-    named = config.rigid_contact
-    assert named is not None
-    run = replace(
-        like, run_id="rigid contact", direction="intrusion", force_log=named.force_log,
-        motion_log=named.motion_log, surface_z_mm=None, gamma_deg=90.0,
-    )  # fmt: skip
-    (_, pair), *_ = load_pairs(campaign, [run])
-    if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
-        raise InputError(f"rigid_contact: {'; '.join(pair.problems)}")
-    try:
-        lift, time, line = read_force(config, without_repeats(config, pair.force))
-        motion = read_motion(config, run, pair.motion)
-        clock, _ = find_clock(config, run, time, line, lift[0], motion)
-        on_motion = clock.motion_time(time)
-        inside = (on_motion >= motion.time[0]) & (on_motion <= motion.time[-1])
-        depth = -motion.at(on_motion[inside])[1]
-        return compliance_of(depth, lift[0][inside], config.transducer.precision_N)
-    except ValueError as error:
-        raise InputError(f"rigid_contact, {named.force_log}: {error}") from error
+def account_unclaimed(campaign: Campaign) -> Ledger:
+    """Account for in-air runs that no leg names: they belong to no medium and no stage reads them."""
+    ledger = Ledger()
+    for run in campaign.unclaimed:
+        files = [run.force_log, run.motion_log]
+        counts = []
+        for file, reader in zip(files, readers(campaign.config), strict=True):
+            try:
+                counts.append(sum(log.rows for log in reader.stream(campaign.raw / file)))
+            except LogError as error:
+                counts.append(error.rows)
+        if one_table(campaign.config, run) and counts[0] == counts[1]:
+            counts.pop()
+        for file, rows in zip(files, counts, strict=False):
+            ledger.add(run, file, DROPPED, "in-air run that no leg run names as its tare", rows)
+    return ledger

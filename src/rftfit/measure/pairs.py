@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from rftfit.logs.base import Reader
 
 
-# --- Units of logs to the program's own: N, cm, rad. Converted once, when a log comes in.
-
-
 TORQUE_TO_N_M = {"N m": 1.0, "N mm": 1e-3}
 FORCE_TO_N = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605}
 LENGTH_TO_CM = {"um": 1e-4, "mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
@@ -35,9 +32,8 @@ TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 360
 
 
 def factor(table: dict[str, float], found: str, declared: str, what: str) -> float:
-    """Return the factor to the program's own unit, if log and config agree on the unit.
+    """Return the factor to N, cm, rad or s, if the log's header and the config agree on the unit.
 
-    `table`: Unit to factor. `found`, `declared`: Unit in the log's header, and in the config.
     `what`: The quantity, for the message.
     """
     if found != declared:
@@ -45,9 +41,6 @@ def factor(table: dict[str, float], found: str, declared: str, what: str) -> flo
     if found not in table:
         raise ValueError(f"{what} in {found}; allowed: {', '.join(table)}")
     return table[found]
-
-
-# --- From the columns of a file to the quantities of the chain, in the units that the config declares.
 
 
 _TABLES = {
@@ -58,9 +51,7 @@ _TABLES = {
     "z": LENGTH_TO_CM,
     "angle": ANGLE_TO_RAD,
 }
-
-
-_NEEDED = {"force": {"time", "arm_moving", "F1", "F2", "F3"}, "motion": {"time", "x", "z", "angle"}}
+_FORCE, _MOTION = ("time", "F1", "F2", "F3"), ("time", "x", "z", "angle")
 
 
 def chain_units(config: Config) -> dict[str, str]:
@@ -72,21 +63,16 @@ def chain_units(config: Config) -> dict[str, str]:
 
 
 def columns_asked(source: AnyLog) -> set[str]:
-    """Names of the columns of a file that the config asks for.
-
-    Returns numbers as names: 3 as ``column 3``. The quantities of such a log are among them.
-    """
+    """Names of the columns that the config asks for (3 as ``column 3``), and of all quantities."""
     chosen = {_name(c) for c in source.columns.values() if c.column is not None}
-    return chosen | _NEEDED["force" if isinstance(source, ForceLog) else "motion"]
+    return chosen.union((*_FORCE, "arm_moving") if isinstance(source, ForceLog) else _MOTION)
 
 
 def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
-    """Turn the columns of a log into quantities.
+    """Turn the columns of a log into quantities, by the section `key` of the config.
 
     Columns that the config does not name are taken as they are where their name is a quantity.
-
-    `source`: The section of the config. `units`: As `chain_units` gives them. `key`: Of the
-    section, for messages. Returns with the columns that are quantities.
+    `units` are those of `chain_units`.
     """
     if not source.columns:
         return log
@@ -140,11 +126,8 @@ def _column(log: Log, quantity: str, chosen: Column, wanted: str) -> tuple[Float
 
 
 def completed(log: Log, run: Run, units: Mapping[str, str]) -> Log:
-    """Give a motion log what the run sheet knows and the file does not: beta, or x of a vertical path.
-
-    `log`: With columns named by quantities. Returns the same object where nothing is lacking.
-    """
-    lacking = [name for name in ("time", "x", "z", "angle") if name not in log.columns]
+    """Give a motion log what the run sheet knows and the file does not: beta, or x of a vertical path."""
+    lacking = [name for name in _MOTION if name not in log.columns]
     if not lacking:
         return log
     columns, found, notes = dict(log.columns), dict(log.units), list(log.notes)
@@ -157,13 +140,9 @@ def completed(log: Log, run: Run, units: Mapping[str, str]) -> Log:
         notes.append("x is 0: the motion log has none, and the path is vertical")
         lacking.remove("x")
     if lacking:
-        text = f"{log.path}: no column for {', '.join(lacking)}; name it under motion_log.columns"
-        raise LogError("columns", f"{text} (`rftfit inspect` shows the columns)", log.rows)
-    order = {name: columns[name] for name in ("time", "x", "z", "angle")}
+        raise _no_column(log, lacking, "motion")
+    order = {name: columns[name] for name in _MOTION}
     return replace(log, columns=order, units=found, notes=tuple(notes))
-
-
-# --- Rows whose time cannot be right, and gaps.
 
 
 DUPLICATE = "duplicated row"
@@ -171,11 +150,7 @@ BACKWARDS = "time runs backwards"
 
 
 def clean(log: Log) -> Log:
-    """Drop duplicated rows and rows whose time does not increase.
-
-    `log`: Must have a column ``time``. Returns time strictly increasing; what was dropped is
-    counted.
-    """
+    """Drop duplicated rows and rows whose time does not increase, and count them."""
     time = log.columns["time"]
     if time.size == 0:
         raise LogError("no_good_row", f"{log.path}: no usable row among {log.rows}", log.rows)
@@ -199,15 +174,9 @@ def clean(log: Log) -> Log:
 
 
 def gaps(time: FloatArray, longest_s: float) -> FloatArray:
-    """Start and end of every step longer than `longest_s`.
-
-    `time`: shape (n,); s, increasing. Returns shape (k, 2): s.
-    """
+    """Start and end of every step of an increasing time that is longer than `longest_s`: (k, 2), s."""
     late = np.flatnonzero(np.diff(time) > longest_s)
     return np.stack([time[late], time[late + 1]], axis=1)
-
-
-# --- The two logs of a run, read and with a usable time.
 
 
 _AT_A_TIME = 32
@@ -227,12 +196,9 @@ class Pair:
 
 
 def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Pair]]:
-    """Read the logs of many runs; whatever is wrong with them is told, not raised.
+    """Read the logs of many runs, in their order; whatever is wrong with them is told, not raised.
 
-    Some runs are read at a time, which is faster than one by one and keeps memory flat however many
-    there are.
-
-    Yields `run`, `pair`: In the order of `runs`.
+    Some runs are read at a time, which is faster than one by one and keeps memory flat.
     """
     config, units = campaign.config, chain_units(campaign.config)
     force_reader, motion_reader = readers(config)
@@ -261,30 +227,24 @@ def one_table(config: Config, run: Run) -> bool:
 
 
 def readers(config: Config) -> tuple[Reader, Reader]:
-    """Return the readers of force logs and of motion logs.
+    """Return the readers of force and of motion logs, of the columns only that the config names."""
 
-    Returns `force`, `motion`: Of the columns only that the config names, where it names any.
-    """
-    found = []
-    sources: dict[str, AnyLog] = {"force_log": config.force_log, "motion_log": config.motion_log}
-    for key, source in sources.items():
-        reader = source_reader(source, config.dialect, key)
-        if source.columns:
-            reader = reader.only(columns_asked(source))
-        found.append(reader)
-    return found[0], found[1]
+    def reader(source: AnyLog, key: str) -> Reader:
+        every = source_reader(source, config.dialect, key)
+        return every.only(columns_asked(source)) if source.columns else every
+
+    return reader(config.force_log, "force_log"), reader(config.motion_log, "motion_log")
 
 
 def _force(config: Config, units: Mapping[str, str], run: Run, log: Log) -> Log:
-    log = mapped(log, config.force_log, units, "force_log")
-    return _complete(log, run, ("time", "F1", "F2", "F3"), "force")
+    return _complete(mapped(log, config.force_log, units, "force_log"), run, _FORCE, "force")
 
 
 def _motion(config: Config, units: Mapping[str, str], run: Run, log: Log) -> Log:
     log = mapped(log, config.motion_log, units, "motion_log")
     if "z" in log.columns:
         log = completed(log, run, units)
-    return _complete(log, run, ("time", "x", "z", "angle"), "motion")
+    return _complete(log, run, _MOTION, "motion")
 
 
 def _complete(log: Log, run: Run, wanted: tuple[str, ...], kind: str) -> Log:
@@ -298,8 +258,12 @@ def _complete(log: Log, run: Run, wanted: tuple[str, ...], kind: str) -> Log:
             "the run swapped?",
             log.rows,
         )
+    raise _no_column(log, lacking, kind)
+
+
+def _no_column(log: Log, lacking: list[str], kind: str) -> LogError:
     text = f"{log.path}: no column for {', '.join(lacking)}; name it under {kind}_log.columns"
-    raise LogError("columns", f"{text} (`rftfit inspect` shows the columns)", log.rows)
+    return LogError("columns", f"{text} (`rftfit inspect` shows the columns)", log.rows)
 
 
 def _usable(

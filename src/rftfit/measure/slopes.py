@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 
-# --- Variance of a weighted sum of autocorrelated residuals, without believing they are independent.
-
-
 COSINES = 12
 ORDER = 5
 _MAX_SUM = 0.98
@@ -36,12 +33,13 @@ def _cosines(n: int, count: int) -> FloatArray:
 def weighted_sum_variance(
     residual: FloatArray, weight: FloatArray, fitted: FloatArray | None = None
 ) -> tuple[FloatArray, float]:
-    """Variance of sum(weight x error) from the residuals of a linear fit.
+    """Variance of sum(weight x error), and its degrees of freedom, from residuals of a linear fit.
+
+    The residuals may be autocorrelated: an autoregression whitens them, and the level of the white
+    rest is read off its slow modes.
 
     `residual`: shape (k, n); k series of n residuals each, equally spaced. `weight`: shape (n,).
     `fitted`: shape (p, n); What was fitted, linearly independent; by default the weight alone.
-    Returns `variance` of shape (k,): Square of the unit of ``weight * residual``. Returns `dof`:
-    Degrees of freedom of the estimate, for a Student t.
     """
     n = weight.size
     if n < 8:
@@ -116,16 +114,13 @@ def _growth(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatAr
 def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
     """Degrees of freedom of a sum of independent variance estimates (Welch and Satterthwaite).
 
-    `variances`, `dofs`: shape (m, ...); The parts lie along the first axis. Returns shape (...).
+    The parts lie along the first axis.
     """
     total = variances.sum(axis=0)
     parts = (variances**2 / dofs).sum(axis=0)
     safe = np.where(parts > 0, parts, 1.0)
     result: FloatArray = np.where(parts > 0, total**2 / safe, np.max(dofs, axis=0))
     return result
-
-
-# --- How much alpha differs from run to run: the bed is never prepared twice alike.
 
 
 LEAST_DOF = 5
@@ -158,12 +153,13 @@ class Spread:
 
 
 def spread_of_runs(groups: Sequence[tuple[FloatArray, FloatArray]], stated: float | None) -> Spread:
-    """Find the run-to-run variance from repeats, else from what is stated.
+    """Find the run-to-run variance from repeats, else from the stated standard deviation, N/cm^3.
 
-    `groups`: Runs of one cell (and depth) each, arrays of shape (n,), N/cm^3; single runs are
-    passed over. `stated`: Standard deviation from the config, N/cm^3. Returns from repeats if they
-    have `LEAST_DOF` degrees of freedom together: mean square between runs less the mean square of
-    their own errors, not below 0, with the degrees of freedom of the difference (Satterthwaite).
+    Repeats count if they have `LEAST_DOF` degrees of freedom together: mean square between runs less
+    the mean square of their own errors, not below 0, with the degrees of freedom of the difference
+    (Satterthwaite).
+
+    `groups`: alpha and standard error, N/cm^3, of the runs of one cell (and depth) each.
     """
     repeated = [(alpha, se) for alpha, se in groups if alpha.size > 1]
     dof = sum(alpha.size - 1 for alpha, _ in repeated)
@@ -179,11 +175,10 @@ def spread_of_runs(groups: Sequence[tuple[FloatArray, FloatArray]], stated: floa
 def mean_of_repeats(
     alpha: FloatArray, se: FloatArray, dof: FloatArray, spread: Spread
 ) -> tuple[float, float, float]:
-    """Mean of the runs of one cell, its standard error and degrees of freedom.
+    """Mean of the n runs of one cell, its standard error and degrees of freedom.
 
-    `alpha`, `se`, `dof`: shape (n,); Of the runs, N/cm^3. Returns `mean`, `se`, `dof`: Where the
-    spread is not known, the scatter of the cell's own runs counts if it is larger than their
-    errors.
+    Where the spread is not known, the scatter of the cell's own runs counts if it is larger than
+    their errors.
     """
     n = alpha.size
     mean = float(alpha.mean())
@@ -195,9 +190,6 @@ def mean_of_repeats(
     parts = np.append(within, spread.variance / n)
     dofs = np.append(dof, spread.dof)
     return mean, math.sqrt(float(parts.sum())), float(combine_dof(parts, dofs))
-
-
-# --- What the start-up of a horizontal run has left inside the window that is averaged.
 
 
 _LEAST = 8
@@ -218,7 +210,7 @@ def unfinished_start(
 
     `path`: shape (n,); Length travelled, cm. `stress`: shape (k, n); N/cm^2; NaN where not known.
     `steady`: shape (n,); Samples that are averaged. `skip_cm`: Length left out at the start of the
-    stroke. Returns shape (k,): Mean over the steady part less the steady value, N/cm^2; 0 where
+    stroke. Returns the mean over the steady part less the steady value, N/cm^2, shape (k,); 0 where
     fewer than 8 samples in either third tell nothing.
     """
     third = skip_cm / 3
@@ -235,9 +227,6 @@ def unfinished_start(
     share = np.clip(np.divide(late, early, out=nothing, where=early != 0), 0, _SLOWEST)
     left: FloatArray = late * share / (1 - share) * third / length
     return left
-
-
-# --- Zero-intercept slope of stress against depth (Eq. 1), with an interval that can be believed.
 
 
 _LEVEL = 0.005
@@ -300,21 +289,14 @@ class Slope:
 
 
 def student_quantile(confidence: float, dof: FloatArray | float) -> FloatArray:
-    """Half width of a two-sided Student interval in standard errors.
-
-    `confidence`: Between 0 and 1. `dof`: Degrees of freedom.
-    """
+    """Half width of a two-sided Student interval in standard errors."""
     from scipy.special import stdtrit  # scipy.stats takes ten times as long to import
 
     return np.asarray(stdtrit(np.asarray(dof, dtype=float), 0.5 + confidence / 2))
 
 
 def zero_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Zero-intercept least squares and its textbook standard error (Eq. 1).
-
-    `depth`: shape (n,); |z|, cm. `stress`: shape (k, n); N/cm^2. Returns `alpha`, `ols_se` of
-    shape (k,): N/cm^3.
-    """
+    """Zero-intercept least squares of stress (k, n) on depth (n,), with textbook errors (Eq. 1)."""
     power = float(depth @ depth)
     if depth.size < 2 or power == 0:
         raise ValueError(f"{depth.size} samples, sum of squared depths {power:g}: no slope")
@@ -348,7 +330,7 @@ def fit_slope(
     depth_sd : float, optional
         Standard error of the depth common to all samples (of the clocks), cm.
     startup : numpy.ndarray, shape (k,), optional
-        What a start-up moves the mean stress by (`measure.startup`), N/cm^2; default none.
+        What a start-up moves the mean stress by (`unfinished_start`), N/cm^2; default none.
 
     Returns
     -------

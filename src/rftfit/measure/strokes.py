@@ -12,6 +12,8 @@ from rftfit.conventions import direction, intrusion_angle
 from rftfit.measure.clocks import moving_spans
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import pandas as pd
 
     from rftfit.campaign.config import Arm
@@ -19,19 +21,14 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 
-# --- What the arm did: stretches of motion, and which of them is the stroke.
-
-
 UNDERGROUND_CM = 0.3
 DEPTH_TOLERANCE_CM = 0.1
+SHORTEST_CM = 0.2
+BOTTOM_CM = 0.02
 
 
 class StrokeError(ValueError):
-    """The motion log holds no stroke as the run sheet describes it.
-
-    `code`: Short stable name of the cause.
-    `text`: What was found and what the sheet says.
-    """
+    """The motion log holds no stroke as the run sheet describes it; `code` is the cause's short name."""
 
     def __init__(self, code: str, text: str) -> None:
         super().__init__(text)
@@ -53,11 +50,7 @@ class Motion:
     angle: FloatArray
 
     def spans(self, arm: Arm) -> FloatArray:
-        """Start and end of every stretch in which the arm moves or turns.
-
-        `arm`: Half its speed is the edge of a stretch. Returns shape (k, 2): s, on the motion
-        log's clock.
-        """
+        """Start and end, s, of every stretch in which the arm is faster than half its speed: (k, 2)."""
         if self.time.size < 3:
             return np.empty((0, 2))
         step = self.time[2:] - self.time[:-2]
@@ -68,11 +61,7 @@ class Motion:
         return moving_spans(self.time[1:-1], relative / step, 0.5)
 
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Position and angle at other times, linear between samples.
-
-        `time`: shape (m,); s, on the motion log's clock, within the log. Returns `x`, `z`, `angle`
-        of shape (m,): cm, cm, rad.
-        """
+        """Return x, z (cm) and angle (rad) at other times, linear between samples."""
         return (
             np.interp(time, self.time, self.x),
             np.interp(time, self.time, self.z),
@@ -81,48 +70,66 @@ class Motion:
 
 
 def find_stroke(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
-    """Find the stretch that is the run's stroke, and refuse one that the sheet does not describe.
+    """Find start and end of a run's stroke, s, and refuse one that the sheet does not describe.
 
-    `spans`: shape (k, 2); From `Motion.spans`. `run`: One row of the run sheet. Returns `start`,
-    `end`: s, on the motion log's clock.
+    `spans`: shape (k, 2); From `Motion.spans`.
     """
     if run.kind in ("leg", "leg_air"):
         return _rotation(motion, spans)
+    if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:
+        return _uneven_push(motion)
     if motion.z.min() > -UNDERGROUND_CM:
         raise StrokeError(
             "surface_not_reached",
             f"surface not reached: the lowest point of the path is z = {motion.z.min():+.2f} cm",
         )
-    gamma = math.radians(run.gamma_deg)
-    wanted_x, wanted_z = (float(part) for part in direction(gamma))
+    start, end = _longest_along(motion, spans, run, arm)
+    _check_plate(motion, start, end, run, arm)
+    return start, end
+
+
+def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
+    """Longest stretch below the surface along the path that the sheet names."""
+    wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.gamma_deg)))
     if run.direction == "extraction":
         wanted_x, wanted_z = -wanted_x, -wanted_z
-    best: tuple[float, float, float] | None = None
+    along: list[tuple[float, float, float]] = []
     seen: list[str] = []
     for start, end in spans:
         (x0, x1), (z0, z1), _ = motion.at(np.array([start, end]))
-        if min(z0, z1) > -UNDERGROUND_CM:
-            continue
         length = math.hypot(x1 - x0, z1 - z0)
-        if length < 0.2:
+        if min(z0, z1) > -UNDERGROUND_CM or length < SHORTEST_CM:
             continue
-        angle = float(intrusion_angle(x1 - x0, z1 - z0))
+        seen.append(f"{math.degrees(float(intrusion_angle(x1 - x0, z1 - z0))):.1f}")
         cosine = ((x1 - x0) * wanted_x + (z1 - z0) * wanted_z) / length
-        seen.append(f"{math.degrees(angle):.1f}")
-        if cosine < math.cos(math.radians(arm.angle_tolerance_deg)):
-            continue
-        underground = length if run.direction == "horizontal" else abs(min(z0, 0) - min(z1, 0))
-        if best is None or underground > best[0]:
-            best = (underground, float(start), float(end))
-    if best is None:
+        if cosine >= math.cos(math.radians(arm.angle_tolerance_deg)):
+            underground = length if run.direction == "horizontal" else abs(min(z0, 0) - min(z1, 0))
+            along.append((underground, float(start), float(end)))
+    if not along:
         way = math.degrees(float(intrusion_angle(wanted_x, wanted_z)))
         raise StrokeError(
             "wrong_path",
             f"below the surface the arm moved along gamma = {', '.join(seen) or 'nothing'} deg; the "
             f"sheet's {run.direction} at gamma {run.gamma_deg:g} is along {way:.1f} deg",
         )
-    _check_plate(motion, best[1], best[2], run, arm)
-    return best[1], best[2]
+    _, start, end = max(along, key=lambda one: one[0])
+    return start, end
+
+
+def _uneven_push(motion: Motion) -> tuple[float, float]:
+    """Stroke of an arm that is not driven steadily: from the surface straight down to the bottom."""
+    lowest = float(motion.z.min())
+    above = np.flatnonzero(motion.z > 0)
+    if lowest > -5 * BOTTOM_CM or not above.size:
+        raise StrokeError(
+            "surface_not_reached",
+            f"the path from {motion.z.max():+.2f} to {lowest:+.2f} cm does not cross the surface",
+        )
+    end = int(np.argmax(motion.z <= lowest + BOTTOM_CM))
+    before = above[above < end]
+    if not before.size:
+        raise StrokeError("wrong_path", "the arm log begins below the surface")
+    return float(motion.time[before[-1]]), float(motion.time[end])
 
 
 def _check_plate(motion: Motion, start: float, end: float, run: Run, arm: Arm) -> None:
@@ -158,9 +165,6 @@ def _rotation(motion: Motion, spans: FloatArray) -> tuple[float, float]:
     return float(start), float(end)
 
 
-# --- The stroke of each run out of the long table of samples.
-
-
 @dataclass(frozen=True)
 class Samples:
     """Samples of one run's stroke; arrays of shape (n,), in the order of recording.
@@ -168,7 +172,7 @@ class Samples:
     `depth`, `x`: cm.
     `path`: Length travelled since the stroke's start, cm.
     `force`: shape (2, n); z, x; N.
-    `why`: `Why` a row must not be used; GOOD where it may.
+    `why`: `RowStatus` of each sample.
     """
 
     depth: FloatArray
@@ -179,28 +183,12 @@ class Samples:
     why: np.ndarray
 
     def position(self, abscissa: str) -> FloatArray:
-        """Position that a tare is subtracted at.
-
-        `abscissa`: ``depth_cm``, ``path_cm`` or ``angle_deg``. Returns shape (n,).
-        """
+        """Position at which a tare is subtracted: ``depth_cm``, ``path_cm`` or ``angle_deg``."""
         return {"depth_cm": self.depth, "path_cm": self.path, "angle_deg": self.angle_deg}[abscissa]
 
 
-def abscissa_of(run: Run) -> str:
-    """Name of the position at which a run's tare is subtracted.
-
-    Returns depth for slanted strokes, path for horizontal ones (all of one depth), theta for legs.
-    """
-    if run.direction == "rotation":
-        return "angle_deg"
-    return "path_cm" if run.direction == "horizontal" else "depth_cm"
-
-
 def split_runs(table: pd.DataFrame) -> dict[str, slice]:
-    """Find the rows of each run in a table sorted by run.
-
-    `table`: With a categorical column ``run_id``, each run's rows together.
-    """
+    """Find the rows of each run in a table whose categorical column ``run_id`` is sorted by run."""
     # a table without rows comes back from Parquet without its categories
     run_id = table["run_id"].astype("category")
     codes = run_id.cat.codes.to_numpy()
@@ -213,11 +201,25 @@ def split_runs(table: pd.DataFrame) -> dict[str, slice]:
     }
 
 
-def strokes(samples: pd.DataFrame) -> dict[str, Samples]:
-    """Take the stroke of every run out of the samples of the ingest stage.
+def join_runs(
+    parts: Mapping[str, Mapping[str, np.ndarray]], columns: Sequence[str]
+) -> pd.DataFrame:
+    """Put columns of several runs into one long table; names are categories, which keeps it small."""
+    import pandas as pd
 
-    `samples`: As written by the ingest stage. Returns by run_id.
-    """
+    sizes = [part[columns[0]].size for part in parts.values()]
+    codes = np.repeat(np.arange(len(parts)), sizes)
+    data: dict[str, object] = {
+        "run_id": pd.Categorical.from_codes(codes, categories=pd.Index(list(parts)))
+    }
+    for name in columns:
+        arrays = [part[name] for part in parts.values()]
+        data[name] = np.concatenate(arrays) if arrays else np.empty(0)
+    return pd.DataFrame(data, copy=False)  # these arrays are nobody else's
+
+
+def strokes(samples: pd.DataFrame) -> dict[str, Samples]:
+    """Take the stroke of every run, by run_id, out of the samples of the ingest stage."""
     part = (samples["phase"] == "stroke").to_numpy()
     columns = {name: samples[name].to_numpy()[part] for name in ("x_cm", "depth_cm", "angle_deg")}
     force = np.stack([samples[name].to_numpy()[part] for name in ("force_z_N", "force_x_N")])

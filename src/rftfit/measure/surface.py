@@ -1,10 +1,10 @@
-"""The free surface found from force and depth, and how far the machine yields."""
+"""The free surface found from force and depth, and how far the machine yields under load."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from rftfit.measure.slopes import student_quantile, weighted_sum_variance
 
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
-
-
-# --- The free surface found from force and depth: where the force leaves zero and grows from there.
 
 
 WINDOWS = (0.7, 1.0, 1.4)
@@ -41,12 +38,10 @@ class Surface:
     """The free surface as found.
 
     `depth_cm`: On the depth axis that was given: to be subtracted from it.
-    `se_cm`: Standard error.
-    `dof`: Degrees of freedom of `se_cm`.
+    `se_cm`, `dof`: Standard error and its degrees of freedom.
     `growth_N_per_cm`: Slope of the force just below the surface.
     `air_N`: Force in air, next to the surface.
-    `depth`, `force`, `fitted`: shape (n,); Readings of the window: cm, N, and the model's force,
-        N.
+    `depth`, `force`, `fitted`: shape (n,); Readings of the window: cm, N, and the model's force, N.
     """
 
     depth_cm: float
@@ -59,10 +54,7 @@ class Surface:
     fitted: FloatArray
 
     def interval(self, confidence: float = 0.95) -> tuple[float, float]:
-        """Return the confidence interval of the surface.
-
-        `confidence`: Between 0 and 1. Returns `lo`, `hi`: cm.
-        """
+        """Return the ends of the confidence interval of the surface, cm."""
         half = float(student_quantile(confidence, self.dof)) * self.se_cm
         return self.depth_cm - half, self.depth_cm + half
 
@@ -75,7 +67,7 @@ def find_surface(
     depth_sd: float = 0.0,
     toe_cm: float = 0.0,
 ) -> Surface:
-    """Find the free surface on the way down.
+    """Find the free surface on the way down: where the force leaves zero and grows from there.
 
     `depth`: shape (n,); From any zero, growing downward, in the order of recording, cm. `force`:
     shape (n,); Lift, N; any constant may be in it. `window_cm`: How far above and below the
@@ -89,53 +81,49 @@ def find_surface(
     down = np.arange(depth.size) <= int(np.argmax(force))
     depth, force = depth[deeper & down], force[deeper & down]
     onset, noise = _onset(depth, force, noise_N)
-    fits = [_fit(depth, force, onset, share * window_cm) for share in WINDOWS]
-    if toe_cm > 0:
-        for _ in range(_PASSES):
-            fits = [
-                None
-                if fit is None
-                else _fit(depth, force, onset, share * window_cm, fit[0], toe_cm)
-                for share, fit in zip(WINDOWS, fits, strict=True)
-            ]
+    windows = [share * window_cm for share in WINDOWS]
+    fits = [_fit(depth, force, onset, window) for window in windows]
+    for _ in range(_PASSES if toe_cm > 0 else 0):
+        fits = [
+            fit and _fit(depth, force, onset, window, fit.depth_cm, toe_cm)
+            for window, fit in zip(windows, fits, strict=True)
+        ]
     best = fits[1]
     if best is None:
         raise SurfaceError(
             f"surface not found: fewer than {_MIN_BELOW} readings within {window_cm:g} cm below the "
             f"depth at which the force begins, or {_MIN_AIR} above it"
         )
-    place, se, dof, terms, part, fitted = best
-    rise = float(fitted.max() - terms[0])
-    if terms[1] <= 0 or rise < _RISE_TO_NOISE * noise or terms[1] < _T * terms[3]:
-        raise SurfaceError(
-            f"surface not found: below {place:.2f} cm the force grows by {rise:.2f} N within "
-            f"{window_cm:g} cm, which its noise of {noise:.2f} N could do as well"
-        )
-    air = depth[part] < place
-    if np.count_nonzero(air) < _MIN_AIR:
-        raise SurfaceError(_NOT_IN_AIR)
-    in_air = float(np.polyfit(depth[part][air], force[part][air], 1)[0])
-    if in_air > _LARGEST_AIR * terms[1]:
-        raise SurfaceError(
-            f"surface not found: above {place:.2f} cm the force grows too, by {in_air:.1f} N/cm against "
-            f"{terms[1]:.1f} N/cm below; the log must begin in air"
-        )
-    others = [fit[0] for fit in fits if fit is not None]
+    _check_growth(best, depth, force, window_cm, noise)
+    others = [fit.depth_cm for fit in fits if fit is not None]
     spread = float(np.var(others, ddof=1)) if len(others) > 1 else 0.0
     return Surface(
-        place, math.sqrt(se**2 + spread + depth_sd**2), dof, terms[1], terms[0],
-        depth[part], force[part], fitted,
+        best.depth_cm, math.sqrt(best.se_cm**2 + spread + depth_sd**2), best.dof, best.slope,
+        best.air_N, depth[best.used], force[best.used], best.fitted,
     )  # fmt: skip
+
+
+class _Fit(NamedTuple):
+    """A force that is constant in air and bends below a change point, fitted to some readings."""
+
+    depth_cm: float
+    se_cm: float
+    dof: float
+    air_N: float
+    slope: float
+    slope_se: float
+    used: np.ndarray
+    fitted: FloatArray
 
 
 def _onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float, float]:
     """Depth from which on the force stays above its noise in air, and that noise."""
     if depth.size < _MIN_AIR + _MIN_BELOW:
         raise SurfaceError(f"surface not found: {depth.size} readings on the way down")
-    quarter = force[: max(_MIN_AIR, depth.size // 10)]
-    air = float(np.median(quarter))
-    trend = np.polyval(np.polyfit(np.arange(quarter.size), quarter, 1), np.arange(quarter.size))
-    noise = max(noise_N, 1.483 * float(np.median(np.abs(quarter - trend))))
+    begin = force[: max(_MIN_AIR, depth.size // 10)]
+    air = float(np.median(begin))
+    trend = np.polyval(np.polyfit(np.arange(begin.size), begin, 1), np.arange(begin.size))
+    noise = max(noise_N, 1.483 * float(np.median(np.abs(begin - trend))))
     if force[-1] - air < _RISE_TO_NOISE * noise:
         raise SurfaceError(
             f"surface not found: the force grows by {force[-1] - air:.2f} N on the way down, with a "
@@ -154,11 +142,8 @@ def _fit(
     window: float,
     near: float = 0.0,
     toe: float = 0.0,
-) -> tuple[float, float, float, list[float], np.ndarray, FloatArray] | None:
-    """Change point, its standard error and degrees of freedom, terms, readings used, fit.
-
-    The terms are force in air, slope, bend, and the slope's standard error.
-    """
+) -> _Fit | None:
+    """Fit the change point to the readings of one window, but for those within `toe` of `near`."""
     part = (depth > onset - window) & (depth < onset + window)
     if toe > 0:
         part &= np.abs(depth - near) > toe
@@ -174,18 +159,37 @@ def _fit(
     design = _design(d, place)
     terms = np.linalg.lstsq(design, f, rcond=None)[0]
     fitted = design @ terms
-    below = d > place
-    gradient = np.where(below, -(terms[1] + 2 * terms[2] * (d - place)), 0.0)
-    jacobian = np.column_stack([design, gradient])
-    weights = np.linalg.pinv(jacobian)
-    residual = f - fitted
-    variance, dof = weighted_sum_variance(np.stack([residual, residual]), weights[3])
-    of_slope, _ = weighted_sum_variance(residual[None], weights[1])
-    slope_se = math.sqrt(float(of_slope[0]))
-    return (
-        place, math.sqrt(float(variance[0])), dof,
-        [float(terms[0]), float(terms[1]), float(terms[2]), slope_se], part, fitted,
+    gradient = np.where(d > place, -(terms[1] + 2 * terms[2] * (d - place)), 0.0)
+    weights = np.linalg.pinv(np.column_stack([design, gradient]))
+    residual = (f - fitted)[None]
+    variance, dof = weighted_sum_variance(residual, weights[3])
+    of_slope, _ = weighted_sum_variance(residual, weights[1])
+    return _Fit(
+        place, math.sqrt(float(variance[0])), dof, float(terms[0]), float(terms[1]),
+        math.sqrt(float(of_slope[0])), part, fitted,
     )  # fmt: skip
+
+
+def _check_growth(
+    fit: _Fit, depth: FloatArray, force: FloatArray, window_cm: float, noise: float
+) -> None:
+    """Refuse a growth that noise could do as well, or that begins in air already."""
+    rise = float(fit.fitted.max() - fit.air_N)
+    if fit.slope <= 0 or rise < _RISE_TO_NOISE * noise or fit.slope < _T * fit.slope_se:
+        raise SurfaceError(
+            f"surface not found: below {fit.depth_cm:.2f} cm the force grows by {rise:.2f} N within "
+            f"{window_cm:g} cm, which its noise of {noise:.2f} N could do as well"
+        )
+    d, f = depth[fit.used], force[fit.used]
+    air = d < fit.depth_cm
+    if np.count_nonzero(air) < _MIN_AIR:
+        raise SurfaceError(_NOT_IN_AIR)
+    in_air = float(np.polyfit(d[air], f[air], 1)[0])
+    if in_air > _LARGEST_AIR * fit.slope:
+        raise SurfaceError(
+            f"surface not found: above {fit.depth_cm:.2f} cm the force grows too, by {in_air:.1f} "
+            f"N/cm against {fit.slope:.1f} N/cm below; the log must begin in air"
+        )
 
 
 def _design(depth: FloatArray, place: float) -> FloatArray:
@@ -202,12 +206,9 @@ def _misfit(depth: FloatArray, force: FloatArray, place: float) -> float:
     return float(residual @ residual) if terms[1] > 0 else math.inf
 
 
-# --- How far the machine itself yields under load, from a push against something rigid.
-
-
-_BINS = 20
+_LEVELS = 20
 _MIN_READINGS = 30
-_COMPLIANCE_RISE_TO_NOISE = 20.0
+_CONTACT_TO_NOISE = 20.0
 
 
 class ComplianceError(ValueError):
@@ -216,7 +217,7 @@ class ComplianceError(ValueError):
 
 @dataclass(frozen=True)
 class Compliance:
-    """Travel that the machine swallows, as a curve over the lift; it never extrapolates.
+    """Travel that the machine itself swallows, as a curve over the lift; it never extrapolates.
 
     `force`: shape (k,); N, increasing from 0.
     `travel`: shape (k,); cm, 0 at no force, never falling.
@@ -226,24 +227,15 @@ class Compliance:
     travel: FloatArray
 
     def at(self, force: FloatArray) -> tuple[FloatArray, np.ndarray]:
-        """Travel at other forces.
+        """Travel, cm, at some lift, and whether it is known there: not beyond the largest known lift.
 
-        `force`: shape (n,); Lift, N; a pull counts as none. Returns `travel` of shape (n,): cm;
-        that at the largest known force where the force is larger still. Returns `known` of shape
-        (n,): False beyond the largest known force.
+        A pull counts as no lift.
         """
         return np.interp(force, self.force, self.travel), force <= self.force[-1]
 
-    def mean_cm_per_N(self) -> float:
-        """Return travel over force at the largest known force.
-
-        Returns cm/N.
-        """
-        return float(self.travel[-1] / self.force[-1])
-
 
 def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compliance:
-    """Take the yielding of the machine from a push against something rigid.
+    """Find the compliance of the machine from a push against something rigid.
 
     `depth`: shape (n,); From any zero, growing downward, in the order of recording, cm. `force`:
     shape (n,); Lift, N; the recording must begin out of contact. `noise_N`: Standard deviation of
@@ -254,7 +246,7 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
     lift = force - float(np.median(force[: max(8, force.size // 20)]))
     peak = int(np.argmax(lift))
     depth, lift = depth[: peak + 1], lift[: peak + 1]
-    if lift[-1] < _COMPLIANCE_RISE_TO_NOISE * noise_N:
+    if lift[-1] < _CONTACT_TO_NOISE * noise_N:
         raise ComplianceError(
             f"the force rises by {lift[-1]:.2f} N only, with a noise of {noise_N:g} N: no contact"
         )
@@ -265,8 +257,8 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
         raise ComplianceError(
             f"{lift.size} readings in contact are too few; {_MIN_READINGS} at least"
         )
-    edges = np.linspace(0, lift[-1], _BINS + 1)
-    place = np.clip(np.digitize(lift, edges) - 1, 0, _BINS - 1)
+    edges = np.linspace(0, lift[-1], _LEVELS + 1)
+    place = np.clip(np.digitize(lift, edges) - 1, 0, _LEVELS - 1)
     filled = np.unique(place)
     levels = np.array([lift[place == one].mean() for one in filled])
     means = np.array([depth[place == one].mean() for one in filled])

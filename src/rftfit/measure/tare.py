@@ -1,4 +1,4 @@
-"""Tare: the force of rod and mount (or of a leg in air) as an object with a valid range."""
+"""Tare: the force of rod and mount, or of a leg in air, subtracted at equal position."""
 
 from __future__ import annotations
 
@@ -7,11 +7,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
+from rftfit.measure.strokes import join_runs, strokes
+
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
     from rftfit.conventions import FloatArray
+    from rftfit.measure.strokes import Samples
 
 
 NO_TARE_FLAG = "no tare subtracted: force on rod and mount is in it"
+TARE_KINDS = ("rod", "leg_air")
+_TARED_COLUMNS = ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N", "tare_z_N",
+                  "tare_x_N", "why")  # fmt: skip
+_TARE_COLUMNS = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "reason"]
 
 
 class TareError(ValueError):
@@ -40,10 +52,7 @@ class Tare:
     def from_samples(
         cls, run_id: str, abscissa: str, position: FloatArray, force: FloatArray
     ) -> Tare:
-        """Make a tare from the samples of a stroke.
-
-        `position`: shape (n,); In the order of recording. `force`: shape (2, n); z, x; N.
-        """
+        """Make a tare from the samples of a stroke, in any order."""
         if position.size < 2:
             raise TareError(f"tare {run_id}: {position.size} samples are no tare")
         order = np.argsort(position, kind="stable")
@@ -63,21 +72,14 @@ class Tare:
         return float(self.position[-1])
 
     def covers(self, position: FloatArray) -> np.ndarray:
-        """Tell at which positions the tare is known.
-
-        `position`: shape (m,); Unit of the abscissa. Returns shape (m,): False outside the valid
-        range and inside holes of the tare's own log.
-        """
+        """Tell at which positions the tare is known: not outside its range, not in holes of its log."""
         inside = (position >= self.valid_from) & (position <= self.valid_to)
         after = np.clip(np.searchsorted(self.position, position), 1, self.position.size - 1)
         step = self.position[after] - self.position[after - 1]
         return np.asarray(inside & (step <= self.longest_step))
 
     def at(self, position: FloatArray) -> FloatArray:
-        """Force of the tare, linear between its samples.
-
-        `position`: shape (m,); Unit of the abscissa. Returns shape (2, m): z, x; N.
-        """
+        """Force z, x of the tare, N, linear between its samples: shape (2, m)."""
         known = self.covers(position)
         if not known.all():
             beyond = position[~known]
@@ -93,12 +95,95 @@ def subtract(
 ) -> tuple[FloatArray, FloatArray, np.ndarray]:
     """Subtract a tare at equal position, where it is known.
 
-    `position`: shape (n,); Unit of the tare's abscissa. `force`: shape (2, n); z, x; N. Returns
-    `granular` of shape (2, n): N; NaN where the tare is not known. Returns `tare_force` of shape
-    (2, n): N; NaN likewise. Returns `known` of shape (n,).
+    Returns the granular force and that of the tare, N, shape (2, n), NaN where the tare is not
+    known; and where it is.
     """
     known = tare.covers(position)
     tare_force = np.full(force.shape, np.nan)
     if known.any():
         tare_force[:, known] = tare.at(position[known])
     return force - tare_force, tare_force, known
+
+
+def abscissa_of(run: Run) -> str:
+    """Position at which a tare is subtracted: theta of legs, path of horizontal strokes, else depth."""
+    if run.direction == "rotation":
+        return "angle_deg"
+    return "path_cm" if run.direction == "horizontal" else "depth_cm"
+
+
+def tare_medium(
+    campaign: Campaign, medium: str, traces: pd.DataFrame, status: pd.DataFrame
+) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
+    """Subtract the tares of one medium, from the traces and the table of runs of the ingest stage.
+
+    Returns the granular force and tare of every sample of a stroke; the tare of every plate or leg
+    run, its valid range or why there is none; the rows of the tare runs and of runs without a tare.
+    """
+    import pandas as pd
+
+    ledger = Ledger()
+    found = strokes(traces)
+    why_refused = dict(zip(status["run_id"], status["reason"], strict=True))
+    runs = {run.run_id: run for run in campaign.runs_of(medium)}
+    tares = {
+        name: _tare_of(runs[name], stroke, ledger)
+        for name, stroke in found.items()
+        if runs[name].kind in TARE_KINDS
+    }
+    parts: dict[str, dict[str, np.ndarray]] = {}
+    rows = []
+    for name, stroke in found.items():
+        run = runs[name]
+        if run.kind in TARE_KINDS:
+            continue
+        tare, reason = tares.get(run.tare_run), ""
+        valid = (np.nan, np.nan)
+        if isinstance(tare, Tare):
+            valid = (tare.valid_from, tare.valid_to)
+            parts[name] = _tared(run, stroke, tare, ledger)
+        elif not run.tare_run and campaign.config.fit.missing_tare == "flag":
+            parts[name] = _columns(stroke, stroke.force, np.zeros_like(stroke.force), stroke.why)
+        else:
+            reason = _why_no_tare(run, tare, why_refused)
+            good = int(np.count_nonzero(stroke.why == RowStatus.GOOD))
+            ledger.add(run, run.force_log, DROPPED, reason, good)
+        rows.append((name, run.tare_run, abscissa_of(run), *valid, reason))
+    return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=_TARE_COLUMNS), ledger
+
+
+def _tare_of(run: Run, stroke: Samples, ledger: Ledger) -> Tare | TareError:
+    good = stroke.why == RowStatus.GOOD
+    ledger.add(run, run.force_log, USED, "tare", int(np.count_nonzero(good)))
+    abscissa = abscissa_of(run)
+    try:
+        return Tare.from_samples(
+            run.run_id, abscissa, stroke.position(abscissa)[good], stroke.force[:, good]
+        )
+    except TareError as error:
+        return error
+
+
+def _why_no_tare(run: Run, known: TareError | None, why_refused: dict[str, str]) -> str:
+    if not run.tare_run:
+        return "no tare: the run sheet names none"
+    if known is not None:
+        return f"no tare: {known}"
+    why = why_refused.get(run.tare_run) or "it has no stroke"
+    return f"no tare: {run.tare_run} cannot be used: {why}"
+
+
+def _tared(run: Run, stroke: Samples, tare: Tare, ledger: Ledger) -> dict[str, np.ndarray]:
+    """Granular force of a stroke; rows the tare does not cover are marked and counted."""
+    granular, tare_force, known = subtract(stroke.position(tare.abscissa), stroke.force, tare)
+    untared = (stroke.why == RowStatus.GOOD) & ~known
+    why = np.where(untared, np.int8(RowStatus.NO_TARE), stroke.why)
+    ledger.add_rows(run, run.force_log, why[untared], "")
+    return _columns(stroke, granular, tare_force, why)
+
+
+def _columns(
+    stroke: Samples, force: FloatArray, tare_force: FloatArray, why: np.ndarray
+) -> dict[str, np.ndarray]:
+    position = (stroke.depth, stroke.x, stroke.path, stroke.angle_deg)
+    return dict(zip(_TARED_COLUMNS, (*position, *force, *tare_force, why), strict=True))

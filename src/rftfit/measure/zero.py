@@ -39,10 +39,10 @@ class Zero:
 
 
 def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
-    """Height of the reference point at which the whole intruder is clear of the surface.
+    """Height of the reference point, cm, at which the whole intruder is clear of the surface.
 
-    `angle`: shape (n,); beta or theta, rad. `clearance`: cm. Returns shape (n,): cm. For a leg
-    that of the circle around its chord, which every model leg lies within.
+    A leg counts as the circle around its chord, which every model leg lies within. `angle` is beta or
+    theta, rad, shape (n,).
     """
     if isinstance(intruder, Leg):
         half = intruder.max_length_cm / 2
@@ -60,14 +60,14 @@ def find_zero(
     stroke_time: float,
     drift_N_per_min: float,
 ) -> Zero | None:
-    """Estimate the zero from the samples in air.
+    """Estimate the zero from the samples at rest in air.
 
-    `time`: shape (n,); s. `force`: shape (2, n); z, x; N. `in_air`: shape (n,); The whole intruder
-    is clear of the surface. `moving`: shape (n,); The arm moves; only stretches at rest are used.
+    None if there are fewer of them than half a second holds, at most `MIN_SAMPLES`.
+
+    `time`: shape (n,), s. `force`: shape (2, n); z, x; N. `in_air`, `moving`: shape (n,).
     `stroke_time`: Middle of the stroke, s. `drift_N_per_min`: Largest drift to be expected. Where
     the intruder is in air at one end of the run only, the zero may have moved by this until the
-    stroke, and nothing in the log would show it. Returns none if there are fewer samples at rest
-    in air than half a second of them, at most `MIN_SAMPLES`.
+    stroke, and nothing in the log would show it.
     """
     rest = np.flatnonzero(in_air & ~moving)
     fewest = _fewest(time)
@@ -81,20 +81,19 @@ def find_zero(
     if middles[0] > stroke_time or middles[-1] < stroke_time:
         # a rest cut in two by a gap is one rest still: it shows nothing of the drift to the stroke
         pieces = [max(pieces, key=len)]
-    means, variances, dofs = zip(*(_mean(force[:, piece]) for piece in pieces), strict=True)
-    if len(pieces) == 1:
-        constant = np.repeat(means[0][:, None], time.size, axis=1)
-        apart = abs(stroke_time - float(time[pieces[0]].mean()))
-        # any drift up to the largest is equally likely
-        unseen = (drift_N_per_min / 60 * apart) ** 2 / 3
-        return Zero(constant, variances[0] + unseen, dofs[0], math.nan)
-    first, last = means[0], means[-1]
     t0, t1 = (float(time[piece].mean()) for piece in (pieces[0], pieces[-1]))
+    first, variance, dof = _mean(force[:, pieces[0]])
+    if len(pieces) == 1:
+        # any drift up to the largest is equally likely
+        unseen = (drift_N_per_min / 60 * abs(stroke_time - t0)) ** 2 / 3
+        constant = np.repeat(first[:, None], time.size, axis=1)
+        return Zero(constant, variance + unseen, dof, math.nan)
+    last, last_variance, last_dof = _mean(force[:, pieces[-1]])
     share = np.clip((time - t0) / (t1 - t0), 0, 1)
     line = first[:, None] * (1 - share) + last[:, None] * share
     # the larger of the two: an upper bound for any mix of the two means
-    variance = np.maximum(variances[0], variances[-1])
-    return Zero(line, variance, min(dofs), float(np.abs(last - first).max()))
+    variance = np.maximum(variance, last_variance)
+    return Zero(line, variance, min(dof, last_dof), float(np.abs(last - first).max()))
 
 
 def _fewest(time: FloatArray) -> int:

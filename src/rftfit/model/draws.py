@@ -10,14 +10,15 @@ import numpy as np
 
 from rftfit.measure.alpha import column, grid
 from rftfit.measure.fits import COMPONENTS
+from rftfit.model.profiles import TableProfile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import pandas as pd
 
+    from rftfit.campaign.config import Config
     from rftfit.conventions import FloatArray
-
 
 _MANY = 1e6
 
@@ -48,6 +49,20 @@ def alpha_draws(
         noise[:, 0] = noise[:, -1]
         result.append(centre + spread * noise)
     return result[0], result[1]
+
+
+def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
+    """`alpha_draws` with the settings of a campaign."""
+    settings = config.fourier
+    return alpha_draws(table, settings.draws, settings.seed, config.fit.confidence)
+
+
+def measured_profile(
+    table: pd.DataFrame, config: Config, name: str = "measured table", *, draws: bool = True
+) -> TableProfile:
+    """Interpolate an alpha table; its spread are draws within its errors."""
+    spread = TableProfile(*draws_of(table, config)) if draws else None
+    return TableProfile.from_table(table, name, spread)
 
 
 def typical_dof(table: pd.DataFrame, confidence: float) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,19 +42,14 @@ def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
     `poses`: shape (p, 6); Reference point x, z (cm), angle (rad, from z toward x), and their rates
     (per s). Returns arrays of shape (p,).
     """
-    return _result(profile, _compiled(profile, outline, poses, np.empty((0, 0, 4))))
+    # the compiler is slow to import, and not everyone who makes poses needs it
+    from rftfit.model.kernel import pose_forces
 
-
-def forces_on_elements(
-    profile: Profile, outline: Outline, poses: FloatArray
-) -> tuple[Forces, FloatArray]:
-    """`forces_on`, and the force on each element.
-
-    `poses`: shape (p, 6). Returns `elements` of shape (p, n, 4): Force z, force x (N), and x, z
-    (cm) where it acts.
-    """
-    each = np.empty((len(poses), len(outline.body), 4))
-    return _result(profile, _compiled(profile, outline, poses, each)), each
+    body, width_cm, solid = outline.body, outline.width_cm, outline.solid
+    net = pose_forces(profile.pack, body, width_cm, solid, _checked(poses))
+    unknown = not np.isfinite(net).all()
+    force_z, force_x, moment = net.T.copy()
+    return Forces(force_z, force_x, moment, _why(profile) if unknown else "")
 
 
 def force_draws(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
@@ -82,10 +77,8 @@ def force_draws(profile: Profile, outline: Outline, poses: FloatArray) -> Forces
         combine(values_x, weights_x[0]),
         combine(values_x, weights_x[2]) - combine(values_z, weights_z[1]),
     )
-    bad = not np.isfinite(forces.moment_N_cm).all()
-    return Forces(
-        forces.force_z_N, forces.force_x_N, forces.moment_N_cm, _why(profile) if bad else ""
-    )
+    unknown = not np.isfinite(forces.moment_N_cm).all()
+    return replace(forces, reason=_why(profile) if unknown else "")
 
 
 def _weights(
@@ -104,29 +97,11 @@ def _weights(
     return weights_z, (by_pose @ basis_x).transpose(1, 0, 2)
 
 
-def _compiled(
-    profile: Profile, outline: Outline, poses: FloatArray, each: FloatArray
-) -> FloatArray:
-    # the compiler is slow to import, and not everyone who makes poses needs it
-    from rftfit.model.kernel import pose_forces
-
-    body, width_cm, solid = outline.body, outline.width_cm, outline.solid
-    result: FloatArray = pose_forces(profile.pack, body, width_cm, solid, _checked(poses), each)
-    return result
-
-
 def _checked(poses: FloatArray) -> FloatArray:
     poses = np.ascontiguousarray(poses, dtype=float)
     if poses.ndim != 2 or poses.shape[1] != 6:
         raise ValueError(f"poses of shape (p, 6) wanted, found {poses.shape}")
     return poses
-
-
-def _result(profile: Profile, net: FloatArray) -> Forces:
-    bad = not np.isfinite(net).all()
-    return Forces(
-        net[:, 0].copy(), net[:, 1].copy(), net[:, 2].copy(), _why(profile) if bad else ""
-    )
 
 
 def _why(profile: Profile) -> str:

@@ -244,24 +244,28 @@ def harmonics(component: str) -> list[Harmonic]:
 
 def select_bic(
     beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
-) -> dict[str, bool]:
+) -> dict[str, bool | None]:
     """Keep the harmonics that lower the Bayesian information criterion (forward and backward).
 
     `beta`, `gamma`: shape (nb,); rad, the measured grid from -90 to 90 degrees. `alpha_z`,
     `alpha_x`: shape (nb, ng); N/cm^3; NaN where not measured. Returns name of every candidate term
-    to whether it is kept.
+    to whether it is kept; None where fewer cells were measured than there are candidates, which
+    leaves nothing to choose by.
     """
     check_grid(beta, gamma)
     alpha_z, alpha_x = symmetrise(alpha_z, alpha_x)
     # beta = -90 degrees is the same plate as +90: one of them
     rows = np.flatnonzero(~np.isclose(beta, -np.pi / 2))
     b, g = np.meshgrid(beta[rows], gamma, indexing="ij")
-    kept: dict[str, bool] = {}
+    kept: dict[str, bool | None] = {}
     for component, alpha in (("z", alpha_z), ("x", alpha_x)):
         candidates = harmonics(component)
         values = alpha[rows].ravel()
         there = np.isfinite(values)
         columns = np.stack([term.values(b, g).ravel()[there] for term in candidates], axis=1)
+        if len(columns) <= len(candidates):
+            kept.update(dict.fromkeys(term.name for term in candidates))
+            continue
         chosen = _best_subset(columns, values[there])
         kept.update({term.name: index in chosen for index, term in enumerate(candidates)})
     return kept

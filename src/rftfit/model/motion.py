@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,37 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
     from rftfit.model.outlines import Outline
     from rftfit.model.profiles import Profile
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Poses of a body, and the columns that tell them apart: made by `rotation` or `path`.
+
+    Parameters
+    ----------
+    name : str
+        For people.
+    poses : numpy.ndarray, shape (p, 6)
+        Reference point x, z (cm; z = 0 is the free surface), angle (rad, from z toward x), and their
+        rates (per s).
+    columns : dict of str to numpy.ndarray, shape (p,)
+        ``theta_deg``, or ``t_s, x_cm, z_cm, angle_deg``; the first one tells the poses apart.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> len(rftfit.rotation().poses)
+    271
+    """
+
+    name: str
+    poses: FloatArray
+    columns: dict[str, FloatArray]
+
+    @property
+    def key(self) -> str:
+        """Name of the column that tells the poses apart: ``theta_deg`` or ``t_s``."""
+        return next(iter(self.columns))
 
 
 # --- A leg that turns about a fixed axle above the surface: the paper's rotation trials.
@@ -48,6 +80,38 @@ def rotation_poses(
     poses = np.zeros((theta.size, 6))
     poses[:, 1], poses[:, 2], poses[:, 5] = hip_height_cm, theta, rate_rad_per_s
     return poses
+
+
+def rotation(
+    theta_deg: npt.ArrayLike | None = None,
+    hip_height_cm: float = HIP_HEIGHT_CM,
+    rate_rad_per_s: float = RATE_RAD_PER_S,
+) -> Motion:
+    """Turn a leg about a fixed axle: the paper's rotation trials.
+
+    Parameters
+    ----------
+    theta_deg : array_like, shape (p,), optional
+        From straight down to the direction from axle to tip: the tip lies at 2R (-sin theta, -cos
+        theta), so negative theta is in front (+x). Default: -135 to 135 deg by 1.
+    hip_height_cm : float, optional
+        Height of the axle above the free surface.
+    rate_rad_per_s : float, optional
+        Rate of theta; forces depend on its sign alone.
+
+    Returns
+    -------
+    Motion
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> motion = rftfit.rotation([-30, 0, 30], hip_height_cm=1)
+    """
+    theta = THETA_DEG.copy() if theta_deg is None else np.asarray(theta_deg, dtype=float)
+    name = f"turned about an axle {hip_height_cm:g} cm above the surface"
+    poses = rotation_poses(np.radians(theta), hip_height_cm, rate_rad_per_s)
+    return Motion(name, poses, {"theta_deg": theta})
 
 
 def sweep(
@@ -117,6 +181,46 @@ def path_poses(
     x, z, turned = (np.asarray(part, dtype=float) for part in (x_cm, z_cm, angle))
     place = np.stack([x, z, np.unwrap(turned)], axis=-1)
     return np.concatenate([place, np.gradient(place, time, axis=0)], axis=-1)
+
+
+def path(
+    time_s: npt.ArrayLike, x_cm: npt.ArrayLike, z_cm: npt.ArrayLike, angle_deg: npt.ArrayLike
+) -> Motion:
+    """Move a body along any path; velocities are differences between neighbouring times.
+
+    Parameters
+    ----------
+    time_s : array_like, shape (p,)
+        Increasing, at least two.
+    x_cm, z_cm : array_like, shape (p,)
+        Reference point; z = 0 is the free surface, up is positive.
+    angle_deg : array_like, shape (p,)
+        From z toward x: beta of a plate along x, theta of a leg. A step of more than half a turn is
+        taken for the shorter way round.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two times, or time does not increase.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> down = rftfit.path([0, 1, 2], [0, 0, 0], [0, -1, -2], [0, 0, 0])
+    """
+    time = np.asarray(time_s, dtype=float)
+    poses = path_poses(time, x_cm, z_cm, np.radians(np.asarray(angle_deg, dtype=float)))
+    return along(time, poses, f"a path of {time.size} poses")
+
+
+def along(time_s: FloatArray, poses: FloatArray, name: str) -> Motion:
+    """Poses of a path as a motion; `poses` as from `read_path`."""
+    x, z, angle = poses[:, 0], poses[:, 1], np.degrees(poses[:, 2])
+    return Motion(name, poses, {"t_s": time_s, "x_cm": x, "z_cm": z, "angle_deg": angle})
 
 
 def read_path(path: Path) -> tuple[FloatArray, FloatArray]:

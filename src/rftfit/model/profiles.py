@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from rftfit.campaign.problems import choose
 from rftfit.conventions import wrap_beta, wrap_gamma
 from rftfit.measure.alpha import column, grid
-from rftfit.model.fourier import TERMS, TERMS_Z, basis
+from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
 from rftfit.model.symmetry import check_grid, extend, symmetrise
-from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,12 +22,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.conventions import FloatArray
+    from rftfit.model.scaling import ScaledMedium
 
     IndexArray = npt.NDArray[np.signedinteger]
 
-
-# --- One interface for everything that answers alpha(beta, gamma): table, nine terms, depth-only.
-
+KINDS = ("table", "fourier", "generic", "depth_only")
+"""Profiles of a medium: alpha as measured, its nine terms, zeta times the generic nine, depth-only."""
 
 FOURIER, TABLE, DEPTH_ONLY = range(3)
 """Tags of `Pack.kind`."""
@@ -38,20 +39,13 @@ NEGLIGIBLE = 1e-9
 class Pack(NamedTuple):
     """What the compiled kernel needs of a profile; the parts that a kind does not use are empty.
 
-    Parameters
-    ----------
-    kind : int
-        `FOURIER`, `TABLE` or `DEPTH_ONLY`.
-    values : numpy.ndarray, shape (9,) or (3,)
-        Nine coefficients (order of `rftfit.model.fourier.TERMS`), or alpha_z down, alpha_z up,
-        alpha_x of the depth-only model; N/cm^3.
-    beta, gamma : numpy.ndarray, shape (nb,), (ng,)
-        Nodes of the table, rad, from -pi/2 to pi/2 and from -pi to pi.
-    beta_bins, gamma_bins : numpy.ndarray of int
-        Interval in which each of many equal bins between the end nodes begins. A bin is narrower
-        than any interval, so at most one step more leads to the right one.
-    cells : numpy.ndarray, shape (nb - 1, ng - 1, 8)
-        alpha_z at the corners (beta, gamma) = 00, 01, 10, 11 of each cell, then alpha_x, N/cm^3.
+    `kind`: `FOURIER`, `TABLE` or `DEPTH_ONLY`.
+    `values`: Nine coefficients, or the three values of the depth-only model; N/cm^3.
+    `beta`, `gamma`: Nodes of the table, rad, from -pi/2 to pi/2 and from -pi to pi.
+    `beta_bins`, `gamma_bins`: Interval in which each of many equal bins between the end nodes begins.
+        A bin is narrower than any interval, so at most one step more leads to the right one.
+    `cells`: shape (nb - 1, ng - 1, 8): alpha_z at the corners (beta, gamma) = 00, 01, 10, 11 of each
+        cell, then alpha_x, N/cm^3.
     """
 
     kind: int
@@ -63,58 +57,6 @@ class Pack(NamedTuple):
     cells: FloatArray
 
 
-class Profile(Protocol):
-    """What answers alpha(beta, gamma). A profile may be a stack of draws of one and the same kind.
-
-    A stack has parameters with leading axes; `alpha` then has them in front too, and `pack` is
-    refused.
-    """
-
-    @property
-    def name(self) -> str:
-        """What the profile is, for tables and captions."""
-
-    @property
-    def reason(self) -> str:
-        """Why alpha is NaN somewhere; empty if it is nowhere."""
-
-    @property
-    def pack(self) -> Pack:
-        """Parameters for the compiled kernel. Raises ValueError for a stack of draws."""
-
-    @property
-    def parameters(self) -> tuple[FloatArray, FloatArray]:
-        """Parameters of alpha_z, shape (..., p), and of alpha_x, shape (..., q), N/cm^3."""
-
-    def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Alpha at attack angle `beta` and intrusion angle `gamma`.
-
-        Parameters
-        ----------
-        beta, gamma : array_like
-            rad, any angle; shapes broadcast to (n, ...).
-
-        Returns
-        -------
-        alpha_z, alpha_x : numpy.ndarray, shape (draws, ..., n, ...)
-            N/cm^3; NaN where the profile does not know, and where an angle is NaN.
-        """
-
-    def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Functions whose sum, weighted with `parameters`, is alpha.
-
-        Parameters
-        ----------
-        beta, gamma : numpy.ndarray, shape (...)
-            rad; the same shape.
-
-        Returns
-        -------
-        basis_z : numpy.ndarray, shape (..., p)
-        basis_x : numpy.ndarray, shape (..., q)
-        """
-
-
 def make_pack(
     kind: int,
     values: FloatArray | None = None,
@@ -122,10 +64,7 @@ def make_pack(
     gamma: FloatArray | None = None,
     cells: FloatArray | None = None,
 ) -> Pack:
-    """Make a `Pack` whose parts always have the same types, so that one compilation serves all.
-
-    `values`, `beta`, `gamma`, `cells`: See `Pack`.
-    """
+    """Make a `Pack` whose parts always have the same types, so that one compilation serves all."""
     nothing = np.zeros(0)
     beta = nothing if beta is None else np.ascontiguousarray(beta, dtype=float)
     gamma = nothing if gamma is None else np.ascontiguousarray(gamma, dtype=float)
@@ -148,23 +87,11 @@ def _bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
     return np.clip(np.searchsorted(nodes, starts, side="right") - 1, 0, nodes.size - 2)
 
 
-def alpha_from_basis(
-    profile: Profile, beta: npt.ArrayLike, gamma: npt.ArrayLike
-) -> tuple[FloatArray, FloatArray]:
-    """`Profile.alpha` of any profile, as the weighted sum of its basis.
-
-    `beta`, `gamma`: rad; shapes broadcast. Returns `alpha_z`, `alpha_x`: As `Profile.alpha`.
-    """
-    beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
-    (basis_z, basis_x), (values_z, values_x) = profile.basis(beta, gamma), profile.parameters
-    return combine(values_z, basis_z), combine(values_x, basis_x)
-
-
 def combine(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Weighted sum of parameters; a missing one spoils only the sums that really contain it.
+    """Weighted sum of parameters; a missing one makes only those sums NaN that really contain it.
 
-    `values`: shape (draws, ..., p); Parameters, NaN where missing. `weights`: shape (n, ..., p).
-    Returns shape (draws, ..., n, ...).
+    `values`: shape (draws, ..., p), NaN where missing. `weights`: shape (n, ..., p). Returns shape
+    (draws, ..., n, ...).
     """
     missing = np.isnan(values)
     if not missing.any():
@@ -172,15 +99,90 @@ def combine(values: FloatArray, weights: FloatArray) -> FloatArray:
     # relative, because a sum over elements carries a unit
     part = np.abs(weights) > NEGLIGIBLE * np.abs(weights).sum(axis=-1, keepdims=True)
     result = np.tensordot(np.where(missing, 0.0, values), weights, axes=(-1, -1))
-    spoilt = np.tensordot(missing.astype(float), part.astype(float), axes=(-1, -1)) > 0
-    return np.where(spoilt, np.nan, result)
+    lost = np.tensordot(missing.astype(float), part.astype(float), axes=(-1, -1)) > 0
+    return np.where(lost, np.nan, result)
 
 
-# --- The measured table as a profile: completed by symmetry, interpolated between its nodes.
+class Profile(ABC):
+    """What answers alpha(beta, gamma); linear in its parameters.
+
+    A profile may be a stack of draws of one and the same kind: its parameters have leading axes,
+    `alpha` then has them in front too, and `pack` is refused.
+
+    Attributes
+    ----------
+    name : str
+        What the profile is, for tables and captions.
+    reason : str
+        Why alpha is NaN somewhere; empty if it is nowhere.
+    spread : Profile, ScaledMedium or None
+        What its intervals come from: draws of the profile within its errors, or the one penetration
+        test and the reference media that it is scaled from; None where no error is known.
+
+    Examples
+    --------
+    >>> import numpy as np, rftfit
+    >>> profile = rftfit.published_medium("poppy_LP")
+    >>> alpha_z, alpha_x = profile.alpha(0.0, np.pi / 2)
+    """
+
+    name: str
+    reason: str
+    spread: Profile | ScaledMedium | None
+
+    @property
+    @abstractmethod
+    def parameters(self) -> tuple[FloatArray, FloatArray]:
+        """Parameters of alpha_z, shape (..., p), and of alpha_x, shape (..., q), N/cm^3."""
+
+    @abstractmethod
+    def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Functions whose sum, weighted with `parameters`, is alpha.
+
+        Parameters
+        ----------
+        beta, gamma : numpy.ndarray, shape (...)
+            rad; the same shape.
+
+        Returns
+        -------
+        basis_z : numpy.ndarray, shape (..., p)
+        basis_x : numpy.ndarray, shape (..., q)
+        """
+
+    @abstractmethod
+    def _packed(self) -> Pack:
+        """`pack` of a profile that is no stack."""
+
+    @cached_property
+    def pack(self) -> Pack:
+        """Parameters for the compiled kernel. Raises ValueError for a stack of draws."""
+        if self.parameters[0].ndim > 1:
+            raise ValueError("a stack of draws has no pack; carry it through as draws")
+        return self._packed()
+
+    def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Stress per depth on a plate element.
+
+        Parameters
+        ----------
+        beta, gamma : array_like
+            Attack angle of the element and intrusion angle of its motion, rad, any value (see
+            `rftfit.conventions`); shapes broadcast to (n, ...).
+
+        Returns
+        -------
+        alpha_z, alpha_x : numpy.ndarray, shape (draws, ..., n, ...)
+            N/cm^3, up and toward +x positive; NaN where the profile does not know, and where an
+            angle is NaN.
+        """
+        beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
+        (basis_z, basis_x), (values_z, values_x) = self.basis(beta, gamma), self.parameters
+        return combine(values_z, basis_z), combine(values_x, basis_x)
 
 
-class TableProfile:
-    """Alpha interpolated from a measured table.
+class TableProfile(Profile):
+    """Alpha interpolated from a measured table, completed by symmetry.
 
     A missing cell makes alpha NaN between its neighbours (and at its mirror image), never a guess.
 
@@ -193,11 +195,18 @@ class TableProfile:
     name : str, optional
     reasons : dict of (float, float) to str, optional
         Why a cell, named by (beta, gamma) in degrees, is missing.
+    spread : Profile, optional
+        Draws of the table within its errors.
 
     Raises
     ------
     ValueError
         If the grid is not such or does not fit the values.
+
+    Examples
+    --------
+    >>> import numpy as np, rftfit
+    >>> profile = rftfit.TableProfile(np.full((7, 13), 0.3), np.zeros((7, 13)))
     """
 
     def __init__(
@@ -208,6 +217,7 @@ class TableProfile:
         gamma: FloatArray | None = None,
         name: str = "measured table",
         reasons: dict[tuple[float, float], str] | None = None,
+        spread: Profile | None = None,
     ) -> None:
         self.beta = np.radians(BETA_DEG) if beta is None else np.asarray(beta, dtype=float)
         measured_gamma = np.radians(GAMMA_DEG) if gamma is None else np.asarray(gamma, dtype=float)
@@ -219,7 +229,7 @@ class TableProfile:
                 f"the grid has {shape[0]} x {shape[1]} cells, "
                 f"the values have shapes {alpha_z.shape} and {alpha_x.shape}"
             )
-        self.name = name
+        self.name, self.spread = name, spread
         # beta = -90 and +90 degrees are one plate: one row where the two differ or one is missing
         alpha_z, alpha_x = symmetrise(_join_ends(alpha_z), _join_ends(alpha_x))
         self.gamma, self.alpha_z, self.alpha_x = extend(measured_gamma, alpha_z, alpha_x)
@@ -237,23 +247,23 @@ class TableProfile:
         Returns
         -------
         TableProfile
-
-        Raises
-        ------
-        KeyError
-            If Table S5 has no such medium.
         """
-        return cls(*alpha_grid(medium), name=f"Table S5, {medium}")
+        return cls(*alpha_grid(medium), name=f"published Table S5, {medium}")
 
     @classmethod
-    def from_table(cls, table: pd.DataFrame, name: str = "measured table") -> TableProfile:
+    def from_table(
+        cls, table: pd.DataFrame, name: str = "measured table", spread: Profile | None = None
+    ) -> TableProfile:
         """Make the profile of one medium from its alpha table.
 
         Parameters
         ----------
         table : pandas.DataFrame
-            As `rftfit.measure.alpha.alpha_table` makes it, also when read back from csv.
+            With ``beta_deg, gamma_deg, alpha_z_N_per_cm3, alpha_x_N_per_cm3`` and optionally
+            ``reason``, one row for each cell of the published grid: `rftfit.Medium.alpha`.
         name : str, optional
+        spread : Profile, optional
+            Draws of the table.
 
         Returns
         -------
@@ -266,7 +276,7 @@ class TableProfile:
             if isinstance(row.get("reason"), str)
         }
         alpha_z, alpha_x = grid(table, column("z")), grid(table, column("x"))
-        return cls(alpha_z, alpha_x, name=name, reasons=reasons)
+        return cls(alpha_z, alpha_x, name=name, reasons=reasons, spread=spread)
 
     def _why(
         self,
@@ -295,15 +305,11 @@ class TableProfile:
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
-        """See `rftfit.model.profiles.Profile`: the completed table, one number a node."""
+        """The completed table, one number a node, N/cm^3."""
         shape = (*self.alpha_z.shape[:-2], -1)
         return self.alpha_z.reshape(shape), self.alpha_x.reshape(shape)
 
-    @cached_property
-    def pack(self) -> Pack:
-        """See `rftfit.model.profiles.Profile`."""
-        if self.alpha_z.ndim > 2:
-            raise ValueError("a stack of draws has no pack; carry it through as draws")
+    def _packed(self) -> Pack:
         corners = [
             alpha[first : first + self.beta.size - 1, second : second + self.gamma.size - 1]
             for alpha in (self.alpha_z, self.alpha_x)
@@ -324,17 +330,7 @@ class TableProfile:
                 yield row + first, col + second, weight_u * weight_v
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """See `rftfit.model.profiles.Profile`.
-
-        Parameters
-        ----------
-        beta, gamma : numpy.ndarray
-
-        Returns
-        -------
-        basis_z, basis_x : numpy.ndarray
-            One and the same: both components are interpolated alike.
-        """
+        """Weights of the nodes; one and the same array for z and x."""
         result = np.zeros((beta.size, self.beta.size * self.gamma.size))
         points = np.arange(beta.size)
         for row, col, weight in self._corners(beta.ravel(), gamma.ravel()):
@@ -343,16 +339,7 @@ class TableProfile:
         return result, result
 
     def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """See `rftfit.model.profiles.Profile`.
-
-        Parameters
-        ----------
-        beta, gamma : array_like
-
-        Returns
-        -------
-        alpha_z, alpha_x : numpy.ndarray
-        """
+        """As `Profile.alpha`, without the weights of all nodes."""
         beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
         corners = list(self._corners(beta, gamma))
 
@@ -388,83 +375,72 @@ def _interval(nodes: FloatArray, at: FloatArray) -> tuple[IndexArray, FloatArray
     return index, (at - nodes[index]) / (nodes[index + 1] - nodes[index])
 
 
-# --- The nine-term Fourier profile, and the generic one scaled by zeta.
-
-
-@dataclass(frozen=True)
-class FourierProfile:
-    """Alpha as a sum of nine terms (`rftfit.model.fourier`).
+class FourierProfile(Profile):
+    """Alpha as a sum of nine terms.
 
     Parameters
     ----------
-    coefficients : numpy.ndarray, shape (..., 9)
-        N/cm^3, in the order of `rftfit.model.fourier.TERMS`; leading axes are draws.
+    coefficients : array_like, shape (..., 9)
+        A00, A10, B11, B01, Bm1, C11, C01, Cm1, D10 as in Table S2, N/cm^3; leading axes are draws.
     name : str, optional
     reason : str, optional
         Why there are no coefficients, where they are NaN.
+    spread : Profile or ScaledMedium, optional
+        Draws of the profile, or what it is scaled from.
 
     Raises
     ------
     ValueError
         If there are not nine coefficients.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> profile = rftfit.FourierProfile([0.2, 0.2, 0.2, 0.4, 0.1, -0.1, 0.3, 0.0, 0.1])
     """
 
-    coefficients: FloatArray
-    name: str = "nine terms"
-    reason: str = ""
-
-    def __post_init__(self) -> None:
-        values = np.asarray(self.coefficients, dtype=float)
-        if values.ndim == 0 or values.shape[-1] != len(TERMS):
-            raise ValueError(f"nine coefficients wanted, found an array of shape {values.shape}")
-        object.__setattr__(self, "coefficients", values)
-        if not self.reason and np.isnan(values).any():
-            object.__setattr__(self, "reason", f"{self.name}: a coefficient is missing")
-
-    @property
-    def pack(self) -> Pack:
-        """See `rftfit.model.profiles.Profile`."""
-        if self.coefficients.ndim > 1:
-            raise ValueError("a stack of draws has no pack; carry it through as draws")
-        return make_pack(FOURIER, self.coefficients)
+    def __init__(
+        self,
+        coefficients: npt.ArrayLike,
+        name: str = "nine terms",
+        reason: str = "",
+        spread: Profile | ScaledMedium | None = None,
+    ) -> None:
+        self.coefficients = _values(coefficients, len(TERMS), "nine coefficients")
+        self.name, self.spread = name, spread
+        missing = bool(np.isnan(self.coefficients).any())
+        self.reason = reason or (f"{name}: a coefficient is missing" if missing else "")
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
-        """See `rftfit.model.profiles.Profile`."""
+        """The five coefficients of alpha_z and the four of alpha_x, N/cm^3."""
         split = len(TERMS_Z)
         return self.coefficients[..., :split], self.coefficients[..., split:]
 
+    def _packed(self) -> Pack:
+        return make_pack(FOURIER, self.coefficients)
+
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """See `rftfit.model.profiles.Profile`.
-
-        Parameters
-        ----------
-        beta, gamma : numpy.ndarray
-
-        Returns
-        -------
-        basis_z, basis_x : numpy.ndarray
-        """
+        """Values of the nine terms."""
         terms_z, terms_x = basis(beta, gamma)
         unknown = np.isnan(beta) | np.isnan(gamma)  # the constant term would hide it
         terms_z = np.where(unknown, np.nan, terms_z)
         return np.moveaxis(terms_z, 0, -1), np.moveaxis(terms_x, 0, -1)
 
-    def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """See `rftfit.model.profiles.Profile`.
 
-        Parameters
-        ----------
-        beta, gamma : array_like
-
-        Returns
-        -------
-        alpha_z, alpha_x : numpy.ndarray
-        """
-        return alpha_from_basis(self, beta, gamma)
+def _values(values: npt.ArrayLike, size: int, wanted: str) -> FloatArray:
+    array = np.asarray(values, dtype=float)
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ValueError(f"{wanted} wanted, found an array of shape {array.shape}")
+    return array
 
 
-def scaled_generic(zeta: npt.ArrayLike, m0: FloatArray, name: str = "generic") -> FourierProfile:
+def scaled_generic(
+    zeta: npt.ArrayLike,
+    m0: FloatArray,
+    name: str = "generic",
+    spread: Profile | ScaledMedium | None = None,
+) -> FourierProfile:
     """Make the profile of a medium known by its scaling factor alone: zeta times generic.
 
     Parameters
@@ -472,8 +448,10 @@ def scaled_generic(zeta: npt.ArrayLike, m0: FloatArray, name: str = "generic") -
     zeta : array_like, shape (...)
         Dimensionless; an array makes a stack of draws.
     m0 : numpy.ndarray, shape (..., 9)
-        Generic coefficients; leading axes (draws) go with those of `zeta`.
+        Generic coefficients (`rftfit.Reference.m0`); leading axes (draws) go with those of `zeta`.
     name : str, optional
+    spread : Profile or ScaledMedium, optional
+        What its intervals come from.
 
     Returns
     -------
@@ -483,20 +461,21 @@ def scaled_generic(zeta: npt.ArrayLike, m0: FloatArray, name: str = "generic") -
     ------
     ValueError
         If there are not nine coefficients.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> profile = rftfit.scaled_generic(0.5, rftfit.published_reference().m0)
     """
-    return FourierProfile(np.asarray(zeta, dtype=float)[..., None] * m0, name)
-
-
-# --- The depth-only model: the baseline that knows depth and projected area, but no angles.
+    return FourierProfile(np.asarray(zeta, dtype=float)[..., None] * m0, name, spread=spread)
 
 
 STILL = 1e-12
 """A velocity component below this part of the speed is none: rounding does not choose its side."""
 
 
-@dataclass(frozen=True)
-class DepthOnlyProfile:
-    """Each component opposes its own velocity component, whatever the angles (design section 2).
+class DepthOnlyProfile(Profile):
+    """The model that knows depth and projected area, but no angles: the paper's baseline.
 
     alpha_z = alpha_z(0, pi/2) |cos beta| going down, alpha_z(0, -pi/2) |cos beta| going up, 0 in
     purely horizontal motion; alpha_x = alpha_x(pi/2, 0) |sin beta| going toward -x, its negative
@@ -504,32 +483,39 @@ class DepthOnlyProfile:
 
     Parameters
     ----------
-    values : numpy.ndarray, shape (..., 3)
+    values : array_like, shape (..., 3)
         alpha_z(0, pi/2), alpha_z(0, -pi/2) (negative: it pulls down what goes up) and
         alpha_x(pi/2, 0), N/cm^3; leading axes are draws.
     name : str, optional
     reason : str, optional
         Why a value is missing.
+    spread : Profile, optional
+        Draws of the profile.
 
     Raises
     ------
     ValueError
         If there are not three values.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> baseline = rftfit.DepthOnlyProfile.of(rftfit.published_medium("poppy_LP"))
     """
 
-    values: FloatArray
-    name: str = "depth-only"
-    reason: str = ""
-
-    def __post_init__(self) -> None:
-        values = np.asarray(self.values, dtype=float)
-        if values.ndim == 0 or values.shape[-1] != 3:
-            raise ValueError(f"three values wanted, found an array of shape {values.shape}")
-        object.__setattr__(self, "values", values)
+    def __init__(
+        self,
+        values: npt.ArrayLike,
+        name: str = "depth-only",
+        reason: str = "",
+        spread: Profile | None = None,
+    ) -> None:
+        self.values = _values(values, 3, "three values")
+        self.name, self.reason, self.spread = name, reason, spread
 
     @classmethod
     def of(cls, profile: Profile, name: str = "depth-only") -> DepthOnlyProfile:
-        """Take the three values from another profile (measured: from the table).
+        """Take the three values, and their spread, from another profile (measured: from the table).
 
         Parameters
         ----------
@@ -543,31 +529,19 @@ class DepthOnlyProfile:
         """
         alpha_z, alpha_x = profile.alpha([0.0, 0.0, np.pi / 2], [np.pi / 2, -np.pi / 2, 0.0])
         values = np.concatenate([alpha_z[..., :2], alpha_x[..., 2:]], axis=-1)
-        return cls(values, name, profile.reason if np.isnan(values).any() else "")
-
-    @property
-    def pack(self) -> Pack:
-        """See `rftfit.model.profiles.Profile`."""
-        if self.values.ndim > 1:
-            raise ValueError("a stack of draws has no pack; carry it through as draws")
-        return make_pack(DEPTH_ONLY, self.values)
+        spread = cls.of(profile.spread, name) if isinstance(profile.spread, Profile) else None
+        return cls(values, name, profile.reason if np.isnan(values).any() else "", spread)
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
-        """See `rftfit.model.profiles.Profile`."""
+        """The two values of alpha_z and the one of alpha_x, N/cm^3."""
         return self.values[..., :2], self.values[..., 2:]
 
+    def _packed(self) -> Pack:
+        return make_pack(DEPTH_ONLY, self.values)
+
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """See `rftfit.model.profiles.Profile`.
-
-        Parameters
-        ----------
-        beta, gamma : numpy.ndarray
-
-        Returns
-        -------
-        basis_z, basis_x : numpy.ndarray
-        """
+        """Projected part of a plate, with the side to which its motion goes."""
         down, left = np.sin(gamma), np.cos(gamma)  # parts of the velocity toward -z and -x
         level, upright = np.abs(np.cos(beta)), np.abs(np.sin(beta))
         unknown = np.isnan(beta) | np.isnan(gamma)
@@ -578,15 +552,48 @@ class DepthOnlyProfile:
         )
         return basis_z, basis_x
 
-    def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """See `rftfit.model.profiles.Profile`.
 
-        Parameters
-        ----------
-        beta, gamma : array_like
+def published_medium(medium: str, kind: str = "table") -> Profile:
+    """Profile of one of the five media of Li, Zhang and Goldman (2013), from the printed tables.
 
-        Returns
-        -------
-        alpha_z, alpha_x : numpy.ndarray
-        """
-        return alpha_from_basis(self, beta, gamma)
+    Parameters
+    ----------
+    medium : str
+        ``poppy_LP``, ``poppy_CP``, ``glass0.3mm_LP``, ``glass0.3mm_CP`` or ``glass3mm_CP``.
+    kind : str, optional
+        ``table``: Table S5 interpolated. ``fourier``: coefficients of Table S2. ``generic``: the
+        medium's printed zeta times the printed generic coefficients. ``depth_only``: the baseline
+        without angles, from three cells of Table S5.
+
+    Returns
+    -------
+    Profile
+        Without a spread: the tables are printed without errors.
+
+    Raises
+    ------
+    InputError
+        If there is no such medium or kind.
+
+    Examples
+    --------
+    >>> import numpy as np, rftfit
+    >>> alpha_z, alpha_x = rftfit.published_medium("poppy_LP").alpha(0.0, np.pi / 2)
+    >>> round(float(alpha_z), 2)
+    0.38
+    """
+    choose("medium", medium, MEDIA, "published media")
+    choose("profile", kind, KINDS)
+    if kind == "fourier":
+        name = f"published Table S2, {medium}"
+        return FourierProfile(as_array(coefficients(medium)), name)
+    if kind == "generic":
+        zeta = coefficients(medium)["zeta"]
+        name = f"published Table S2, zeta of {medium} ({zeta:g}) times generic"
+        return scaled_generic(zeta, as_array(coefficients("generic")), name)
+    table = TableProfile.published(medium)
+    if kind == "depth_only":
+        return DepthOnlyProfile.of(
+            table, f"depth-only, from {table.name.removeprefix('published ')}"
+        )
+    return table

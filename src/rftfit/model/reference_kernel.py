@@ -1,6 +1,8 @@
-"""The element kernel in plain numpy, to check the compiled one.
+"""The kernel in plain numpy, to check the compiled one.
 
-Also the integration that needs no speed: where the load of each element lies, for draws.
+Also the integration that needs no speed: where elements are and what they bear, for draws and
+pictures. Elements are arrays (..., 8): centre x, z (cm), unit tangent x, z, half-length (cm), area
+(cm^2), velocity x, z (cm/s).
 """
 
 from __future__ import annotations
@@ -17,12 +19,7 @@ if TYPE_CHECKING:
 
 
 def place(body: FloatArray, width_cm: float, poses: FloatArray) -> FloatArray:
-    """Elements of an outline in each pose.
-
-    `body`: shape (n, 5); As for `rftfit.model.kernel.pose_forces`. `poses`: shape (p, 6);
-    Likewise. Returns shape (p, n, 8): Elements as `rftfit.model.kernel.element_forces` wants them;
-    velocity in cm/s.
-    """
+    """Elements (p, n, 8) of an outline (n, 5) in each pose (p, 6), as `kernel.pose_forces` has them."""
     x0, z0, angle, vx0, vz0, rate = (poses[:, index, None] for index in range(6))
     cos_a, sin_a = np.cos(angle), np.sin(angle)
     x, z = body[:, 0] * cos_a + body[:, 1] * sin_a, body[:, 1] * cos_a - body[:, 0] * sin_a
@@ -33,14 +30,11 @@ def place(body: FloatArray, width_cm: float, poses: FloatArray) -> FloatArray:
 
 
 def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, FloatArray]:
-    """Depth times area of what lies below the surface, and its centre.
+    """Depth times area (cm^3) of what lies below the surface, and its centre x, z (cm).
 
-    An element that crosses the surface is clipped: its lower part counts, with its own area and
-    centre, so the load is continuous in height. It is 0 above the surface and without velocity.
-
-    `elements`: shape (..., 8). `solid`: Count only elements that move outward, to the right of
-    their tangent. Returns `load` of shape (...): cm^3. Returns `centre` of shape (..., 2): x, z,
-    cm; of the whole element where it does not cross the surface.
+    Of an element that crosses the surface the lower part counts, with its own area and centre, so
+    the load is continuous in height; it is 0 above the surface and without velocity. `solid`: count
+    only elements that move outward, to the right of their tangent.
     """
     x, z, tx, tz, half, area, vx, vz = np.moveaxis(elements, -1, 0)
     rise = half * np.abs(tz)
@@ -57,21 +51,13 @@ def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, Fl
 
 
 def angles(elements: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Attack and intrusion angle of each element.
-
-    `elements`: shape (..., 8). Returns `beta`, `gamma` of shape (...): rad; gamma is NaN where
-    there is no velocity.
-    """
+    """Attack and intrusion angle (rad) of each element; gamma is NaN without velocity."""
     beta = wrap_beta(np.arctan2(-elements[..., 3], elements[..., 2]))
     return beta, intrusion_angle(elements[..., 6], elements[..., 7])
 
 
 def element_forces(profile: Profile, elements: FloatArray, solid: bool = False) -> FloatArray:
-    """Force on each element.
-
-    `elements`: shape (..., 8). Returns shape (..., 4): Force z, x (N), and where it acts x, z
-    (cm).
-    """
+    """Force z, x (N) on each element, and where it acts: x, z (cm). Returns shape (..., 4)."""
     load, centre = submerged(elements, solid)
     idle = load == 0
     alpha_z, alpha_x = profile.alpha(*angles(elements))
@@ -79,16 +65,16 @@ def element_forces(profile: Profile, elements: FloatArray, solid: bool = False) 
     return np.concatenate([np.stack([force_z, force_x], axis=-1), centre], axis=-1)
 
 
+def net(forces: FloatArray, x0: FloatArray, z0: FloatArray) -> FloatArray:
+    """Force z, x (N) and moment about (x0, z0) (N cm) of elements (..., n, 4). Returns (..., 3)."""
+    force_z, force_x, x, z = np.moveaxis(forces, -1, 0)
+    moment = (z - z0[..., None]) * force_x - (x - x0[..., None]) * force_z
+    return np.stack([force_z.sum(-1), force_x.sum(-1), moment.sum(-1)], axis=-1)
+
+
 def pose_forces(
     profile: Profile, body: FloatArray, width_cm: float, solid: bool, poses: FloatArray
 ) -> FloatArray:
-    """Net force and moment in each pose.
-
-    `body`: shape (n, 5). `poses`: shape (p, 6). Returns shape (p, 3): Force z, force x (N), moment
-    (N cm).
-    """
-    force_z, force_x, x, z = np.moveaxis(
-        element_forces(profile, place(body, width_cm, poses), solid), -1, 0
-    )
-    moment = (z - poses[:, 1, None]) * force_x - (x - poses[:, 0, None]) * force_z
-    return np.stack([force_z.sum(-1), force_x.sum(-1), moment.sum(-1)], axis=-1)
+    """Force z, x (N) and moment about the reference point (N cm) in each pose. Returns (p, 3)."""
+    forces = element_forces(profile, place(body, width_cm, poses), solid)
+    return net(forces, poses[:, 0], poses[:, 1])

@@ -3,48 +3,60 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit.measure.alpha import column, grid
-from rftfit.model.draws import Term, alpha_draws, interval_of_sum, typical_dof
-from rftfit.model.fourier import TERMS, TERMS_Z, as_array, fit_dft_index, fit_lsq, kept_terms
+from rftfit.model.draws import Term, draws_of, interval_of_sum, typical_dof
+from rftfit.model.fourier import (
+    TERMS,
+    TERMS_Z,
+    as_array,
+    evaluate,
+    fit_dft_index,
+    fit_lsq,
+    kept_terms,
+)
+from rftfit.model.profiles import scaled_generic
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from importlib.resources.abc import Traversable
-    from pathlib import Path
 
     import numpy.typing as npt
     import pandas as pd
 
     from rftfit.campaign.config import Config
     from rftfit.conventions import FloatArray
+    from rftfit.model.profiles import FourierProfile
+
+GENERIC = "generic"
+
+Interval = tuple["FloatArray", "FloatArray", "FloatArray"]
+"""Value, lower and upper end."""
 
 
-# --- Scaling between media: zeta, chi, the generic M0, and the routine for a new medium.
+_TEST_DOF = 1e3
+"""Degrees of freedom of the error of a penetration test, which is taken for known."""
 
 
 def vertical_penetration(coefficients: FloatArray) -> FloatArray:
     """alpha_z of the fit at (beta, gamma) = (0, 90 deg): A00 + A10 + B11 + B01 + Bm1.
 
     Its number in N/cm^3 is the scaling factor zeta.
-
-    `coefficients`: shape (..., 9); N/cm^3. Returns shape (...): N/cm^3.
     """
     result: FloatArray = coefficients[..., : len(TERMS_Z)].sum(axis=-1)
     return result
 
 
 def generic(coefficients: FloatArray) -> FloatArray:
-    """Average M_i / zeta_i over the media: the generic coefficients M0.
+    """Average M_i / zeta_i over the media: the generic coefficients M0, whose alpha_z(0, 90 deg) is 1.
 
-    `coefficients`: shape (..., media, 9); N/cm^3. Returns shape (..., 9): Dimensionless;
-    alpha_z(0, 90 deg) is 1.
+    `coefficients`: shape (..., media, 9), N/cm^3. Returns shape (..., 9), dimensionless.
     """
     zeta = vertical_penetration(coefficients)
     result: FloatArray = (coefficients / zeta[..., None]).mean(axis=-2)
@@ -55,9 +67,7 @@ def generic(coefficients: FloatArray) -> FloatArray:
 class Scaled:
     """A new medium by the scaling routine; each quantity with its interval.
 
-    `zeta`, `zeta_lo`, `zeta_hi`: Dimensionless.
-    `chi`, `chi_lo`, `chi_hi`: The ratio that was used; its interval is that for one further
-        medium.
+    `chi`: The ratio that was used; its interval is that for one further medium.
     `coefficients`: shape (9,); zeta times M0, N/cm^3.
     """
 
@@ -76,9 +86,10 @@ def scale_new_medium(
     """Turn one vertical penetration of a flat plate into a whole medium.
 
     zeta = alpha_z(0, 90 deg) / chi with the mean chi of the reference media, alpha = zeta times the
-    generic profile (supplement, scaling routine). The interval takes the scatter of chi between
-    media for that of a further medium (Student, sample of the reference media) and adds the error
-    of the test itself.
+    generic profile (supplement, scaling routine). The interval joins the scatter of chi between
+    media, taken for that of a further medium (Student, sample of the reference media), with the
+    error of the test itself: half widths, each with its own quantile, add in quadrature. So it is
+    never narrower for more error, and covers at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
 
     `alpha`: Measured slope, N/cm^3. `alpha_se`: Its standard error, N/cm^3; 0 if not known. `chi`:
     shape (media,); Of the reference media, at least two. `m0`: shape (9,); Generic coefficients.
@@ -100,168 +111,14 @@ def scale_new_medium(
     centre = float(chi.mean())
     spread = float(np.log(chi).std(ddof=1)) * np.sqrt(1 + 1 / chi.size)
     half_chi = float(student_quantile(confidence, chi.size - 1)) * spread
-    relative = alpha_se / alpha
-    total = float(np.hypot(spread, relative))
-    half = 0.0
-    if total > 0:
-        dof = total**4 / (spread**4 / (chi.size - 1) + relative**4 / 1e3)
-        half = float(student_quantile(confidence, dof)) * total
+    half_alpha = float(student_quantile(confidence, _TEST_DOF)) * alpha_se / alpha
+    half = float(np.hypot(half_chi, half_alpha))
     zeta = alpha / centre
     return Scaled(
         zeta, zeta * np.exp(-half), zeta * np.exp(half),
         centre, centre * np.exp(-half_chi), centre * np.exp(half_chi),
         zeta * m0,
     )  # fmt: skip
-
-
-# --- Nine-term fits of all media by each method, with the draws that their intervals come from.
-
-
-AS_PRINTED = "dft-index, printed terms"
-"""The transform with just the terms that Table S2 prints as non-zero: the paper's own selection,
-which its rule of 0.05 A00 does not explain."""
-
-ALL_METHODS = ("lsq", "dft-index", AS_PRINTED)
-
-FEWEST_MEDIA = 2
-"""Of a campaign's own, for its natural sands to be scaled from them."""
-
-_BETA, _GAMMA = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
-_VERTICAL = (int(np.flatnonzero(BETA_DEG == 0)[0]), GAMMA_DEG.size - 1)
-
-
-@dataclass(frozen=True)
-class MediumFit:
-    """Coefficients of one medium by one method.
-
-    `full`: shape (9,); With all nine terms, N/cm^3.
-    `keep`: shape (9,); Terms that are used.
-    `used`: shape (9,); Coefficients of the kept terms (refitted without the others), 0 elsewhere,
-        N/cm^3.
-    `draws`: shape (draws, 9); `used` under the errors of alpha, the selection of terms held fixed.
-    `alpha_z`: Measured alpha_z(0, 90 deg), N/cm^3.
-    `alpha_z_draws`: shape (draws,).
-    `dof`: Degrees of freedom behind the errors of alpha.
-    `reason`: Why there are no coefficients; empty if there are.
-    """
-
-    medium: str
-    method: str
-    full: FloatArray
-    keep: npt.NDArray[np.bool_]
-    used: FloatArray
-    draws: FloatArray
-    alpha_z: float
-    alpha_z_draws: FloatArray
-    dof: float = 1e6
-    reason: str = ""
-
-    @property
-    def zeta(self) -> float:
-        """alpha_z of the fit at (0, 90 deg); its number in N/cm^3."""
-        return float(vertical_penetration(self.used))
-
-    @property
-    def zeta_draws(self) -> FloatArray:
-        """`zeta` under the errors of alpha, shape (draws,)."""
-        return vertical_penetration(self.draws)
-
-
-def fit_media(tables: list[pd.DataFrame], config: Config) -> list[MediumFit]:
-    """Fit every laboratory medium by every method.
-
-    `tables`: Alpha table of each medium. Returns by method, then in the order of the tables.
-    `AS_PRINTED` only for published media.
-    """
-    return [
-        fit
-        for method in ALL_METHODS
-        for table in tables
-        if (fit := _fit_medium(table, config, method)) is not None
-    ]
-
-
-def reference_of(fits: Sequence[MediumFit], config: Config) -> Reference:
-    """Choose what the natural sands of a campaign are scaled from.
-
-    `fits`: Of the laboratory media; those by other methods than the config's do not count. Returns
-    the campaign's own media; the published five where fewer than two of them have a usable grid:
-    the interval for a further medium is the scatter between media, and one has none.
-    """
-    method = config.fourier.method
-    own = [fit for fit in fits if fit.method == method and not fit.reason]
-    if len(own) < FEWEST_MEDIA:
-        return published()
-    values = {fit.medium: fit.used for fit in own}
-    chi = {fit.medium: fit.alpha_z / fit.zeta for fit in own}
-    m0 = generic(np.stack([fit.used for fit in own]))
-    return reference_from(f"this campaign, method {method}", chi, values | {GENERIC: m0})
-
-
-def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Interval of M0, the mean over media that were measured apart.
-
-    `fits`: Of all media by one method, each with coefficients. Returns `lo`, `hi` of shape (9,).
-    """
-    shares = [fit.draws / fit.zeta_draws[:, None] / len(fits) for fit in fits]
-    return interval_of_sum(
-        [Term(share, fit.dof) for share, fit in zip(shares, fits, strict=True)], confidence
-    )
-
-
-def _fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit | None:
-    medium = str(table["medium"].iloc[0])
-    published = config.media[medium].published_as
-    if method == AS_PRINTED and published not in MEDIA:
-        return None
-    alpha_z, alpha_x = grid(table, column("z")), grid(table, column("x"))
-    settings = config.fourier
-    many_z, many_x = alpha_draws(table, settings.draws, settings.seed, config.fit.confidence)
-    measured = float(alpha_z[_VERTICAL])
-    try:
-        full = _transform(method, alpha_z, alpha_x, None)
-    except ValueError as error:
-        return _nothing(medium, method, settings.draws, measured, str(error))
-    if not np.isfinite(full).all():
-        empty = int(np.count_nonzero(np.isnan(alpha_z)))
-        reason = f"{empty} of {alpha_z.size} cells have no alpha; the transform needs all of them"
-        return _nothing(medium, method, settings.draws, measured, reason)
-    if method == AS_PRINTED:
-        assert published is not None
-        keep = as_array(coefficients(published)) != 0
-    else:
-        keep = kept_terms(full, settings.threshold)
-    return MediumFit(
-        medium, method, full, keep,
-        _transform(method, alpha_z, alpha_x, keep),
-        _transform(method, many_z, many_x, keep),
-        measured,
-        many_z[(slice(None), *_VERTICAL)],
-        typical_dof(table, config.fit.confidence),
-    )  # fmt: skip
-
-
-def _transform(
-    method: str, alpha_z: FloatArray, alpha_x: FloatArray, keep: npt.NDArray[np.bool_] | None
-) -> FloatArray:
-    if method == "lsq":
-        return fit_lsq(_BETA, _GAMMA, alpha_z, alpha_x, keep)
-    values = fit_dft_index(_GAMMA, alpha_z, alpha_x)
-    return values if keep is None else np.where(keep, values, 0.0)
-
-
-def _nothing(medium: str, method: str, draws: int, measured: float, reason: str) -> MediumFit:
-    nan = np.full(len(TERMS), np.nan)
-    many = np.full((draws, len(TERMS)), np.nan)
-    keep = np.ones(len(TERMS), dtype=bool)
-    return MediumFit(medium, method, nan, keep, nan, many, measured, many[:, 0], reason=reason)
-
-
-# --- Interval of anything that is scaled from the generic profile to one further medium.
-
-
-Interval = tuple["FloatArray", "FloatArray", "FloatArray"]
-"""Value, lower and upper end."""
 
 
 def with_interval(
@@ -287,11 +144,6 @@ def with_interval(
     return value, value - np.hypot(below, shape), value + np.hypot(above, shape)
 
 
-# --- The media that a further medium is scaled from: their chi, generic coefficients and scatter.
-
-
-GENERIC = "generic"
-
 PRINTED_NOTE = (
     "fewer than two laboratory media with a usable grid: scaled with the published five media"
 )
@@ -300,14 +152,27 @@ PRINTED_NOTE = (
 
 @dataclass(frozen=True)
 class Reference:
-    """What a new medium is scaled from.
+    """The media that a further medium is scaled from.
 
-    `name`: For people: which tables.
-    `chi`: shape (media,).
-    `m0`: shape (9,); Generic coefficients.
-    `scaled`: shape (media, 9); M / zeta of each medium: their scatter about `m0` is that of a
-        further medium.
-    `printed`: Whether these are the published tables.
+    Parameters
+    ----------
+    name : str
+        Which tables, for people.
+    media : tuple of str
+    chi : numpy.ndarray, shape (media,)
+        Measured alpha_z(0, 90 deg) over that of the nine-term fit.
+    m0 : numpy.ndarray, shape (9,)
+        Generic coefficients, dimensionless.
+    scaled : numpy.ndarray, shape (media, 9)
+        M / zeta of each medium: their scatter about `m0` is that of a further medium.
+    printed : bool, optional
+        Whether these are the published tables.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> rftfit.published_reference().media[0]
+    'poppy_LP'
     """
 
     name: str
@@ -323,24 +188,6 @@ class Reference:
         return PRINTED_NOTE if self.printed else ""
 
 
-def published() -> Reference:
-    """Chi of Table S3 and coefficients of Table S2, as printed."""
-    # read here, not as data frames: pandas alone takes longer to import than the scaling to run
-    folder = files("rftfit.reference")
-    chi = {
-        row["medium"]: float(row["value"])
-        for row in table_rows(folder.joinpath("table_s3.csv"))
-        if row["quantity"] == "chi"
-    }
-    printed: dict[str, dict[str, float]] = {}
-    for row in table_rows(folder.joinpath("table_s2.csv")):
-        printed.setdefault(row["medium"], {})[row["coefficient"]] = float(row["value"])
-    values = {
-        medium: np.array([terms[term] for term in TERMS]) for medium, terms in printed.items()
-    }
-    return reference_from("published Tables S2 and S3", chi, values, printed=True)
-
-
 def reference_from(
     name: str,
     chi: Mapping[str, float],
@@ -348,16 +195,363 @@ def reference_from(
     *,
     printed: bool = False,
 ) -> Reference:
-    """Put together chi and coefficients of media.
-
-    `name`: For people: which tables. `chi`: By medium. `coefficients`: shape (9,); Of these media,
-    N/cm^3, and of `GENERIC`. `printed`: Whether these are the published tables.
-    """
+    """Put together chi by medium, and coefficients (N/cm^3) of these media and of `GENERIC`."""
     own = np.stack([coefficients[medium] for medium in chi])
     # the printed zeta is rounded on its own: the sum keeps alpha_z(0, 90 deg) of each profile at 1
     scaled = own / vertical_penetration(own)[:, None]
     values = np.array(list(chi.values()))
     return Reference(name, tuple(chi), values, coefficients[GENERIC], scaled, printed)
+
+
+def published() -> Reference:
+    """Reference media of Li, Zhang and Goldman (2013): chi of Table S3, coefficients of Table S2.
+
+    Returns
+    -------
+    Reference
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> round(float(rftfit.published_reference().chi.mean()), 2)
+    1.24
+    """
+    chi = {
+        row["medium"]: float(row["value"])
+        for row in _printed("table_s3")
+        if row["quantity"] == "chi"
+    }
+    values: dict[str, dict[str, float]] = {}
+    for row in _printed("table_s2"):
+        values.setdefault(row["medium"], {})[row["coefficient"]] = float(row["value"])
+    arrays = {medium: np.array([terms[term] for term in TERMS]) for medium, terms in values.items()}
+    return reference_from("published Tables S2 and S3", chi, arrays, printed=True)
+
+
+def _printed(name: str) -> list[dict[str, str]]:
+    # read here, not as data frames: pandas alone takes longer to import than the scaling to run
+    text = files("rftfit.reference").joinpath(f"{name}.csv").read_text(encoding="utf-8")
+    return list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+
+
+@dataclass(frozen=True)
+class ScaledMedium(Scaled):
+    """A medium known by one vertical penetration test: made by `scale`.
+
+    Parameters
+    ----------
+    zeta, zeta_lo, zeta_hi : float
+        Scaling factor and its interval, dimensionless.
+    chi, chi_lo, chi_hi : float
+        Mean ratio of measured to fitted alpha_z(0, 90 deg) of the reference media; the interval is
+        that for one further medium.
+    coefficients : numpy.ndarray, shape (9,)
+        zeta times M0, N/cm^3, in the order of Table S2.
+    alpha_z, alpha_z_se : float
+        The test: alpha_z(0, 90 deg) and its standard error, N/cm^3.
+    reference : Reference
+        The media that it is scaled from.
+    confidence : float
+        Level of the intervals.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> sand = rftfit.scale(0.9, se=0.02)
+    >>> table = sand.table()
+    >>> forces = rftfit.predict(sand.profile, rftfit.model_leg("c_leg"))
+    """
+
+    alpha_z: float
+    alpha_z_se: float
+    reference: Reference = field(repr=False)
+    confidence: float
+
+    @property
+    def profile(self) -> FourierProfile:
+        """Zeta times the generic profile; its spread is this medium."""
+        name = (
+            f"generic times zeta = {self.zeta:.4f} ({self.zeta_lo:.4f} to {self.zeta_hi:.4f}), from "
+            f"alpha_z(0, 90 deg) = {self.alpha_z:g} N/cm^3 (se {self.alpha_z_se:g}) with "
+            f"{self.reference.name}"
+        )
+        return scaled_generic(self.zeta, self.reference.m0, name, self)
+
+    def at(self, confidence: float) -> ScaledMedium:
+        """The same medium with intervals of another level.
+
+        Parameters
+        ----------
+        confidence : float
+
+        Returns
+        -------
+        ScaledMedium
+        """
+        return scale(self.alpha_z, self.alpha_z_se, self.reference, confidence)
+
+    def with_interval(self, generic: FloatArray, of_media: FloatArray) -> Interval:
+        """Scale a quantity of the generic profile.
+
+        Parameters
+        ----------
+        generic : numpy.ndarray, shape (...)
+            Of the generic profile, dimensionless.
+        of_media : numpy.ndarray, shape (media, ...)
+            The same of each reference medium, divided by its zeta.
+
+        Returns
+        -------
+        value, lo, hi : numpy.ndarray, shape (...)
+        """
+        return with_interval(self, generic, of_media, self.confidence)
+
+    def coefficients_with_interval(self) -> Interval:
+        """The nine coefficients.
+
+        Returns
+        -------
+        value, lo, hi : numpy.ndarray, shape (9,)
+            N/cm^3.
+        """
+        return self.with_interval(self.reference.m0, self.reference.scaled)
+
+    def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[Interval, Interval]:
+        """Alpha of the nine-term profile.
+
+        Parameters
+        ----------
+        beta, gamma : array_like
+            rad; shapes broadcast to (...).
+
+        Returns
+        -------
+        alpha_z, alpha_x : tuple of numpy.ndarray, shape (...)
+            Value, lower and upper end, N/cm^3.
+        """
+        z, x = evaluate(self.reference.m0, beta, gamma)
+        each = [evaluate(own, beta, gamma) for own in self.reference.scaled]
+        return (
+            self.with_interval(z, np.stack([own for own, _ in each])),
+            self.with_interval(x, np.stack([own for _, own in each])),
+        )
+
+    def table(self) -> pd.DataFrame:
+        """Alpha on the published grid of 7 x 13 angles.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``beta_deg, gamma_deg``, and ``alpha_z_N_per_cm3``, ``alpha_z_lo_N_per_cm3``,
+            ``alpha_z_hi_N_per_cm3``, the same of ``alpha_x``.
+        """
+        import pandas as pd
+
+        return pd.DataFrame(self.columns())
+
+    def columns(self) -> dict[str, FloatArray]:
+        """`table` without pandas.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray, shape (91,)
+        """
+        beta, gamma = (part.ravel() for part in np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij"))
+        columns = {"beta_deg": beta, "gamma_deg": gamma}
+        for component, parts in zip(
+            "zx", self.alpha(np.radians(beta), np.radians(gamma)), strict=True
+        ):
+            for end, values in zip(("", "_lo", "_hi"), parts, strict=True):
+                columns[column(component, end)] = values
+        return columns
+
+
+def scale(
+    alpha: float, se: float = 0.0, reference: Reference | None = None, confidence: float = 0.95
+) -> ScaledMedium:
+    """Turn one vertical penetration test into a whole stress profile, with intervals.
+
+    Parameters
+    ----------
+    alpha : float
+        Slope of stress over depth of a horizontal plate pushed straight down, alpha_z(0, 90 deg),
+        N/cm^3.
+    se : float, optional
+        Its standard error, N/cm^3.
+    reference : Reference, optional
+        The media to scale from: those of a campaign (`Results.reference`); default: the five
+        published ones.
+    confidence : float, optional
+        Level of the intervals, which are those for one further medium: they hold the error of the
+        test and the scatter of chi and of the profiles between the reference media.
+
+    Returns
+    -------
+    ScaledMedium
+
+    Raises
+    ------
+    ValueError
+        If alpha is not positive, `se` is negative, or the level is not between 0.5 and 1.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> sand = rftfit.scale(0.9, se=0.02)
+    >>> round(sand.zeta, 2)
+    0.72
+    """
+    if not 0.5 < confidence < 1:
+        raise ValueError(f"the level must be above 0.5 and below 1, found {confidence:g}")
+    reference = published() if reference is None else reference
+    found = scale_new_medium(alpha, se, reference.chi, reference.m0, confidence)
+    return ScaledMedium(
+        **vars(found), alpha_z=alpha, alpha_z_se=se, reference=reference, confidence=confidence
+    )
+
+
+AS_PRINTED = "dft-index, printed terms"
+"""The transform with just the terms that Table S2 prints as non-zero: the paper's own selection,
+which its rule of 0.05 A00 does not explain."""
+
+ALL_METHODS = ("lsq", "dft-index", AS_PRINTED)
+
+FEWEST_MEDIA = 2
+"""Of a campaign's own, for its natural sands to be scaled from them."""
+
+_BETA, _GAMMA = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
+_VERTICAL = (int(np.flatnonzero(BETA_DEG == 0)[0]), GAMMA_DEG.size - 1)
+
+
+@dataclass(frozen=True)
+class MediumFit:
+    """Coefficients of one medium by one method; its draws are made when they are asked for.
+
+    `full`: shape (9,); With all nine terms, N/cm^3.
+    `keep`: shape (9,); Terms that are used.
+    `used`: shape (9,); Coefficients of the kept terms (refitted without the others), 0 elsewhere,
+        N/cm^3; NaN where there are none, and then `reason` says why.
+    `alpha_z`: Measured alpha_z(0, 90 deg), N/cm^3.
+    """
+
+    medium: str
+    method: str
+    full: FloatArray
+    keep: npt.NDArray[np.bool_]
+    used: FloatArray
+    alpha_z: float
+    table: pd.DataFrame = field(repr=False)
+    config: Config = field(repr=False)
+    reason: str = ""
+
+    @property
+    def zeta(self) -> float:
+        """alpha_z of the fit at (0, 90 deg); its number in N/cm^3."""
+        return float(vertical_penetration(self.used))
+
+    @cached_property
+    def _alpha_draws(self) -> tuple[FloatArray, FloatArray]:
+        return draws_of(self.table, self.config)
+
+    @cached_property
+    def draws(self) -> FloatArray:
+        """`used` under the errors of alpha, the selection of terms held fixed, shape (draws, 9)."""
+        if self.reason:
+            return np.full((self.config.fourier.draws, len(TERMS)), np.nan)
+        return _transform(self.method, *self._alpha_draws, self.keep)
+
+    @property
+    def alpha_z_draws(self) -> FloatArray:
+        """`alpha_z` under its error, shape (draws,)."""
+        return self.draws[:, 0] if self.reason else self._alpha_draws[0][(slice(None), *_VERTICAL)]
+
+    @property
+    def zeta_draws(self) -> FloatArray:
+        """`zeta` under the errors of alpha, shape (draws,)."""
+        return vertical_penetration(self.draws)
+
+    @cached_property
+    def dof(self) -> float:
+        """Degrees of freedom behind the errors of alpha."""
+        return typical_dof(self.table, self.config.fit.confidence)
+
+
+def fit_media(tables: Sequence[pd.DataFrame], config: Config) -> list[MediumFit]:
+    """Fit the alpha table of every laboratory medium by every method, `AS_PRINTED` where published.
+
+    Returns by method, then in the order of the tables.
+    """
+    return [
+        fit_medium(table, config, method)
+        for method in ALL_METHODS
+        for table in tables
+        if method != AS_PRINTED or _published_as(table, config) in MEDIA
+    ]
+
+
+def _published_as(table: pd.DataFrame, config: Config) -> str:
+    return config.media[str(table["medium"].iloc[0])].published_as or ""
+
+
+def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
+    """Fit one alpha table by one method, with the terms that are kept."""
+    alpha_z, alpha_x = grid(table, column("z")), grid(table, column("x"))
+    full = used = np.full(len(TERMS), np.nan)
+    keep, reason = np.ones(len(TERMS), dtype=bool), ""
+    try:
+        full = _transform(method, alpha_z, alpha_x, None)
+        if not np.isfinite(full).all():
+            empty = int(np.count_nonzero(np.isnan(alpha_z)))
+            reason = (
+                f"{empty} of {alpha_z.size} cells have no alpha; the transform needs all of them"
+            )
+            full = used
+    except ValueError as error:
+        reason = str(error)
+    if not reason:
+        keep = kept_terms(full, config.fourier.threshold)
+        if method == AS_PRINTED:
+            keep = as_array(coefficients(_published_as(table, config))) != 0
+        used = _transform(method, alpha_z, alpha_x, keep)
+    medium, measured = str(table["medium"].iloc[0]), float(alpha_z[_VERTICAL])
+    return MediumFit(medium, method, full, keep, used, measured, table, config, reason)
+
+
+def _transform(
+    method: str, alpha_z: FloatArray, alpha_x: FloatArray, keep: npt.NDArray[np.bool_] | None
+) -> FloatArray:
+    if method == "lsq":
+        return fit_lsq(_BETA, _GAMMA, alpha_z, alpha_x, keep)
+    values = fit_dft_index(_GAMMA, alpha_z, alpha_x)
+    return values if keep is None else np.where(keep, values, 0.0)
+
+
+def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[FloatArray, FloatArray]:
+    """Interval of M0, the mean over media that were measured apart; each fit has coefficients.
+
+    Returns `lo`, `hi` of shape (9,).
+    """
+    shares = [fit.draws / fit.zeta_draws[:, None] / len(fits) for fit in fits]
+    return interval_of_sum(
+        [Term(share, fit.dof) for share, fit in zip(shares, fits, strict=True)], confidence
+    )
+
+
+def reference_of(fits: Sequence[MediumFit], config: Config, method: str | None = None) -> Reference:
+    """Choose what the natural sands of a campaign are scaled from.
+
+    `fits`: Of the laboratory media; only those by the method (default: of the config) count. Returns
+    the campaign's own media; the published five where fewer than two of them have a usable grid:
+    the interval for a further medium is the scatter between media, and one has none.
+    """
+    method = method or config.fourier.method
+    own = [fit for fit in fits if fit.method == method and not fit.reason]
+    if len(own) < FEWEST_MEDIA:
+        return published()
+    values = {fit.medium: fit.used for fit in own}
+    chi = {fit.medium: fit.alpha_z / fit.zeta for fit in own}
+    m0 = generic(np.stack([fit.used for fit in own]))
+    return reference_from(f"this campaign, method {method}", chi, values | {GENERIC: m0})
 
 
 def routine(method: str, *, printed: bool = False) -> str:
@@ -370,18 +564,5 @@ def routine(method: str, *, printed: bool = False) -> str:
 
 
 def routines(method: str) -> tuple[str, str]:
-    """Name the methods that a natural sand may stand under.
-
-    `method`: Of the fits, as the config has it. Returns with the campaign's own media, with the
-    published ones.
-    """
+    """Name the methods that a natural sand may stand under: with own media, with published ones."""
     return routine(method), routine(method, printed=True)
-
-
-def table_rows(source: Path | Traversable) -> list[dict[str, str]]:
-    """Read a csv table whose lines beginning with ``#`` are comments.
-
-    Returns cells as text, by column.
-    """
-    lines = source.read_text(encoding="utf-8").splitlines()
-    return list(csv.DictReader(line for line in lines if not line.startswith("#")))

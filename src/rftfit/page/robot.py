@@ -1,4 +1,4 @@
-"""The robot on the page: its tables for the template, its curves and pictures for the script."""
+"""The robot on the page: its tables, and the curves and pictures for the script."""
 
 from __future__ import annotations
 
@@ -9,140 +9,166 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.errors import InputError
-from rftfit.page.tables import PROFILES, percent, span, text, value
+from rftfit.page.cells import (
+    Cell,
+    Column,
+    Row,
+    Table,
+    name_of,
+    number_column,
+    percent,
+    records,
+    span,
+    text_column,
+    value,
+)
+from rftfit.page.live import as_lists
 from rftfit.robot.speeds import share_within
-from rftfit.store import read_csv
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     import pandas as pd
 
+    from rftfit.results import Results
 
 DIGITS = 5
+CURVATURE = "R\N{PRIME}/r"
 
 
 @dataclass(frozen=True)
 class RobotTables:
-    """What the stages of the robot made.
+    """Tables of the section.
 
-    `speed`, `errors`, `optimum`: As in ``results/robot``.
-    `frames`: Geometry and poses of a few runs, from ``results/robot/frames.json``.
+    `shares`: A row a profile.
+    `best`: A row a profile, at the highest frequency.
+    `conditions`: A row a measured condition.
     """
 
-    speed: pd.DataFrame
-    errors: pd.DataFrame
-    optimum: pd.DataFrame
-    frames: dict[str, Any]
+    shares: Table
+    best: Table
+    conditions: Table
 
 
-def read_robot_tables(paths: Sequence[Path]) -> RobotTables | None:
-    """Read the results of the robot.
-
-    `paths`: ``speed.csv``, ``errors.csv``, ``optimum.csv`` and ``frames.json`` in this order, or
-    nothing. Returns none where there are none.
-    """
-    if not paths:
+def robot_tables(results: Results) -> RobotTables | None:
+    """Make the tables of the section; None where the campaign has no robot."""
+    if not results.campaign.robot_medium:
         return None
-    *tables, frames = paths
-    try:
-        shown = json.loads(frames.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{frames}: cannot be read: {error}") from error
-    speed, errors, optimum = (read_csv(path) for path in tables)
-    return RobotTables(speed, errors, optimum, shown)
+    errors = results.table("robot/errors.csv")
+    return RobotTables(
+        _shares(errors), _best(results.table("robot/optimum.csv")), _conditions(errors)
+    )
 
 
-def robot_tables(robot: RobotTables | None) -> dict[str, Any] | None:
-    """Make the tables of the section, of ready text.
+def _shares(errors: pd.DataFrame) -> Table:
+    """How many conditions come near, of all and of those that the robot was not calibrated on."""
+    parts = {str(name): part for name, part in errors.groupby("profile", sort=False)}
 
-    Returns ``shares`` (a row a profile), ``best`` (a row a profile, at the highest frequency) and
-    ``rows`` (a row a measured condition).
-    """
-    if robot is None:
-        return None
-    shares, best = [], []
-    for name, part in robot.errors.groupby("profile", sort=False):
-        predicted = part[part["calibrated"] == "no"]
-        row: dict[str, Any] = {"profile": PROFILES.get(str(name), str(name))}
-        for percents in (20, 35):
-            within, total = share_within(part, percents)
-            others, of = share_within(predicted, percents)
-            row[f"all_{percents}"] = f"{within} of {total}"
-            row[f"new_{percents}"] = f"{others} of {of}"
-        shares.append(row)
-    for name, part in robot.optimum.groupby("profile", sort=False):
-        top = part.iloc[int(np.argmax(part["frequency_Hz"].to_numpy(float)))]
-        ends = float(top["best_curvature_lo"]), float(top["best_curvature_hi"])
-        best.append(
-            {
-                "profile": PROFILES.get(str(name), str(name)),
-                "frequency": value(float(top["frequency_Hz"]), 1),
-                "curvature": value(float(top["best_curvature_times_R"]), 2),
-                "span": span(*ends, 2),
-                "speed": value(float(top["speed_cm_per_s"]), 1),
-                "calibrated": text(top["calibrated"]),
-            }
+    def within(heading: str, percents: float) -> Column:
+        def cell(row: Row) -> Cell:
+            part = parts[row["profile"]]
+            new = part[part["calibrated"] == "no"]
+            found, others = (
+                "{} of {}".format(*share_within(some, percents)) for some in (part, new)
+            )
+            return Cell(found, (f"predicted: {others}",))
+
+        return Column(heading, cell, "num")
+
+    return Table(
+        "Share of the conditions",
+        [_profile(), within("speed within 20 %", 20), within("within 35 %", 35)],
+        [{"profile": name} for name in parts],
+    )
+
+
+def _best(optimum: pd.DataFrame) -> Table:
+    highest = optimum.groupby("profile", sort=False)["frequency_Hz"].idxmax()
+    return Table(
+        "Best curvature",
+        [
+            _profile(),
+            number_column("Stride frequency, Hz", "frequency_Hz", 1),
+            number_column(
+                f"Fastest {CURVATURE}", "best_curvature_times_R", 2,
+                ends="best_curvature_{}",
+            ),
+            number_column("Its speed, cm/s", "speed_cm_per_s", 1),
+            text_column("Calibrated", "calibrated"),
+        ],
+        records(optimum.loc[highest.to_list()]),
+    )  # fmt: skip
+
+
+def _conditions(errors: pd.DataFrame) -> Table:
+    """Measured speed of every condition beside those simulated on each profile."""
+    simulated = {(row["condition"], row["profile"]): row for row in records(errors)}
+    ordered = errors.sort_values(["curvature_times_R", "frequency_Hz"], kind="stable")
+
+    def measured(row: Row) -> Cell:
+        sd = row["measured_sd_cm_per_s"]
+        return Cell(
+            value(row["measured_cm_per_s"], 1), (f"s.d. {value(sd, 1)}" if np.isfinite(sd) else "",)
         )
-    return {"shares": shares, "best": best, "rows": _rows(robot.errors)}
+
+    def speed(profile: str) -> Column:
+        def cell(row: Row) -> Cell:
+            one = simulated.get((row["condition"], profile), {})
+            interval = span(one.get("simulated_lo_cm_per_s"), one.get("simulated_hi_cm_per_s"), 1)
+            note = "; ".join(
+                filter(None, (percent(one.get("error_percent")), one.get("reason", "")))
+            )
+            return Cell(value(one.get("simulated_cm_per_s"), 1), (interval, note))
+
+        return Column(f"{name_of(profile)}, cm/s", cell, "num")
+
+    return Table(
+        "Measured and simulated speeds",
+        [
+            number_column(CURVATURE, "curvature_times_R", 2),
+            number_column("Hz", "frequency_Hz", 2),
+            Column("Measured, cm/s", measured, "num"),
+            *(speed(str(profile)) for profile in errors["profile"].unique()),
+            text_column("Calibrated", "calibrated"),
+        ],
+        records(ordered.drop_duplicates("condition")),
+        tall=True,
+    )
 
 
-def _rows(errors: pd.DataFrame) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = []
-    keys = ["curvature_times_R", "frequency_Hz"]
-    for _, part in errors.sort_values(keys, kind="stable").groupby("condition", sort=False):
-        first = part.iloc[0]
-        sd = float(first["measured_sd_cm_per_s"])
-        rows.append(
-            {
-                "curvature": value(float(first["curvature_times_R"]), 2),
-                "frequency": value(float(first["frequency_Hz"]), 2),
-                "measured": value(float(first["measured_cm_per_s"]), 1),
-                "sd": f"s.d. {value(sd, 1)}" if np.isfinite(sd) else "",
-                "calibrated": text(first["calibrated"]),
-                "simulated": {
-                    str(row["profile"]): {
-                        "speed": value(float(row["simulated_cm_per_s"]), 1),
-                        "span": span(row["simulated_lo_cm_per_s"], row["simulated_hi_cm_per_s"], 1),
-                        "error": percent(float(row["error_percent"])),
-                        "reason": text(row["reason"]),
-                    }
-                    for row in part.to_dict("records")
-                },
-            }
-        )
-    return rows
+def _profile() -> Column:
+    return text_column("Profile", lambda row: name_of(row["profile"]))
 
 
-def robot_data(robot: RobotTables | None) -> dict[str, Any] | None:
-    """Collect the curves and pictures that the script draws.
-
-    Returns of what JSON can write; NaN is None.
-    """
-    if robot is None:
+def robot_data(results: Results) -> dict[str, Any] | None:
+    """Collect the curves and pictures that the script draws; None where there is no robot."""
+    if not results.campaign.robot_medium:
         return None
-    measured = robot.errors.drop_duplicates("condition")
+    measured = results.table("robot/errors.csv").drop_duplicates("condition")
     curvatures = sorted(set(measured["curvature_times_R"].tolist()) or {-1.0, 0.0, 1.0})
     curves: dict[str, list[dict[str, Any]]] = {}
-    for name, part in robot.speed.groupby("profile", sort=False):
+    for name, part in results.table("robot/speed.csv").groupby("profile", sort=False):
         curves[str(name)] = []
         for curvature in curvatures:
             own = part[np.isclose(part["curvature_times_R"], curvature)]
             mean = own.groupby("frequency_Hz")["speed_cm_per_s"].mean()
+            f, v = mean.index.to_numpy(float), mean.to_numpy(float)
             curves[str(name)].append(
-                {
-                    "curvature": curvature,
-                    "f": _plain(mean.index.to_numpy(float)),
-                    "v": _plain(mean.to_numpy(float)),
-                }
+                {"curvature": curvature, "f": as_lists(f, DIGITS), "v": as_lists(v, DIGITS)}
             )
     names = ("curvature_times_R", "frequency_Hz", "measured_cm_per_s", "measured_sd_cm_per_s")
-    points = {name: _plain(measured[name].to_numpy(float)) for name in names}
-    points["calibrated"] = [word == "yes" for word in measured["calibrated"]]
-    titles = {name: PROFILES.get(name, name) for name in curves}
-    return {"profiles": titles, "curves": curves, "measured": points, "frames": robot.frames}
+    points = {name: as_lists(measured[name].to_numpy(float), DIGITS) for name in names}
+    points["calibrated"] = (measured["calibrated"] == "yes").tolist()
+    return {
+        "profiles": {name: name_of(name) for name in curves},
+        "curves": curves,
+        "measured": points,
+        "frames": _frames(results),
+    }
 
 
-def _plain(values: np.ndarray) -> list[float | None]:
-    return [float(f"{one:.{DIGITS}g}") if np.isfinite(one) else None for one in values.tolist()]
+def _frames(results: Results) -> Any:
+    """Geometry and poses of a few runs."""
+    path = results.path("robot/frames.json")
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from error

@@ -1,5 +1,7 @@
 // The scaling routine: the same as rftfit.profile.scaling.scale_new_medium and new_medium.with_interval.
 
+const TEST_DOF = 1e3;
+
 function mean(values) {
   return values.reduce((sum, v) => sum + v, 0) / values.length;
 }
@@ -15,10 +17,8 @@ function scaleNewMedium(alpha, se, reference, confidence) {
   const chi = mean(reference.chi);
   const spread = deviation(reference.chi.map(Math.log)) * Math.sqrt(1 + 1 / n);
   const halfChi = studentQuantile(confidence, n - 1) * spread;
-  const relative = se / alpha;
-  const total = Math.hypot(spread, relative);
-  const dof = total ** 4 / (spread ** 4 / (n - 1) + relative ** 4 / 1e3);
-  const half = total > 0 ? studentQuantile(confidence, dof) * total : 0;
+  // half widths add, so that more error of the test never narrows the interval
+  const half = Math.hypot(halfChi, (studentQuantile(confidence, TEST_DOF) * se) / alpha);
   const zeta = alpha / chi;
   return {
     zeta: [zeta, zeta * Math.exp(-half), zeta * Math.exp(half)],

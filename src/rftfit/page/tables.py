@@ -1,432 +1,350 @@
-"""The tables of the page: each a list of rows of ready text, for the template."""
+"""The tables of the page, each spelled once: its columns, where they come from, how they are printed."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
-from rftfit.figures.style import number
-from rftfit.measure.ledger import DROPPED, USED, Why
+from markupsafe import Markup
+
+from rftfit.campaign.config import Leg
 from rftfit.model.fourier import TERMS
-from rftfit.model.scaling import PRINTED_NOTE, routines
+from rftfit.model.scaling import GENERIC, PRINTED_NOTE, routines
+from rftfit.page.cells import (
+    PROFILES,
+    Cell,
+    Column,
+    Row,
+    Table,
+    name_of,
+    number_column,
+    percent,
+    records,
+    share,
+    span,
+    text_column,
+    value,
+)
+from rftfit.page.outcome import gravest_doubt, rows_by_reason
+from rftfit.page.reversal import FLAT, REVERSED, reversals
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Sequence
 
-    import pandas as pd
+    from rftfit.page.outcome import Outcome
+    from rftfit.page.reversal import Reversal
+    from rftfit.results import Results
 
-    from rftfit.page.page import PageInputs
-
-
-# --- Numbers, names and intervals as the page prints them.
-
-
-PROFILES = {
-    "table": "measured table",
-    "fourier": "nine terms",
-    "generic": "zeta \N{MULTIPLICATION SIGN} generic",
-    "depth_only": "depth-only",
-}
-"""Names of the profiles for people."""
-
-LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
-
-
-def leg_name(leg: str) -> str:
-    """Name of a leg for people.
-
-    `leg`: Key of the configuration.
-    """
-    return LEGS.get(leg, leg)
-
-
-def profile_name(profile: str) -> str:
-    """Name of a profile for people."""
-    return PROFILES.get(profile, profile)
-
-
-def value(x: object, digits: int = 3) -> str:
-    """Write a number, "no value" where it is missing.
-
-    `x`: A number, or None. `digits`: After the point.
-    """
-    return number(as_float(x), digits)
-
-
-def span(lo: object, hi: object, digits: int = 3) -> str:
-    """Write an interval, nothing where either end is missing."""
-    ends = as_float(lo), as_float(hi)
-    if not all(math.isfinite(end) for end in ends):
-        return ""
-    return f"{number(ends[0], digits)} to {number(ends[1], digits)}"
-
-
-def percent(x: object) -> str:
-    """Write a signed percentage."""
-    found = as_float(x)
-    if not math.isfinite(found):
-        return "no value"
-    text = number(found, 0 if abs(found) >= 10 else 1)
-    return f"+{text} %" if found > 0 and float(f"{found:.1f}") > 0 else f"{text} %"
-
-
-def as_float(x: object) -> float:
-    """Turn a cell of a table into a number, NaN where it is none."""
-    try:
-        return float(x)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        return math.nan
-
-
-def text(x: object) -> str:
-    """Turn a cell of a table into text, an empty one into nothing."""
-    if x is None or (isinstance(x, float) and math.isnan(x)):
-        return ""
-    return str(x)
-
-
-# --- Which runs were used and which were dropped, and why; and the doubts about those in use.
-
-
-_USED_AS = {
-    "plate": "slope",
-    "leg": "leg curve",
-    "rod": "tare",
-    "leg_air": "tare",
-    "robot": "mean speed",
-}
-_ROUTINE = {
-    why.text
-    for why in Why
-    if why not in (Why.GOOD, Why.SATURATED, Why.MOTION_GAP)
-}  # fmt: skip
-# what is worst first; each is a part of the text that the ingest and slope stages write
-_SEVERITY = (
-    "saturated",
-    "motion log begins or ends",
-    "lacks",
-    "cut in mid-row",
-    "gap",
-    "time runs backwards",
-    "NaN or infinite",
-    "duplicated",
-    " depths",
-    "not linear",
-    "zero drifted",
-)
-
-
-@dataclass(frozen=True)
-class Dropped:
-    """A run that gave no result.
-
-    `reasons`: All that the ledger says, joined.
-    `rows`: Rows of its logs.
-    """
-
-    run_id: str
-    medium: str
-    kind: str
-    reasons: str
-    rows: int
-
-
-def run_fates(ledger: pd.DataFrame) -> tuple[dict[str, int], list[Dropped]]:
-    """Tell used runs from dropped ones.
-
-    A run is used when at least one row of it went into what runs of its kind are for: a slope, a
-    leg curve, a tare.
-
-    Returns `used`: Number of used runs by medium ("" for those in air, which serve all media).
-    Returns `dropped`: In the order of their names.
-    """
-    used: dict[str, int] = {}
-    dropped: list[Dropped] = []
-    if ledger.empty:
-        return used, dropped
-    wanted = ledger["kind"].map(_USED_AS)
-    good = ledger[(ledger["fate"] == USED) & (ledger["reason"] == wanted) & (ledger["rows"] > 0)]
-    good_runs = set(good["run_id"])
-    for run_id, rows in ledger.groupby("run_id", sort=True):
-        medium, kind = _text(rows["medium"].iloc[0]), str(rows["kind"].iloc[0])
-        if run_id in good_runs:
-            used[medium] = used.get(medium, 0) + 1
-            continue
-        reasons = list(dict.fromkeys(rows.loc[rows["fate"] == DROPPED, "reason"].map(str)))
-        special = [reason for reason in reasons if reason not in _ROUTINE]
-        why = "; ".join(special or reasons) or "no row was used; the ledger gives no reason"
-        dropped.append(Dropped(str(run_id), medium, kind, why, int(rows["rows"].sum())))
-    return used, dropped
-
-
-def row_fates(ledger: pd.DataFrame) -> list[dict[str, object]]:
-    """Add up the rows of all logs by fate and reason; reasons that name one run are put together.
-
-    Returns ``fate, reason, runs, rows``, the largest number of rows first within each fate.
-    """
-    if ledger.empty:
-        return []
-    known = _ROUTINE | {Why.SATURATED.text, Why.MOTION_GAP.text}
-    rest = (ledger["fate"] == DROPPED) & ~ledger["reason"].isin(known)
-    # a note about the clocks may follow what the rows were used for
-    short = ledger["reason"].str.split(";").str[0].mask(rest, "the whole run, or damaged rows")
-    table = ledger.assign(reason=short).groupby(["fate", "reason"])
-    sums = table.agg(runs=("run_id", "nunique"), rows=("rows", "sum")).reset_index()
-    sums = sums.sort_values(["fate", "rows"], ascending=[False, False])
-    return [{str(key): cell for key, cell in row.items()} for row in sums.to_dict("records")]
-
-
-def worst_flag(inputs: PageInputs, medium: str) -> tuple[str, int]:
-    """Find the gravest doubt about what is in use of one medium.
-
-    Returns `flag`: Empty if there is none. Returns `count`: How many runs and cells have a flag.
-    """
-    flags: list[str] = []
-    for table in (inputs.runs, inputs.fits):
-        if not table.empty:
-            own = table[table["medium"] == medium]
-            flags += [
-                f"{r}: {f}" for r, f in zip(own["run_id"], own["flags"], strict=True) if _text(f)
-            ]
-    alpha = inputs.alpha[medium]
-    flags += [flag for flag in alpha["flags"].map(_text) if flag and ":" not in flag]
-    if inputs.config.media[medium].role == "laboratory":
-        empty = int(alpha["alpha_z_N_per_cm3"].isna().sum())
-        if empty:
-            return f"{empty} of {len(alpha)} cells have no alpha", len(flags) + empty
-    if not flags:
-        return "", 0
-    return min(flags, key=_rank), len({flag.split(":")[0] for flag in flags})
-
-
-def _rank(flag: str) -> int:
-    return next((i for i, part in enumerate(_SEVERITY) if part in flag), len(_SEVERITY))
-
-
-def _text(value: object) -> str:
-    return value if isinstance(value, str) else ""
-
-
-# --- The tables of the page: each a list of rows of ready text, for the template.
-
-
-Row = dict[Any, Any]
-
+ALPHA_Z = Markup("alpha<sub>z</sub>")
+PER_CM3 = "N/cm\N{SUPERSCRIPT THREE}"
+DEGREE = "\N{DEGREE SIGN}"
 VERDICTS = ("same", "differs", "paper inconsistent")
 
 
-def summary(inputs: PageInputs) -> list[Row]:
-    """One row per medium: what a reader wants to know first.
-
-    Returns ``title, role, used, dropped, zeta, chi, peaks, flag, flags``; `peaks` maps a leg to
-    the error of its peak lift by the best profile there is (table, else generic).
-    """
-    used, dropped = run_fates(inputs.ledger)
-    rows = []
-    for medium in inputs.media:
-        own = _scaling_row(inputs, medium)
-        flag, count = worst_flag(inputs, medium)
-        laboratory = inputs.config.media[medium].role == "laboratory"
-        rows.append(
-            {
-                "key": medium,
-                "title": inputs.titles[medium],
-                "role": "laboratory" if laboratory else "natural sand",
-                "used": used.get(medium, 0),
-                "dropped": sum(run.medium == medium for run in dropped),
-                "zeta": _with_span(own, "zeta"),
-                "chi": _with_span(own, "chi"),
-                "reason": text(own.get("reason")),
-                "profile": profile_name("table" if laboratory else "generic"),
-                "peaks": _peak_errors(inputs, medium, "table" if laboratory else "generic"),
-                "flag": flag,
-                "flags": count,
-            }
-        )
-    return rows
+def title_of(results: Results, medium: str) -> str:
+    """Title of a medium as the user wrote it."""
+    own = {"": "in air", GENERIC: "generic, no unit"}
+    return (own | results.campaign.titles).get(medium, medium)
 
 
-def coefficient_table(inputs: PageInputs, method: str) -> Row:
-    """Coefficients of all media by one method, terms downward.
+def summary(results: Results, outcome: Outcome) -> Table:
+    """One row a medium: what a reader wants to know first."""
+    method = results.config.fourier.method
+    penetration = results.table("penetration.csv")
+    own = penetration[penetration["method"].isin([method, *routines(method)])]
+    scaled = {str(row["medium"]): row for row in reversed(records(own))}
+    dropped = Counter(run["medium"] for run in outcome.dropped)
+    errors = results.table("leg_errors.csv")
+    lift = {
+        (row["medium"], row["leg"], row["profile"]): percent(row["peak_error_percent"])
+        for row in records(errors[errors["component"] == "z"])
+    }
 
-    Returns ``method, media`` (titles)`, rows`: each with `term` and `cells` (value, span, kept).
-    """
-    table = inputs.coefficients[inputs.coefficients["method"] == method]
-    media = list(dict.fromkeys(table["medium"]))
-    cells = {(row["medium"], row["coefficient"]): row for row in table.to_dict("records")}
-    rows = [
-        {"term": term, "cells": [_coefficient(cells.get((m, term), {})) for m in media]}
-        for term in TERMS
-    ]
-    names = [inputs.titles.get(m, "generic, no unit" if m == "generic" else m) for m in media]
-    return {"method": method, "media": names, "rows": rows}
+    def title(row: Row) -> Cell:
+        return Cell(title_of(results, row["medium"]), ("natural sand",) if row["sand"] else ())
 
+    def runs_dropped(row: Row) -> Cell:
+        count = dropped[row["medium"]]
+        return Cell(str(count), look="bad" if count else "")
 
-def scaling(inputs: PageInputs) -> list[Row]:
-    """Penetration, zeta and chi of every medium by every method, the configured one first."""
-    method = inputs.config.fourier.method
-    return [
-        {
-            "method": text(row["method"]),
-            "first": row["method"] in (method, *routines(method)),
-            "title": inputs.titles.get(str(row["medium"]), text(row["medium"])),
-            "measured": _with_span(row, "alpha_z_measured", "_N_per_cm3"),
-            "fit": (
-                {"value": "not fitted: one test only", "span": ""}
-                if text(row["method"]).startswith("scaling routine")
-                else _with_span(row, "alpha_z_fit", "_N_per_cm3")
+    def peak(leg: str) -> Column:
+        def cell(row: Row) -> Cell:
+            profile = "generic" if row["sand"] else "table"
+            return Cell(lift.get((row["medium"], leg, profile), "not measured"))
+
+        name = name_of(leg)
+        return Column(name, cell, "num", "Error of peak lift", f"peak lift, {name}")
+
+    def doubt(row: Row) -> Cell:
+        flag, count = gravest_doubt(results, row["medium"])
+        reason = row.get("reason", "")
+        if not flag:
+            return Cell(reason or "none")
+        return Cell(flag, (f"{count} flags in all" if count > 1 else "", reason))
+
+    return Table(
+        "Summary table",
+        [
+            Column("Medium", title),
+            text_column(
+                "used", lambda row: str(outcome.used[row["medium"]]),
+                look="num", group="Runs", label="runs used",
             ),
-            "chi": _with_span(row, "chi"),
-            "zeta": _with_span(row, "zeta"),
-            "reason": text(row.get("reason")),
-        }
-        for row in inputs.penetration.to_dict("records")
-    ]
+            Column("dropped", runs_dropped, "num", "Runs", "runs dropped"),
+            number_column("zeta", "zeta", ends="zeta_{}"),
+            number_column("chi", "chi", ends="chi_{}"),
+            *(peak(name) for name, item in results.config.intruders.items() if isinstance(item, Leg)),
+            Column("Worst quality flag", doubt, "why", label="worst flag"),
+        ],
+        [
+            {**scaled.get(medium, {}), "medium": medium, "sand": medium in results.sands}
+            for medium in results.media
+        ],
+        cards=True,
+    )  # fmt: skip
 
 
-def leg_table(inputs: PageInputs) -> list[Row]:
-    """Peak and shape errors of every leg, medium and profile."""
-    return [
-        {
-            "title": inputs.titles.get(str(row["medium"]), text(row["medium"])),
-            "leg": leg_name(str(row["leg"])),
-            "profile": profile_name(str(row["profile"])),
-            "component": f"F_{row['component']}",
-            "measured": value(row["peak_measured_N"], 2),
-            "predicted": value(row["peak_predicted_N"], 2),
-            "span": span(row["peak_predicted_lo_N"], row["peak_predicted_hi_N"], 2),
-            "error": percent(row["peak_error_percent"]),
-            "rms": value(row["rms_error_N"], 2),
-            "relative": percent(100 * as_float(row["rms_relative_to_peak"])).lstrip("+"),
-            "r2": value(row["r2"], 2),
-            # what the section on scaling says once for all
-            "reason": text(row.get("reason")).replace(PRINTED_NOTE, ""),
-        }
-        for row in sorted(inputs.leg_errors.to_dict("records"), key=_leg_order(inputs))
-    ]
+def coefficients(results: Results, method: str) -> Table:
+    """Coefficients of all media by one method; a term that does not count stands in brackets."""
+    table = results.table("coefficients.csv")
+    rows = records(table[table["method"] == method])
+    found = {(row["medium"], row["coefficient"]): row for row in rows}
+
+    def of(medium: str) -> Column:
+        def cell(row: Row) -> Cell:
+            one = found.get((medium, row["term"]), {})
+            text = value(one.get("value_N_per_cm3"), 4)
+            note = one.get("reason") or span(one.get("lo"), one.get("hi"), 4)
+            if one.get("kept", True):
+                return Cell(text, (note,))
+            return Cell(f"[{text}]", (note,), "faint")
+
+        return Column(title_of(results, medium), cell, "num")
+
+    media = dict.fromkeys(str(row["medium"]) for row in rows)
+    columns = [text_column("Term", "term"), *(of(medium) for medium in media)]
+    return Table(f"Coefficients by {method}", columns, [{"term": term} for term in TERMS])
 
 
-def sand_table(inputs: PageInputs) -> list[Row]:
-    """Penetration of the natural sands, by the stated and by the detected linear regime."""
-    return [
-        {
-            "title": inputs.titles.get(str(row["medium"]), text(row["medium"])),
-            "window": text(row["window"]),
-            "to": value(row["linear_to_cm"], 2),
-            "alpha": _value_span(row["alpha_z_N_per_cm3"], row.get("lo"), row.get("hi")),
-            "bend": percent(100 * as_float(row.get("bend"))),
-            "zeta": _value_span(row["zeta"], row["zeta_lo"], row["zeta_hi"]),
-            "reason": text(row.get("reason")),
-        }
-        for row in inputs.sands.to_dict("records")
-    ]
+def methods(results: Results) -> list[str]:
+    """Methods of the coefficients, the configured one first."""
+    found = dict.fromkeys(str(name) for name in results.table("coefficients.csv")["method"])
+    return sorted(found, key=lambda method: method != results.config.fourier.method)
 
 
-def correction_table(inputs: PageInputs) -> list[Row]:
-    """Factors on the predicted force in natural sands, and whether they earn their place."""
-    return [
-        {
-            "title": inputs.titles.get(str(row["medium"]), text(row["medium"])),
-            "model": text(row["model"]),
-            "factor_z": value(row["factor_z"], 2),
-            "factor_x": value(row["factor_x"], 2),
-            "fit": value(row["rms_fit_N"], 2),
-            "cv": value(row["rms_cv_N"], 2),
-            "gain": percent(row["gain_cv_percent"]),
-            "earns": "yes" if str(row["earns_its_place"]).strip().lower() == "true" else "no",
-        }
-        for row in inputs.sand_correction.to_dict("records")
-    ]
+def scaling(results: Results) -> tuple[Table, Table]:
+    """Penetration, zeta and chi of every medium by the configured method, and by the others."""
 
+    def fit(row: Row) -> Cell:
+        if row["medium"] in results.sands:
+            return Cell("not fitted: one test only")
+        return fitted.cell(row)
 
-def reproduction(table: pd.DataFrame) -> Row:
-    """Ours beside the paper's, those that are not the same first.
-
-    Returns ``rows``, ``others`` (not the same) and ``counts`` by verdict.
-    """
-    rows = [
-        {
-            "item": text(row["item"]),
-            "where": text(row["where"]),
-            "paper": _short(row["paper"]),
-            "ours": _short(row["ours"]),
-            "span": _span_short(row["lo"], row["hi"]),
-            "verdict": text(row["verdict"]),
-            "why": text(row["why"]),
-        }
-        for row in table.to_dict("records")
-    ]
-    counts: dict[str, int] = dict.fromkeys(VERDICTS, 0)
-    for found in rows:
-        counts[found["verdict"]] = counts.get(found["verdict"], 0) + 1
-    others = [found for found in rows if found["verdict"] != "same"]
-    return {"rows": rows, "others": others, "counts": counts}
-
-
-def _leg_order(inputs: PageInputs) -> Callable[[Row], tuple[int, int, int, bool]]:
-    media, legs, profiles = list(inputs.config.media), list(inputs.config.intruders), list(PROFILES)
-
-    def place(name: object, names: list[str]) -> int:
-        return names.index(str(name)) if name in names else len(names)
-
-    def key(row: Row) -> tuple[int, int, int, bool]:
-        return (
-            place(row["medium"], media),
-            place(row["leg"], legs),
-            place(row["profile"], profiles),
-            row["component"] != "z",
-        )
-
-    return key
-
-
-def _scaling_row(inputs: PageInputs, medium: str) -> Row:
-    method = inputs.config.fourier.method
-    table = inputs.penetration[inputs.penetration["medium"] == medium]
-    rows = table[table["method"].isin([method, *routines(method)])]
-    return dict(rows.iloc[0]) if len(rows) else {}
-
-
-def _peak_errors(inputs: PageInputs, medium: str, profile: str) -> dict[str, str]:
-    errors = inputs.leg_errors
-    if errors.empty:
-        return {}
-    here = (errors["medium"] == medium) & (errors["profile"] == profile)
-    rows = errors[here & (errors["component"] == "z")]
-    return {
-        leg: percent(error)
-        for leg, error in zip(rows["leg"], rows["peak_error_percent"], strict=True)
-    }
-
-
-def _coefficient(row: Row) -> Row:
-    kept = str(row.get("kept", "True")).strip().lower() != "false"
-    return {
-        "value": value(row.get("value_N_per_cm3"), 4),
-        "span": span(row.get("lo"), row.get("hi"), 4),
-        "kept": kept,
-        "reason": text(row.get("reason")),
-    }
-
-
-def _with_span(row: Row, name: str, unit: str = "") -> Row:
-    return _value_span(
-        row.get(f"{name}{unit}"), row.get(f"{name}_lo{unit}"), row.get(f"{name}_hi{unit}")
+    fitted = number_column("", "alpha_z_fit_N_per_cm3", ends="alpha_z_fit_{}_N_per_cm3")
+    columns = [
+        _medium(results),
+        text_column("Method", "method", note="reason"),
+        number_column(
+            ALPHA_Z + f" measured, {PER_CM3}", "alpha_z_measured_N_per_cm3",
+            ends="alpha_z_measured_{}_N_per_cm3",
+        ),
+        Column(ALPHA_Z + f" fit, {PER_CM3}", fit, "num"),
+        number_column("chi", "chi", ends="chi_{}"),
+        number_column("zeta", "zeta", ends="zeta_{}"),
+    ]  # fmt: skip
+    method = results.config.fourier.method
+    table = results.table("penetration.csv")
+    own = table["method"].isin([method, *routines(method)])
+    return (
+        Table("Scaling table", columns, records(table[own])),
+        Table("Scaling by the other methods", columns, records(table[~own])),
     )
 
 
-def _value_span(middle: object, lo: object, hi: object) -> Row:
-    return {"value": value(middle, 4), "span": span(lo, hi, 4)}
+def reversal(results: Results) -> Table:
+    """Peak lift of flat and reversed leg, and what the deepest elements of the latter say of it."""
+
+    def peak(source: str, leg: str, group: str) -> Column:
+        def cell(row: Row) -> Cell:
+            found: Reversal = row["found"]
+            text = value(found.peaks.get((source, leg)), 2)
+            above = leg == REVERSED and found.above(source)
+            return Cell(text, ("above the flat leg",), "bad") if above else Cell(text)
+
+        return Column("flat leg" if leg == FLAT else "reversed", cell, "num", group)
+
+    def deep(row: Row) -> Cell:
+        found: Reversal = row["found"]
+        fourier, table = found.deep["fourier"], found.deep["table"]
+        mean = f": nine terms {value(fourier.alpha_z_N_per_cm3)}, table {value(table.alpha_z_N_per_cm3)}"
+        note = (
+            f"lift {value(fourier.lift_N, 2)} N and {value(table.lift_N, 2)} N; "
+            f"theta {value(found.theta_deg, 0)}{DEGREE}, beta {span(*found.beta_deg, 0)}{DEGREE}, "
+            f"gamma {span(*found.gamma_deg, 0)}{DEGREE}"
+        )
+        return Cell(ALPHA_Z + mean, (note,))
+
+    sources = {
+        "measured": "Experiment, N",
+        "table": "By the table, N",
+        "fourier": "By nine terms, N",
+    }
+    pairs = [
+        peak(source, leg, group) for source, group in sources.items() for leg in (FLAT, REVERSED)
+    ]
+    return Table(
+        "Peak lift of flat and reversed leg",
+        [_medium(results), *pairs, Column("Deepest third of the reversed c-leg", deep, "why")],
+        [{"medium": found.medium, "found": found} for found in reversals(results)],
+    )
 
 
-def _short(x: object) -> str:
-    found = as_float(x)
-    if math.isnan(found):
-        return text(x)
-    return f"{found:.4g}".replace("-", "\N{MINUS SIGN}")
+def leg_errors(results: Results) -> Table:
+    """Peak and shape errors of every leg, medium and profile."""
+    order: dict[str, Sequence[str]] = {
+        "medium": list(results.config.media),
+        "leg": list(results.config.intruders),
+        "profile": list(PROFILES),
+        "component": ["z", "x"],
+    }
+
+    def place(row: Row) -> list[int]:
+        return [
+            names.index(row[name]) if row[name] in names else len(names)
+            for name, names in order.items()
+        ]
+
+    # what the section on scaling says once for all
+    rows = [
+        row | {"reason": row["reason"].replace(PRINTED_NOTE, "")}
+        for row in records(results.table("leg_errors.csv"))
+    ]
+    return Table(
+        "Leg errors",
+        [
+            _medium(results),
+            text_column("Leg", lambda row: name_of(row["leg"])),
+            text_column("Profile", lambda row: name_of(row["profile"])),
+            text_column("Force", lambda row: f"F_{row['component']}"),
+            number_column("Peak measured, N", "peak_measured_N", 2, note="reason"),
+            number_column(
+                "Peak predicted, N", "peak_predicted_N", 2,
+                ends="peak_predicted_{}_N",
+            ),
+            number_column("Error of peak", "peak_error_percent", show=percent),
+            number_column("RMS error, N", "rms_error_N", 2),
+            number_column(
+                "RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")
+            ),
+            number_column("R\N{SUPERSCRIPT TWO}", "r2", 2),
+        ],
+        sorted(rows, key=place),
+        tall=True,
+    )  # fmt: skip
 
 
-def _span_short(lo: object, hi: object) -> str:
-    ends = _short(lo), _short(hi)
-    return f"{ends[0]} to {ends[1]}" if all(ends) else ""
+def sands(results: Results) -> Table:
+    """Penetration of the natural sands, by the stated and by the detected linear regime."""
+    return Table(
+        "Natural sands",
+        [
+            _medium(results, "Sand"),
+            text_column("Window", "window", note="reason"),
+            number_column("Linear to, cm", "linear_to_cm", 2),
+            number_column(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", "alpha_z_N_per_cm3", ends="{}"),
+            number_column("Departure from a line", "bend", show=share),
+            number_column("zeta", "zeta", ends="zeta_{}"),
+        ],
+        records(results.table("sands.csv")),
+    )
+
+
+def corrections(results: Results) -> Table:
+    """Factors on the predicted forces in natural sands, and whether they help on a leg left out."""
+    return Table(
+        "Corrections",
+        [
+            _medium(results, "Sand"),
+            text_column("Correction", "model"),
+            number_column(Markup("factor of F<sub>z</sub>"), "factor_z", 2),
+            number_column(Markup("factor of F<sub>x</sub>"), "factor_x", 2),
+            number_column("RMS error, fitted, N", "rms_fit_N", 2),
+            number_column("RMS error, cross-validated, N", "rms_cv_N", 2),
+            number_column("Gain", "gain_cv_percent", show=percent),
+            text_column("Earns its place", lambda row: "yes" if row["earns_its_place"] else "no"),
+        ],
+        records(results.table("sand_correction.csv")),
+    )
+
+
+def reproduction(results: Results) -> tuple[dict[str, int], Table, Table]:
+    """Ours beside the paper's: counts by verdict, what is not the same, and all of it."""
+
+    def ours(row: Row) -> Cell:
+        ends = _significant(row["lo"]), _significant(row["hi"])
+        return Cell(_significant(row["ours"]), (" to ".join(ends) if all(ends) else "",))
+
+    def verdict(row: Row) -> Cell:
+        return Cell(row["verdict"], look="verdict " + row["verdict"].replace(" ", "-"))
+
+    columns = [
+        text_column("Item", "item"),
+        text_column("Where", "where"),
+        text_column("Paper", lambda row: _significant(row["paper"]), look="num"),
+        Column("Ours", ours, "num"),
+        Column("Verdict", verdict),
+        text_column("Why", "why", look="why"),
+    ]
+    rows = records(results.table("reproduction.csv"))
+    counts = dict.fromkeys(VERDICTS, 0) | Counter(row["verdict"] for row in rows)
+    others = [row for row in rows if row["verdict"] != "same"]
+    return (
+        counts,
+        Table("Items that are not the same", columns, others, tall=True, cards=True),
+        Table("All items", columns, rows, tall=True, cards=True),
+    )
+
+
+def dropped(results: Results, outcome: Outcome) -> Table:
+    """Runs that gave no result, and why."""
+    return Table(
+        "Dropped runs",
+        [
+            text_column("Run", "run_id"),
+            _medium(results),
+            text_column("Kind", "kind"),
+            text_column("Rows", "rows", look="num"),
+            text_column("Reason", "reasons", look="why"),
+        ],
+        outcome.dropped,
+        tall=True,
+        cards=True,
+    )
+
+
+def rows_of_logs(results: Results) -> Table:
+    """What became of the rows of all logs."""
+    return Table(
+        "Rows by fate",
+        [
+            text_column("Fate", "fate"),
+            text_column("Reason or use", "reason"),
+            text_column("Runs", "runs", look="num"),
+            text_column("Rows", "rows", look="num"),
+        ],
+        rows_by_reason(results),
+    )
+
+
+def _medium(results: Results, heading: str = "Medium") -> Column:
+    return text_column(heading, lambda row: title_of(results, row["medium"]))
+
+
+def _significant(x: Any) -> str:
+    """Print a number with four significant digits; text as it is, nothing where there is none."""
+    try:
+        number = float(x)
+    except ValueError:
+        return str(x)
+    return "" if math.isnan(number) else f"{number:.4g}".replace("-", "\N{MINUS SIGN}")

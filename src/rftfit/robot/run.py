@@ -73,7 +73,7 @@ class Series:
 
     @property
     def states(self) -> FloatArray:
-        """States (n, 6) for `rftfit.robot.reference_kernel.forces`: x, z (cm), pitch (rad), their rates."""
+        """States (n, 6) for `rftfit.robot.body.Parts.place`: x, z (cm), pitch (rad), their rates."""
         return np.column_stack(
             [
                 self.x_cm, self.z_cm, np.radians(self.pitch_deg), self.velocity_x_cm_per_s,
@@ -139,18 +139,10 @@ def fallen(parts: Parts, ends: FloatArray, numerics: Numerics) -> Verdict | None
 
 
 def highest_point(parts: Parts, state: FloatArray) -> float:
-    """Height of the highest end of a plate of the body above the surface.
-
-    `state`: shape (6,). Returns cm.
-    """
-    rows = [
-        shape for shape, turned in zip(parts.members(), parts.turns, strict=True) if not turned[0]
-    ]
-    body = np.concatenate(rows)
-    ends = np.concatenate([body[:, :2] + s * body[:, 4:5] * body[:, 2:4] for s in (-1, 1)])
-    return float(
-        state[1] + (ends[:, 1] * math.cos(state[2]) - ends[:, 0] * math.sin(state[2])).max()
-    )
+    """Height of the highest end of a plate of the body above the surface, in cm."""
+    c, s = math.cos(state[2]), math.sin(state[2])
+    x, z, tx, tz, half = parts.plates.T
+    return float(state[1] + (z * c - x * s + half * np.abs(tz * c - tx * s)).max())
 
 
 def settled(ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics) -> bool:
@@ -347,16 +339,11 @@ def start_state(robot: Robot, parts: Parts, phase_turns: float) -> FloatArray:
 
     Returns shape (6,): x, z (cm), pitch (rad), and their rates.
     """
-    lowest = []
-    for shape, (_, _, place, members), turned in zip(
-        parts.members(), parts.groups, parts.turns, strict=True
-    ):
-        angle = 2 * math.pi * phase_turns + math.atan2(turned[2], turned[1]) if turned[0] else 0.0
-        x, z, tx, tz, half = shape[:, :5].T
-        height = z * math.cos(angle) - x * math.sin(angle)
-        height -= half * np.abs(tz * math.cos(angle) - tx * math.sin(angle))
-        lowest.append(height.min() + parts.places[place : place + members, 1].min())
-    return np.array([0.0, robot.numerics.drop_cm - min(lowest), 0.0, 0.0, 0.0, 0.0])
+    state = np.zeros(6)
+    groups = parts.place(state, 2 * math.pi * phase_turns, 0.0)
+    lowest = min((e[..., 1] - e[..., 4] * np.abs(e[..., 3])).min() for e in groups)
+    state[1] = robot.numerics.drop_cm - lowest
+    return state
 
 
 class _Walk:
@@ -381,13 +368,13 @@ class _Walk:
 
     def stride(self) -> None:
         # the compiler is slow to import
-        from rftfit.robot.kernel import SAMPLE_HEAD, advance
+        from rftfit.model.kernel import SAMPLE_HEAD, advance
 
         parts = self.parts
         samples = np.empty((self.pieces, SAMPLE_HEAD + 2 * len(parts.names)))
         # whole turns add nothing to the legs' place
         advance(
-            self.pack, parts.shape, parts.groups, parts.turns, parts.places, parts.inertia,
+            self.pack, parts.bodies, parts.widths_cm, parts.group, parts.hips, parts.inertia,
             self.state, self.turn, self.rate, self.stride_s / self.steps, self.steps, self.rk4,
             self.every, samples,
         )  # fmt: skip

@@ -131,16 +131,13 @@ def _recall(memory: Path) -> dict[str, tuple[State, str]]:
     return known
 
 
-def write_sums(digests: Mapping[str, str], target: str | Path) -> None:
-    """Write digests in the form that ``sha256sum --check`` reads.
-
-    `digests`: SHA-256 by path; files without one are left out.
-    """
-    write_text(target, "".join(f"{digests[path]}  {path}\n" for path in sorted(digests) if digests[path]))  # fmt: skip
+def sums_text(digests: Mapping[str, str]) -> str:
+    """Digests by path, in the form that ``sha256sum --check`` reads; files without one are left out."""
+    return "".join(f"{digests[path]}  {path}\n" for path in sorted(digests) if digests[path])
 
 
 def read_sums(source: str | Path) -> dict[str, str]:
-    """Read what `write_sums` wrote."""
+    """Read digests as `sums_text` writes them."""
     try:
         lines = Path(source).read_text(encoding="utf-8").splitlines()
         return {path: digest for digest, path in (line.split("  ", 1) for line in lines)}
@@ -211,22 +208,6 @@ def module_digests(*modules: str) -> dict[str, str]:
     Returns 16 hexadecimal digits by module.
     """
     return {name: _source_digest(name).hex()[:_LENGTH] for name in closure(*modules)}
-
-
-def workflow_digests() -> dict[str, str]:
-    """Digest of each file of the workflow's rules.
-
-    Returns 16 hexadecimal digits by path from the Snakefile's folder: the top of a checkout, or
-    ``_workflow`` inside the package where it was installed. Empty where there is no workflow.
-    """
-    for top in _tops():
-        if (top / "Snakefile").is_file():
-            files = [top / "Snakefile", *sorted(top.glob("workflow/rules/*.smk"))]
-            return {
-                file.relative_to(top).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()[:_LENGTH]
-                for file in files
-            }  # fmt: skip
-    return {}
 
 
 def _tops() -> tuple[Path, Path]:

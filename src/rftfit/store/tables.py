@@ -113,6 +113,8 @@ TEXT_COLUMNS = frozenset(
 )
 """Columns of names and words in the tables of this program; all others are numbers or yes and no."""
 
+_YES_OR_NO = {"True": True, "False": False, "yes": True, "no": False}
+
 FLOAT_FORMAT = "%.6g"
 """Six significant digits: far beyond any measurement here, and short enough to read."""
 
@@ -129,23 +131,36 @@ def write_csv(table: pd.DataFrame, target: str | Path) -> None:
     write_bytes(target, buffer.getvalue().encode("utf-8"))
 
 
-def read_csv(source: str | Path) -> pd.DataFrame:
+def read_csv(source: str | Path, kind_of: Callable[[str], str] | None = None) -> pd.DataFrame:
     """Read a table written by `write_csv`.
 
-    Returns empty text cells of text columns come back as empty strings, of number columns as NaN.
+    `kind_of`: Kind of a column as the dictionary of outputs states it: ``text`` comes back as
+    strings, ``yes or no`` as booleans, everything else as numbers. Default: by `TEXT_COLUMNS`.
     """
     import pandas as pd
 
     try:
         names = pd.read_csv(source, encoding="utf-8", nrows=0).columns
+        kinds = {name: kind_of(name) if kind_of else "" for name in names}
+        text = {
+            name
+            for name, kind in kinds.items()
+            if kind in ("text", "yes or no") or (not kind and name in TEXT_COLUMNS)
+        }
         table = pd.read_csv(
             source,
             encoding="utf-8",
             # a run may be called 007 or NA: what is text stays the text it is
-            dtype={name: str for name in names if name in TEXT_COLUMNS},
+            dtype=dict.fromkeys(text, str),
             keep_default_na=False,
-            na_values={name: [""] for name in names if name not in TEXT_COLUMNS},
+            na_values={name: [""] for name in names if name not in text},
         )
+        for name, kind in kinds.items():
+            if kind == "yes or no":
+                table[name] = table[name].map(_YES_OR_NO).astype("boolean")
+        if table.empty:
+            # without rows nothing tells numbers from words: in a join these would turn the others' type
+            table = table.astype({name: float for name in names if name not in text})
         return unguard_table(table)
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as a table: {error}") from error
@@ -154,7 +169,7 @@ def read_csv(source: str | Path) -> pd.DataFrame:
 def write_parquet(table: pd.DataFrame, target: str | Path) -> None:
     """Write a table as Parquet."""
     with atomic_path(target) as path:
-        table.to_parquet(path, index=False, compression="zstd")
+        table.to_parquet(path, index=False, compression="zstd", write_page_checksum=True)
 
 
 def read_parquet(source: str | Path, columns: list[str] | None = None) -> pd.DataFrame:
@@ -165,6 +180,6 @@ def read_parquet(source: str | Path, columns: list[str] | None = None) -> pd.Dat
     import pandas as pd
 
     try:
-        return pd.read_parquet(source, columns=columns)
+        return pd.read_parquet(source, columns=columns, page_checksum_verification=True)
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as Parquet: {error}") from error

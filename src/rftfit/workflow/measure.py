@@ -2,555 +2,66 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from rftfit.campaign.load import load_campaign
-from rftfit.errors import RftfitError
-from rftfit.logs.base import LogError
-from rftfit.measure.alpha import Row, alpha_table
-from rftfit.measure.clocks import HOUR_S
-from rftfit.measure.fits import COMPONENTS, RunFit, Stroke, filed_under, fit_run
-from rftfit.measure.ingest import PHASES, RunRefused, Trace, find_compliance, ingest_run
-from rftfit.measure.ledger import COLUMNS, DROPPED, LOST, USED, Ledger, Why
-from rftfit.measure.pairs import load_pairs, one_table, readers
-from rftfit.measure.strokes import Samples, abscissa_of, split_runs, strokes
-from rftfit.measure.tare import NO_TARE_FLAG, Tare, TareError, subtract
-from rftfit.store import read_csv, read_parquet, write_csv, write_parquet
+from rftfit.measure.alpha import alpha_table
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ingest import account_unclaimed, ingest_medium
+from rftfit.measure.ledger import check, join
+from rftfit.measure.legs import leg_curves
+from rftfit.measure.pairs import one_table
+from rftfit.measure.tare import tare_medium
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-    from pathlib import Path
-
     import pandas as pd
 
-    from rftfit.campaign.config import Config
-    from rftfit.campaign.load import Campaign
-    from rftfit.campaign.sheet import Run
+    from rftfit.results import Results
 
 
-# --- Stage 1: the logs of one medium to traces in the lab frame.
+def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Read all logs of a medium: samples, a row for each run, counts of rows."""
+    samples, runs, book = ingest_medium(results.campaign, medium)
+    return samples, runs, book.table()
 
 
-def ingest(config: Path, medium: str, traces: Path, runs: Path, ledger: Path) -> None:
-    """Read all logs of a medium.
-
-    `config`: The campaign's configuration. `traces`, `runs`, `ledger`: Written: samples (Parquet),
-    one row per run, and counts of rows (csv).
-    """
-    campaign = load_campaign(config, medium)
-    samples, table, book = ingest_medium(campaign, medium)
-    write_parquet(samples, traces)
-    write_csv(table, runs)
-    write_csv(book.table(), ledger)
-
-
-def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """Read all logs of a medium, keeping what is wrong with the bad ones.
-
-    Returns `samples`: One row per force sample (docs/architecture.md). Returns `runs`: One row per
-    run: status, reason, flags, clock and zero. Returns `ledger`: Everything but the good rows of
-    the strokes.
-    """
-    import pandas as pd
-
-    good, rows, ledger = ingest_traces(campaign, medium)
-    return samples_of(good), pd.DataFrame(rows), ledger
-
-
-def ingest_traces(
-    campaign: Campaign, medium: str
-) -> tuple[list[Trace], list[dict[str, object]], Ledger]:
-    """Read all logs of a medium and keep what clocks and surface were estimated from.
-
-    Returns `traces`: Of the runs that could be read. Returns `rows`: One for each run of the
-    medium, see `ingest_medium`. Returns `ledger`: Everything but the good rows of the strokes.
-    """
-    ledger = Ledger()
-    good: list[Trace] = []
-    rows: list[dict[str, object]] = []
-    config = campaign.config
-    runs = campaign.runs_of(medium)
-    compliance = find_compliance(campaign, runs[0]) if config.rigid_contact and runs else None
-    for run, pair in load_pairs(campaign, runs):
-        try:
-            trace = ingest_run(config, run, pair, ledger, compliance)
-        except RunRefused as refusal:
-            rows.append(_row(config, run, reason=str(refusal)))
-        else:
-            good.append(trace)
-            rows.append(_row(config, run, trace))
-    return good, rows, ledger
-
-
-def _row(
-    config: Config, run: Run, trace: Trace | None = None, reason: str = ""
-) -> dict[str, object]:
-    known = trace is not None
-    step = trace.step_s if trace else np.nan
-    row: dict[str, object] = {
-        "run_id": run.run_id,
-        "kind": run.kind,
-        "status": "read" if known else "refused",
-        "reason": reason,
-        "flags": "; ".join(trace.flags) if trace else "",
-        "note": trace.note if trace else "",
-        "rows_force": trace.rows[0] if trace else 0,
-        "rows_motion": trace.rows[1] if trace else 0,
-        "sample_step_s": step,
-        "clock_offset_s": trace.clock.offset_s if trace else np.nan,
-        "clock_residual_s": trace.clock.residual_s if trace else np.nan,
-        "clock_se_s": trace.clock.offset_se(step) if trace else np.nan,
-        "zero_var_z_N2": trace.zero_variance[0] if trace else np.nan,
-        "zero_var_x_N2": trace.zero_variance[1] if trace else np.nan,
-        "zero_dof": trace.zero_dof if trace else np.nan,
-    }
-    # campaigns that do not ask for these keep their table as it was
-    if config.clock.method == "estimate":
-        found = trace.alignment if trace else None
-        # in a table of six digits hours would hide the rest
-        hours = trace.clock.whole_hours if trace else 0
-        row["clock_hours"] = hours if trace else np.nan
-        row["clock_rest_s"] = trace.clock.offset_s - HOUR_S * hours if trace else np.nan
-        row["clock_drift"] = found.drift if found else np.nan
-        row["clock_drift_se"] = found.drift_se if found else np.nan
-        row["clock_explained"] = found.explained if found else np.nan
-    if config.surface.method == "find":
-        surface = trace.surface if trace else None
-        row["surface_z_mm"] = config.arm.surface_z_mm - 10 * surface.depth_cm if surface else np.nan
-        row["surface_se_mm"] = 10 * surface.se_cm if surface else np.nan
-        row["surface_growth_N_per_cm"] = surface.growth_N_per_cm if surface else np.nan
-    return row
-
-
-def samples_of(traces: list[Trace]) -> pd.DataFrame:
-    """Put the samples of all runs into one long table.
-
-    Returns names as categories, so that a million rows stay small.
-    """
-    import pandas as pd
-
-    def joined(parts: list[np.ndarray]) -> np.ndarray:
-        return np.concatenate(parts) if parts else np.empty(0)
-
-    sizes = [trace.time.size for trace in traces]
-    names = [trace.run.run_id for trace in traces]
-    return pd.DataFrame(
-        {
-            "run_id": pd.Categorical.from_codes(
-                np.repeat(np.arange(len(traces)), sizes), categories=pd.Index(names)
-            ),
-            "time_s": joined([trace.time for trace in traces]),
-            "phase": pd.Categorical.from_codes(
-                joined([trace.phase for trace in traces]).astype(int), categories=pd.Index(PHASES)
-            ),
-            "x_cm": joined([trace.x for trace in traces]),
-            "depth_cm": joined([-trace.z for trace in traces]),
-            "angle_deg": joined([np.degrees(trace.angle) for trace in traces]),
-            "force_z_N": joined([trace.force[0] for trace in traces]),
-            "force_x_N": joined([trace.force[1] for trace in traces]),
-            "why": joined([trace.why for trace in traces]),
-        },
-        copy=False,  # these arrays are nobody else's
-    )
-
-
-# --- Stage 2: subtract rod-only runs at equal depth and in-air runs at equal theta.
-
-
-TARE_KINDS = ("rod", "leg_air")
-
-
-def tare(
-    config: Path, medium: str, traces: Path, runs: Path, tared: Path, tares: Path, ledger: Path
-) -> None:
-    """Subtract the tare of every plate and leg run of a medium.
-
-    `traces`, `runs`: Read: from the ingest stage. `tared`, `tares`, `ledger`: Written: granular
-    forces (Parquet), one row per subtraction, counts of rows (csv).
-    """
-    campaign = load_campaign(config, medium)
-    samples, table, book = tare_medium(campaign, medium, read_parquet(traces), read_csv(runs))
-    write_parquet(samples, tared)
-    write_csv(table, tares)
-    write_csv(book.table(), ledger)
-
-
-def tare_medium(
-    campaign: Campaign, medium: str, traces: pd.DataFrame, status: pd.DataFrame
-) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """Subtract the tares of one medium.
-
-    `traces`, `status`: From the ingest stage. Returns `samples`: One row per sample of a stroke:
-    granular force and tare. Returns `tares`: One row per plate or leg run: its tare, valid range,
-    and why there is none. Returns `ledger`: Rows of the tare runs, and of runs that have no tare.
-    """
-    import pandas as pd
-
-    ledger = Ledger()
-    found = strokes(traces)
-    why_refused = dict(zip(status["run_id"], status["reason"], strict=True))
-    runs = {run.run_id: run for run in campaign.runs_of(medium)}
-    objects = {
-        name: _tare(runs[name], stroke, ledger)
-        for name, stroke in found.items()
-        if runs[name].kind in TARE_KINDS
-    }
-    parts, rows = [], []
-    for name, stroke in found.items():
-        run = runs[name]
-        if run.kind in TARE_KINDS:
-            continue
-        known = objects.get(run.tare_run)
-        if not run.tare_run and campaign.config.fit.missing_tare == "flag":
-            rows.append({"run_id": name, "tare_run": "", "abscissa": abscissa_of(run),
-                         "valid_from": np.nan, "valid_to": np.nan, "reason": ""})  # fmt: skip
-            parts.append((name, _untared(stroke)))
-            continue
-        row = {"run_id": name, "tare_run": run.tare_run, "abscissa": abscissa_of(run),
-               "valid_from": np.nan, "valid_to": np.nan, "reason": ""}  # fmt: skip
-        if isinstance(known, Tare):
-            row |= {"valid_from": known.valid_from, "valid_to": known.valid_to}
-            parts.append((name, _subtract(run, stroke, known, ledger)))
-        else:
-            row["reason"] = reason = _why_no_tare(run, known, why_refused)
-            good = int(np.count_nonzero(stroke.why == Why.GOOD))
-            ledger.add(run, run.force_log, DROPPED, reason, good)
-        rows.append(row)
-    columns = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "reason"]
-    return _table(parts), pd.DataFrame(rows, columns=columns), ledger
-
-
-def _tare(run: Run, stroke: Samples, ledger: Ledger) -> Tare | TareError:
-    good = stroke.why == Why.GOOD
-    ledger.add(run, run.force_log, USED, "tare", int(np.count_nonzero(good)))
-    abscissa = abscissa_of(run)
-    try:
-        return Tare.from_samples(
-            run.run_id, abscissa, stroke.position(abscissa)[good], stroke.force[:, good]
-        )
-    except TareError as error:
-        return error
-
-
-def _why_no_tare(run: Run, known: TareError | None, why_refused: dict[str, str]) -> str:
-    if not run.tare_run:
-        return "no tare: the run sheet names none"
-    if known is not None:
-        return f"no tare: {known}"
-    why = why_refused.get(run.tare_run) or "it has no stroke"
-    return f"no tare: {run.tare_run} cannot be used: {why}"
-
-
-def _untared(stroke: Samples) -> dict[str, np.ndarray]:
-    """Force of a stroke as it is, for campaigns that say so."""
-    nothing = np.zeros(stroke.depth.size)
-    return {
-        "depth_cm": stroke.depth, "x_cm": stroke.x, "path_cm": stroke.path,
-        "angle_deg": stroke.angle_deg, "force_z_N": stroke.force[0], "force_x_N": stroke.force[1],
-        "tare_z_N": nothing, "tare_x_N": nothing, "why": stroke.why,
-    }  # fmt: skip
-
-
-def _subtract(
-    run: Run, stroke: Samples, tare_object: Tare, ledger: Ledger
-) -> dict[str, np.ndarray]:
-    """Granular force of a stroke; rows the tare does not cover are marked and counted."""
-    position = stroke.position(tare_object.abscissa)
-    granular, tare_force, known = subtract(position, stroke.force, tare_object)
-    untared = (stroke.why == Why.GOOD) & ~known
-    why = np.where(untared, np.int8(Why.NO_TARE), stroke.why)
-    ledger.add_rows(run, run.force_log, why[untared], "")
-    return {
-        "depth_cm": stroke.depth, "x_cm": stroke.x, "path_cm": stroke.path,
-        "angle_deg": stroke.angle_deg, "force_z_N": granular[0], "force_x_N": granular[1],
-        "tare_z_N": tare_force[0], "tare_x_N": tare_force[1], "why": why,
-    }  # fmt: skip
-
-
-def _table(parts: list[tuple[str, dict[str, np.ndarray]]]) -> pd.DataFrame:
-    import pandas as pd
-
-    names = [name for name, _ in parts]
-    sizes = [columns["why"].size for _, columns in parts]
-    codes = np.repeat(np.arange(len(parts)), sizes)
-    data: dict[str, object] = {
-        "run_id": pd.Categorical.from_codes(codes, categories=pd.Index(names))
-    }
-    for column in ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N",
-                   "tare_z_N", "tare_x_N", "why"):  # fmt: skip
-        data[column] = np.concatenate([part[column] for _, part in parts]) if parts else []
-    return pd.DataFrame(data, copy=False)  # these arrays are nobody else's
-
-
-# --- Stage 3: zero-intercept slopes of one medium, and its alpha table.
+def tare(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Subtract rod-only runs at equal depth, in-air runs at equal theta: forces, tares, counts."""
+    traces, runs = results.table(f"traces/{medium}.parquet"), results.table(f"runs/{medium}.csv")
+    samples, tares, book = tare_medium(results.campaign, medium, traces, runs)
+    return samples, tares, book.table()
 
 
 def slopes(
-    config: Path, medium: str, runs: Path, tared: Path, tares: Path,
-    fits: Path, alpha: Path, windows: Path, ledger: Path,
-) -> None:  # fmt: skip
-    """Fit every plate run of a medium and combine the fits into its alpha table.
-
-    `runs`, `tared`, `tares`: Read: from the ingest and tare stages. `fits`, `alpha`, `windows`,
-    `ledger`: Written: one row per plate run, one per cell of the grid, why each sample was fitted
-    or not (Parquet, the rows of `tared`), counts of rows.
-    """
-    campaign = load_campaign(config, medium)
-    table, why, book = fit_medium(
-        campaign, medium, read_csv(runs), read_parquet(tared), read_csv(tares)
-    )
-    fit = campaign.config.fit
-    write_csv(table, fits)
+    results: Results, medium: str
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Fit every plate run of a medium: fits, its alpha table, windows of the fits, counts of rows."""
+    tared, tares = results.table(f"tared/{medium}.parquet"), results.table(f"tares/{medium}.csv")
+    runs = results.table(f"runs/{medium}.csv")
+    fits, windows, book = fit_medium(results.campaign, medium, runs, tared, tares)
+    fit = results.config.fit
     depths = len(fit.horizontal_depths_cm)
-    cells = alpha_table(table, medium, fit.confidence, depths, fit.run_to_run_N_per_cm3)
-    write_csv(cells, alpha)
-    write_parquet(why, windows)
-    write_csv(book.table(), ledger)
+    alpha = alpha_table(fits, medium, fit.confidence, depths, fit.run_to_run_N_per_cm3)
+    return fits, alpha, windows, book.table()
 
 
-def fit_medium(
-    campaign: Campaign, medium: str, status: pd.DataFrame, tared: pd.DataFrame, tares: pd.DataFrame
-) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """Fit every plate run of a medium.
-
-    `status`, `tared`, `tares`: From the ingest and tare stages. Returns `fits`: One row per plate
-    run of the sheet, also of those that give no alpha. Returns `windows`: `run_id, why`: the rows
-    of `tared`, `Why` a sample was not fitted. Returns `ledger`: The rows of the strokes that were
-    handed on.
-    """
-    import pandas as pd
-
-    ledger = Ledger()
-    where = split_runs(tared)
-    columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
-    force = tared[["force_z_N", "force_x_N"]].to_numpy().T
-    facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
-    no_tare = dict(zip(tares["run_id"], tares["reason"], strict=True))
-    confidence = campaign.config.fit.confidence
-    rows = []
-    plates = {run.intruder for run in campaign.runs_of(medium) if run.kind == "plate"}
-    why = columns["why"].copy()
-    for run in campaign.runs_of(medium):
-        if run.kind != "plate":
-            continue
-        fact = facts[run.run_id]
-        flags = tuple(filter(None, str(fact["flags"]).split("; ")))
-        if not run.tare_run and run.run_id in where:
-            flags += (NO_TARE_FLAG,)
-        if len(plates) > 1:
-            flags += (f"{run.intruder}, one of {len(plates)} plates in this medium",)
-        if run.run_id not in where:
-            reason = str(fact["reason"]) or no_tare.get(run.run_id, "")
-            beta, gamma, _ = filed_under(run)
-            lost = RunFit(beta, gamma, flags=flags, reason=reason)
-            rows.append(_slopes_row(run, lost, confidence) | {"note": fact["note"]})
-            continue
-        part = where[run.run_id]
-        stroke = _stroke(columns, force, part, fact, facts.get(run.tare_run), flags)
-        fit = fit_run(run, stroke, campaign.config)
-        why[part] = fit.why
-        # rows dropped by an earlier stage are in that stage's ledger already
-        handed_on = fit.why[stroke.why == Why.GOOD]
-        ledger.add_rows(run, run.force_log, handed_on[handed_on != Why.GOOD], "")
-        fate = (DROPPED, f"no alpha: {fit.reason}") if fit.reason else (USED, "slope")
-        good = int(np.count_nonzero(handed_on == Why.GOOD))
-        if good:
-            ledger.add(run, run.force_log, *fate, good)
-        rows.append(_slopes_row(run, fit, confidence) | {"note": fact["note"]})
-    windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
-    return pd.DataFrame(rows, columns=_row_names()), windows, ledger
+def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Average the tared force of every leg run of a medium over steps of theta: curves, counts."""
+    runs, tared = results.table(f"runs/{medium}.csv"), results.table(f"tared/{medium}.parquet")
+    curves, book = leg_curves(results.campaign, medium, runs, tared)
+    return curves, book.table()
 
 
-def _stroke(
-    columns: dict[str, np.ndarray], force: np.ndarray, part: slice,
-    run: Row, tare: Row | None, flags: tuple[str, ...],
-) -> Stroke:  # fmt: skip
-    """Put together what the fit of one run needs."""
-    depth = columns["depth_cm"][part]
-    pair = (run,) if tare is None else (run, tare)
-    # depth changes in a stroke at this speed; an error of the clocks shifts it by speed x error
-    seconds = depth.size * float(run["sample_step_s"])
-    speed = float(np.ptp(depth)) / seconds
-    return Stroke(
-        depth, columns["x_cm"][part], columns["path_cm"][part], force[:, part],
-        columns["why"][part],
-        np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in pair], dtype=float),
-        np.array([[fact["zero_dof"]] * 2 for fact in pair], dtype=float),
-        # so does an error of the surface, where that had to be found
-        math.hypot(speed * float(run["clock_se_s"]), float(run.get("surface_se_mm", 0.0)) / 10),
-        flags,
-    )  # fmt: skip
-
-
-def _names_of(c: str) -> list[str]:
-    """Columns of one component, in the order of `_row`'s values."""
-    return [f"alpha_{c}_N_per_cm3", f"alpha_{c}_se_N_per_cm3", f"alpha_{c}_lo_N_per_cm3",
-            f"alpha_{c}_hi_N_per_cm3", f"alpha_{c}_dof", f"alpha_{c}_ols_se_N_per_cm3",
-            f"alpha_{c}_startup_N_per_cm3", f"intercept_{c}_N_per_cm2",
-            f"free_slope_{c}_N_per_cm3", f"nonlinear_{c}_p", f"nonlinear_{c}_ratio"]  # fmt: skip
-
-
-def _row_names() -> list[str]:
-    names = ["run_id", "medium", "beta_deg", "gamma_deg", "direction", "tare_run",
-             "depth_from_cm", "depth_to_cm", "n_points"]  # fmt: skip
-    return [*names, *(name for c in COMPONENTS for name in _names_of(c)), "flags", "note", "reason"]
-
-
-def _slopes_row(run: Run, fit: RunFit, confidence: float) -> dict[str, object]:
-    row: dict[str, object] = dict.fromkeys(_row_names(), np.nan)
-    row |= {
-        "run_id": run.run_id, "medium": run.medium, "beta_deg": fit.beta_deg,
-        "gamma_deg": fit.gamma_deg, "direction": run.direction, "tare_run": run.tare_run,
-        "depth_from_cm": fit.depth_from_cm, "depth_to_cm": fit.depth_to_cm, "n_points": 0,
-        "flags": "; ".join(fit.flags), "reason": fit.reason,
-    }  # fmt: skip
-    slope = fit.slope
-    if slope is None:
-        return row
-    row["n_points"] = slope.points
-    lo, hi = slope.interval(confidence)
-    for i, c in enumerate(COMPONENTS):
-        values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup,
-                  slope.intercept, slope.free_slope, slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
-        row |= {name: value[i] for name, value in zip(_names_of(c), values, strict=True)}
-    return row
-
-
-# --- Leg rotation: tared force against theta, on a regular grid.
-
-
-STEP_DEG = 1.0
-
-
-def legs(config: Path, medium: str, runs: Path, tared: Path, curves: Path, ledger: Path) -> None:
-    """Average the tared force of every leg run of a medium over steps of one degree.
-
-    `runs`, `tared`: Read: from the ingest and tare stages. `curves`, `ledger`: Written: force
-    against theta, and counts of rows.
-    """
-    campaign = load_campaign(config, medium)
-    table, book = leg_curves(campaign, medium, read_csv(runs), read_parquet(tared))
-    write_csv(table, curves)
-    write_csv(book.table(), ledger)
-
-
-def leg_curves(
-    campaign: Campaign, medium: str, status: pd.DataFrame, tared: pd.DataFrame
-) -> tuple[pd.DataFrame, Ledger]:
-    """Force on each leg of a medium against theta.
-
-    `status`, `tared`: From the ingest and tare stages. Returns `curves`: `medium, leg, run_id,
-    theta_deg, force_z_N, force_x_N, samples, zero_se_z_N, zero_se_x_N`; the errors of the zero are
-    the same along a curve.
-    """
-    import pandas as pd
-
-    ledger = Ledger()
-    where = split_runs(tared)
-    facts = {row["run_id"]: row for row in status.to_dict("records")}
-    parts = []
-    for run in campaign.runs_of(medium):
-        if run.kind != "leg" or run.run_id not in where:
-            continue
-        part = tared.iloc[where[run.run_id]]
-        part = part[part["why"] == Why.GOOD]
-        ledger.add(run, run.force_log, USED, "leg curve", len(part))
-        step = np.round(part["angle_deg"].to_numpy() / STEP_DEG).astype(int)
-        grouped = part.assign(step=step).groupby("step")[["force_z_N", "force_x_N"]]
-        mean, count = grouped.mean(), grouped.size()
-        pair = (facts[run.run_id], facts[run.tare_run])
-        parts.append(
-            pd.DataFrame(
-                {
-                    "medium": medium,
-                    "leg": run.intruder,
-                    "run_id": run.run_id,
-                    "theta_deg": mean.index * STEP_DEG,
-                    "force_z_N": mean["force_z_N"].to_numpy(),
-                    "force_x_N": mean["force_x_N"].to_numpy(),
-                    "samples": count.to_numpy(),
-                    "zero_se_z_N": np.sqrt(sum(fact["zero_var_z_N2"] for fact in pair)),
-                    "zero_se_x_N": np.sqrt(sum(fact["zero_var_x_N2"] for fact in pair)),
-                }
-            )
-        )
-    columns = ["medium", "leg", "run_id", "theta_deg", "force_z_N", "force_x_N", "samples",
-               "zero_se_z_N", "zero_se_x_N"]  # fmt: skip
-    table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=columns)
-    return table, ledger
-
-
-# --- The ledger of the whole campaign: every row of every log, used or dropped with a reason.
-
-
-_FAULT = "this is a fault of the program, please report it"
-
-
-def ledger(config: Path, parts: list[Path], runs: list[Path], ledger: Path) -> None:
-    """Join the ledgers of all stages and media, and check that the rows add up.
-
-    `parts`: Read: ledgers of the stages, one medium each. `runs`: Read: run tables of the ingest
-    stage, which know how many rows each log has. `ledger`: Written.
-    """
-    import pandas as pd
-
-    campaign = load_campaign(config)
-    unclaimed = Ledger()
-    for run in campaign.unclaimed:
-        _drop_unclaimed(campaign, run, unclaimed)
-    book = join([*(read_csv(path) for path in parts), unclaimed.table()])
-    absent = sorted(set(campaign.by_id) - set(book["run_id"]))
-    if absent:
-        raise RftfitError(f"{len(absent)} runs are not in the ledger, first {absent[0]}: {_FAULT}")
+def ledger(results: Results) -> pd.DataFrame:
+    """Join the ledgers of all stages and media, and check that the rows add up."""
+    campaign = results.campaign
+    parts = [
+        results.table(f"ledger/{stage}/{medium}.csv")
+        for stage in ("ingest", "tare", "slopes", "legs")
+        for medium in results.media
+    ]
+    if campaign.robot_medium:
+        parts.append(results.table("ledger/robot.csv"))
+    book = join([*parts, account_unclaimed(campaign).table()])
     once = {run.run_id for run in campaign.runs if one_table(campaign.config, run)}
-    check(book, pd.concat([read_csv(path) for path in runs]), once)
-    write_csv(book, ledger)
-
-
-def _drop_unclaimed(campaign: Campaign, run: Run, book: Ledger) -> None:
-    """Account for an in-air run that no leg names; it belongs to no medium and no stage reads it."""
-    files = (run.force_log, run.motion_log)
-    counts = []
-    for file, reader in zip(files, readers(campaign.config), strict=True):
-        try:
-            counts.append(sum(log.rows for log in reader.stream(campaign.raw / file)))
-        except LogError as error:
-            counts.append(error.rows)
-    if one_table(campaign.config, run) and counts[0] == counts[1]:
-        counts.pop()
-    for file, rows in zip(files, counts, strict=False):
-        book.add(run, file, DROPPED, "in-air run that no leg run names as its tare", rows)
-
-
-def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
-    """Join ledgers; a run in air that serves several media is read for each but counted once."""
-    import pandas as pd
-
-    book = pd.concat([part.fillna({"medium": ""}) for part in parts], ignore_index=True)
-    in_air = book["kind"] == "leg_air"
-    once = pd.concat([book[~in_air], book[in_air].drop_duplicates()])
-    return once.sort_values(COLUMNS).reset_index(drop=True)[COLUMNS]
-
-
-def check(book: pd.DataFrame, runs: pd.DataFrame, once: Collection[str] = ()) -> None:
-    """Compare the ledger with the number of rows in each log that was read.
-
-    `runs`: Of the ingest stage. `once`: Runs with force and motion in one table: lines that both
-    have are counted once.
-    """
-    read = runs[runs["status"] == "read"].drop_duplicates("run_id").set_index("run_id")
-    # lost samples are no lines of any file
-    lines = book[book["fate"] != LOST]
-    counted = lines.groupby("run_id")["rows"].sum().reindex(read.index)
-    twice = read.index.isin(list(once)) & (read["rows_force"] == read["rows_motion"])
-    wanted = read["rows_force"] + read["rows_motion"].mask(twice, 0)
-    wrong = counted[counted != wanted]
-    if not wrong.empty:
-        name = wrong.index[0]
-        raise RftfitError(
-            f"the ledger does not add up in {len(wrong)} runs, first {name}: {counted[name]} rows "
-            f"counted, {wanted[name]} in the logs: {_FAULT}"
-        )
+    check(book, results.joined("runs/{medium}.csv"), once, campaign.by_id)
+    return book

@@ -1,210 +1,277 @@
-"""What the Snakefile asks: which media, which logs, and digests of what Snakemake does not see."""
+"""The tasks of one campaign: what each reads, writes and depends on, and which are out of date.
+
+One answer serves the Snakefile, the jobs, ``rftfit run`` and ``rftfit verify``: a task is up to date when
+its record (`rftfit.workflow.records`) names the files, digests and contents that are there now.
+"""
 
 from __future__ import annotations
 
-import atexit
-import json
+import re
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rftfit.__main__ import STAGES
-from rftfit.campaign.load import Campaign, load_campaign
-from rftfit.store.digests import closure, code_digest, digest_of
-from rftfit.workflow.figures import stress_runs
-from rftfit.workflow.provenance import (
-    digests_of_logs,
+from rftfit.campaign.load import Campaign, check_campaign
+from rftfit.campaign.problems import CampaignError
+from rftfit.figures.registry import figures
+from rftfit.results import FOLDER
+from rftfit.store.digests import Seen, code_digest, digest_of
+from rftfit.workflow.records import Finding, Records
+from rftfit.workflow.sources import (
+    digests_of_files,
     foreign_dialects,
-    graph_of,
     log_names,
-    logs_seen,
-    raw_digest,
+    robot_files,
     rows_digest,
     settings_digest,
 )
-from rftfit.workflow.robot import trials_of
+from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES, Stage
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterator, Sequence
 
     from rftfit.logs.registry import Origin
-    from rftfit.store.digests import Seen
-
 
 _READS_LOGS = "rftfit.logs.registry"
-"""Whoever imports it reads logs, with the dialects of other packages too."""
+_WORD = re.compile(r"\{(\w+)\}")
+
+
+@dataclass(frozen=True)
+class Task:
+    """One unit of work of a stage.
+
+    `key`: Medium, or figure; empty for a single task.
+    `run`: ``module:function``.
+    `reads`, `writes`: From the campaign's folder.
+    `depends`: Digest of everything else that its results depend on, by what it is.
+    """
+
+    stage: str
+    key: str
+    run: str
+    medium: str = ""
+    reads: tuple[str, ...] = ()
+    writes: tuple[str, ...] = ()
+    depends: dict[str, str] = field(default_factory=dict, compare=False)
+
+    def __str__(self) -> str:
+        return f"{self.stage} {self.key}".rstrip()
 
 
 class Plan:
-    """One campaign as the workflow sees it.
+    """One campaign as its workflow sees it.
 
     `config`: The campaign's configuration.
+    `fresh`: Read every log anew, instead of trusting size and times of those seen before.
     """
 
-    def __init__(self, config: str | Path) -> None:
+    def __init__(self, config: str | Path, *, fresh: bool = False) -> None:
         self.config = Path(config)
-        self.campaign: Campaign = load_campaign(self.config)
-        self._meanings: dict[tuple[str, str], tuple[str, ...]] = {}
+        campaign, problems = check_campaign(self.config)
+        if campaign is None:
+            raise CampaignError(problems)
+        self.campaign: Campaign = campaign
+        self.warnings = len(problems)
+        self.root = self.campaign.root
+        self._seen = Seen(None if fresh else self.root / ".snakemake/rftfit/logs_seen.tsv")
         self._digests: dict[str, str] = {}
+        self._results = Seen(None)
+        self._records: dict[str, Records] = {}
 
     @cached_property
-    def media(self) -> list[str]:
-        """Media of the config that have runs, in the config's order."""
-        there = set(self.campaign.media_with_runs)
-        return [name for name in self.campaign.config.media if name in there]
+    def names(self) -> dict[str, tuple[str, ...]]:
+        """What the words in braces of a stage's files stand for."""
+        campaign = self.campaign
+        return {
+            "media": campaign.media_with_runs,
+            "laboratory": campaign.of_role("laboratory"),
+            "sands": campaign.of_role("natural_sand"),
+            "robot": (campaign.robot_medium,) if campaign.robot_medium else (),
+        }
 
     @cached_property
-    def laboratory(self) -> list[str]:
-        """Those measured over the grid."""
-        return self._of_role("laboratory")
+    def stages(self) -> dict[str, list[Task]]:
+        """Tasks of every stage, stages in the order of the data's way."""
+        written: dict[str, str] = {}
+        found: dict[str, list[Task]] = {}
+
+        def add(name: str, tasks: list[Task]) -> None:
+            found[name] = tasks
+            written.update((path, name) for task in tasks for path in task.writes)
+
+        for stage in STAGES:
+            if stage.name == "page":
+                for group, tasks in self._figure_tasks(written).items():
+                    add(group, tasks)
+            media = self.names[stage.each] if stage.each else ("",)
+            if stage.robot and not self.names["robot"]:
+                media = ()
+            add(stage.name, [self._task(stage, medium, written) for medium in media])
+        return found
 
     @cached_property
-    def sands(self) -> list[str]:
-        """Those with one penetration test."""
-        return self._of_role("natural_sand")
+    def default(self) -> list[str]:
+        """Stages of a whole run."""
+        return [name for name in self.stages if name not in ON_DEMAND]
 
-    @cached_property
-    def legged(self) -> list[str]:
-        """Laboratory media in which legs were turned."""
-        return [name for name in self.laboratory if self._has_legs(name)]
+    def _task(self, stage: Stage, medium: str, written: dict[str, str]) -> Task:
+        depends = {"code": self.code(stage.run, logs=stage.logs)}
+        if stage.settings:
+            sections = () if ALL in stage.settings else stage.settings
+            depends["settings"] = settings_digest(self.campaign.config, sections)
+        if stage.rows:
+            depends["rows"] = rows_digest(self.campaign, [medium] if medium else [])
+        if stage.logs:
+            # a stage of the whole campaign reads the logs of runs that belong to no medium
+            depends["logs"] = digest_of(sorted(self.logs(medium).items()))
+        if stage.robot:
+            depends["robot files"] = digest_of(sorted(self.robot_digests.items()))
+        return Task(
+            stage.name, medium, stage.run, medium,
+            self._filled(stage.reads, medium, written), self._filled(stage.writes, medium, None),
+            depends,
+        )  # fmt: skip
 
-    @cached_property
-    def legged_sands(self) -> list[str]:
-        """Natural sands in which legs were turned."""
-        return [name for name in self.sands if self._has_legs(name)]
+    def _figure_tasks(self, written: dict[str, str]) -> dict[str, list[Task]]:
+        groups: dict[str, list[Task]] = {}
+        for figure in figures():
+            for medium in figure.media(self.campaign):
+                name = figure.file(medium)
+                depends = {"code": self.code(figure.run)}
+                if figure.settings:
+                    depends["settings"] = settings_digest(self.campaign.config, figure.settings)
+                if figure.logs:
+                    depends["logs"] = digest_of(sorted(self.logs(medium).items()))
+                task = Task(
+                    figure.group, name, figure.run, medium,
+                    self._filled(figure.reads, medium, written),
+                    tuple(f"{FOLDER}/{name}.{ending}" for ending in ("png", "pdf", "svg")),
+                    depends,
+                )  # fmt: skip
+                groups.setdefault(figure.group, []).append(task)
+        return groups
 
-    def _has_legs(self, medium: str) -> bool:
-        return any(run.kind == "leg" for run in self.campaign.runs_of(medium))
+    def _filled(
+        self, patterns: Sequence[str], medium: str, written: dict[str, str] | None
+    ) -> tuple[str, ...]:
+        found: list[str] = []
+        for pattern in patterns:
+            if pattern == "*":
+                all_written = written or {}
+                found += sorted(path for path in all_written if all_written[path] not in ON_DEMAND)
+                continue
+            word = _WORD.search(pattern)
+            values = (
+                (medium,)
+                if word and word[1] == "medium"
+                else self.names[word[1]]
+                if word
+                else ("",)
+            )
+            found += [f"{FOLDER}/{_WORD.sub(value, pattern)}" for value in values]
+        return tuple(path for path in found if written is None or path in written)
 
-    def _of_role(self, role: str) -> list[str]:
-        media = self.campaign.config.media
-        return [name for name in self.media if media[name].role == role]
-
-    @cached_property
-    def stress_media(self) -> list[str]:
-        """Media of the runs in the stress figure."""
-        runs = self.campaign.by_id
-        wanted = {runs[name].medium for name in stress_runs(self.campaign)}
-        return [name for name in self.media if name in wanted]
-
-    @cached_property
-    def robot_medium(self) -> str:
-        """Medium that the campaign's robot runs on; empty where there is none or no run on it."""
-        robot = self.campaign.config.robot
-        return robot.medium if robot is not None and robot.medium in self.laboratory else ""
-
-    @cached_property
-    def robot_file(self) -> list[str]:
-        """The robot's own file, from the campaign's folder; none where it is the program's."""
-        robot = self.campaign.config.robot
-        return [robot.file] if self.robot_medium and robot is not None and robot.file else []
-
-    @cached_property
-    def robot_files(self) -> list[str]:
-        """What its measured speeds are made from: its file, sheet and tracks that exist."""
-        robot = self.campaign.config.robot
-        if not self.robot_medium or robot is None or robot.runs is None:
-            return self.robot_file
-        sheet = self.campaign.raw / robot.runs
-        paths = [sheet, *(sheet.parent / trial.track for trial in trials_of(self.campaign))]
-        root = self.campaign.root.resolve()
-        there = [path.resolve().relative_to(root).as_posix() for path in paths if path.is_file()]
-        return [*self.robot_file, *there]
-
-    def logs(self, medium: str) -> list[str]:
-        """Log files of a medium that exist, as paths from the campaign's folder.
-
-        A missing one is not an error of the workflow: its run is dropped with that reason.
-        """
-        raw = self.campaign.raw
+    def logs(self, medium: str) -> dict[str, str]:
+        """SHA-256 of the logs of a medium, empty where there is none; of runs of no medium for ``""``."""
         names = log_names(self.campaign, medium)
-        # Snakemake takes braces for wildcards; such a log is watched by its content alone
-        plain = [name for name in names if "{" not in name and "}" not in name]
-        there = [raw / name for name in plain if (raw / name).is_file()]
-        root = self.campaign.root.resolve()
-        return [path.resolve().relative_to(root).as_posix() for path in there]
-
-    def raw(self, *media: str) -> str:
-        """Digest of the content of some media's logs: a date put back does not hide a change.
-
-        `*media`: All logs when none is named; an empty name stands for runs that belong to no
-        medium.
-        """
-        chosen = media or (*self.media, "")
-        names = [name for medium in chosen for name in log_names(self.campaign, medium)]
         new = [name for name in names if name not in self._digests]
-        self._digests |= digests_of_logs(self.campaign, new, self._seen)
-        return self._told(
-            "raw", chosen, raw_digest(media, {name: self._digests[name] for name in names})
-        )
-
-    def content(self, files: Sequence[str]) -> str:
-        """Digest of the content of files that are no logs of runs.
-
-        `files`: From the campaign's folder.
-        """
-        paths = {f"{self.campaign.root}/{file}": file for file in files}
-        return digest_of(
-            sorted((paths[path], found) for path, found in self._seen.digests(paths).items())
-        )
+        self._digests |= digests_of_files(self.campaign.raw, new, self._seen)
+        return {name: self._digests[name] for name in names}
 
     @cached_property
-    def _seen(self) -> Seen:
-        seen = logs_seen(self.campaign)
-        # when Snakemake ends, not after each medium
-        atexit.register(seen.save)
-        return seen
-
-    def rows(self, *media: str) -> str:
-        """Digest of some media's rows of the run sheet; their order and numbers do not count.
-
-        `*media`: All rows when none is named.
-        """
-        return self._told("rows", media or (*self.media, ""), rows_digest(self.campaign, media))
-
-    def settings(self, *sections: str) -> str:
-        """Digest of sections of the configuration.
-
-        `*sections`: Names of top-level keys; all when none is named.
-        """
-        whole = tuple(type(self.campaign.config).model_fields)
-        digest = settings_digest(self.campaign.config, sections)
-        return self._told("settings", sections or whole, digest)
-
-    def code(self, *stages: str) -> str:
-        """Digest of the code of stages.
-
-        `*stages`: As in ``python -m rftfit STAGE``; all there are when none is named.
-        """
-        names = dict.fromkeys(STAGES[name].partition(":")[0] for name in stages or STAGES)
-        if self._dialects and _READS_LOGS in closure(*names):
-            names |= dict.fromkeys(origin.module for origin in self._dialects.values())
-        return self._told("code", tuple(names), code_digest(*names))
-
-    def dialects(self) -> str:
-        """Name the packages whose dialects the logs are read with; empty where there are none.
-
-        Their code is part of `code`; this is for changes of version alone.
-        """
-        return "; ".join(
-            f"{name}: {origin.package} {origin.version}" for name, origin in self._dialects.items()
-        )
+    def all_logs(self) -> dict[str, str]:
+        """SHA-256 of every log that the campaign names."""
+        media = (*self.names["media"], "")
+        return {name: digest for medium in media for name, digest in self.logs(medium).items()}
 
     @cached_property
-    def _dialects(self) -> dict[str, Origin]:
+    def robot_digests(self) -> dict[str, str]:
+        """SHA-256 of the robot's own file, sheet and tracks."""
+        return digests_of_files(self.root, robot_files(self.campaign), self._seen)
+
+    def code(self, run: str, *, logs: bool = False) -> str:
+        """Digest of the code of a function and all that it imports."""
+        modules = [run.partition(":")[0]]
+        if logs and self.dialects:
+            modules += [origin.module for origin in self.dialects.values()]
+        versions = (
+            [f"{one.package} {one.version}" for one in self.dialects.values()] if logs else []
+        )
+        return digest_of(code_digest(*modules), versions)
+
+    @cached_property
+    def dialects(self) -> dict[str, Origin]:
+        """Dialects of other packages that the logs are read with."""
         return foreign_dialects(self.campaign.config)
 
-    def _told(self, what: str, names: Sequence[str], digest: str) -> str:
-        self._meanings[what, digest] = tuple(names)
-        return digest
+    def save(self) -> None:
+        """Remember the digests of the logs for the next run."""
+        self._seen.save()
 
-    def steps(self, rules: Iterable[Any], targets: Iterable[str]) -> str:
-        """Describe which rule makes which result from what.
+    # --- what Snakemake asks
 
-        `rules`: The workflow's. `targets`: Results. Returns JSON of
-        `rftfit.workflow.provenance.Graph.packed`.
-        """
-        graph = graph_of(
-            rules, sorted(targets), self.media, lambda what, digest: self._meanings[what, digest]
+    def inputs(self, stage: str) -> list[str]:
+        """Results that a stage reads. Logs are not among them: they are watched by content."""
+        return list(
+            dict.fromkeys(path for task in self.stages.get(stage, []) for path in task.reads)
         )
-        return json.dumps(graph.packed(), sort_keys=True, separators=(",", ":"))
+
+    def outputs(self, stage: str) -> list[str]:
+        """Results that a stage writes."""
+        return [path for task in self.stages.get(stage, []) for path in task.writes]
+
+    def state(self, stage: str) -> str:
+        """Digest of everything that the results of a stage depend on besides its inputs."""
+        return digest_of([[task.key, task.depends] for task in self.stages.get(stage, [])])
+
+    # --- what is out of date
+
+    def records(self, stage: str) -> Records:
+        """Records of the tasks of a stage."""
+        if stage not in self._records:
+            self._records[stage] = Records.load(self.root, stage)
+        return self._records[stage]
+
+    def digests(self, paths: Sequence[str]) -> dict[str, str]:
+        """SHA-256 of results as they are now; empty for one that is not there."""
+        whole = {f"{self.root}/{path}": path for path in paths}
+        return {whole[path]: digest for path, digest in self._results.digests(whole).items()}
+
+    def findings(self, task: Task) -> list[Finding]:
+        """What is not as recorded about a task; empty where its results are up to date."""
+        record = self.records(task.stage).tasks.get(task.key)
+        if record is None:
+            return [Finding(task.stage, task.key, "new", "", "")]
+        now = self.digests([*record.writes, *task.reads])
+        found = [
+            Finding(task.stage, task.key, "edited" if now[path] else "missing", path, digest)
+            for path, digest in record.writes.items()
+            if now[path] != digest
+        ]
+        found += [
+            Finding(task.stage, task.key, "changed", what, was)
+            for what in dict.fromkeys([*record.depends, *task.depends])
+            if (was := record.depends.get(what, "")) != task.depends.get(what, "")
+        ]
+        if list(record.reads) != list(task.reads) or set(task.writes) - set(record.writes):
+            found.append(Finding(task.stage, task.key, "changed", "files", ""))
+        found += [
+            Finding(task.stage, task.key, "input", path, digest)
+            for path, digest in record.reads.items()
+            if path in now and now[path] != digest
+        ]
+        return found
+
+    def all_findings(self) -> Iterator[Finding]:
+        """Findings of every task, in the order of the data's way."""
+        for name in self.default:
+            for task in self.stages[name]:
+                yield from self.findings(task)
+
+    @cached_property
+    def maker(self) -> dict[str, Task]:
+        """The task that writes each result."""
+        return {
+            path: task for tasks in self.stages.values() for task in tasks for path in task.writes
+        }

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import column, grid
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, evaluate, select_bic
@@ -25,14 +24,12 @@ from rftfit.model.scaling import (
 from rftfit.model.symmetry import extend, symmetrise
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
 from rftfit.reference import coefficients as published_coefficients
-from rftfit.store import read_csv, write_csv
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas as pd
 
     from rftfit.campaign.config import Config
+    from rftfit.results import Results
 
 
 # --- Stage 4: the symmetry extension of the alpha tables to all intrusion angles.
@@ -41,34 +38,20 @@ if TYPE_CHECKING:
 SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x")]
 
 
-def symmetry(alpha: list[Path], extended: Path) -> None:
-    """Symmetrise and extend the alpha table of every medium.
-
-    `alpha`: Read: alpha tables. `extended`: Written: `medium, beta_deg, gamma_deg,
-    alpha_z_N_per_cm3, alpha_x_N_per_cm3` with gamma from -180 to 180 degrees; without rows where
-    no medium was measured over the grid.
-    """
+def symmetry(results: Results) -> pd.DataFrame:
+    """Symmetrise the alpha table of every laboratory medium and extend it to all gamma, deg."""
     import pandas as pd
 
     parts = []
-    for path in alpha:
-        table = read_csv(path)
+    for medium in results.laboratory:
+        table = results[medium].alpha
         pair = symmetrise(grid(table, column("z")), grid(table, column("x")))
         gamma, alpha_z, alpha_x = extend(np.radians(GAMMA_DEG), *pair)
         beta_deg, gamma_deg = np.meshgrid(BETA_DEG, np.degrees(gamma), indexing="ij")
-        parts.append(
-            pd.DataFrame(
-                {
-                    "medium": table["medium"].iloc[0],
-                    "beta_deg": beta_deg.ravel(),
-                    "gamma_deg": gamma_deg.ravel(),
-                    column("z"): alpha_z.ravel(),
-                    column("x"): alpha_x.ravel(),
-                }
-            )
-        )
+        columns = (medium, beta_deg.ravel(), gamma_deg.ravel(), alpha_z.ravel(), alpha_x.ravel())
+        parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))
     nothing = pd.DataFrame(columns=SYMMETRY_COLUMNS)
-    write_csv(pd.concat(parts, ignore_index=True) if parts else nothing, extended)
+    return pd.concat(parts, ignore_index=True) if parts else nothing
 
 
 # --- Stage 5: nine-term fits of every medium by every method, and which terms matter.
@@ -79,44 +62,43 @@ COEFFICIENT_COLUMNS = ["method", "medium", "coefficient", "value_N_per_cm3", "se
 TERM_COLUMNS = ["medium", "term", "kept_by_bic", "one_of_the_nine"]
 
 
-def fourier(config: Path, alpha: list[Path], coefficients: Path, terms: Path) -> None:
+def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Fit the nine terms to the alpha table of every laboratory medium.
 
-    `alpha`: Read: alpha tables. `coefficients`, `terms`: Written: coefficients with intervals, and
-    which harmonics an information criterion keeps; without rows where no medium was measured over
-    the grid.
+    Returns coefficients with intervals, and which harmonics an information criterion keeps.
     """
     import pandas as pd
 
-    campaign = load_campaign(config)
-    tables = [read_csv(path) for path in alpha]
-    bic = {str(table["medium"].iloc[0]): _bic(table) for table in tables}
-    rows = []
-    for fit in fit_media(tables, campaign.config):
-        table = next(t for t in tables if t["medium"].iloc[0] == fit.medium)
-        rows += coefficient_rows(fit, campaign.config, table, bic[fit.medium])
-    write_csv(pd.DataFrame(rows, columns=COEFFICIENT_COLUMNS), coefficients)
+    tables = {medium: results[medium].alpha for medium in results.laboratory}
+    bic = {medium: _bic(table) for medium, table in tables.items()}
+    rows = [
+        row
+        for fit in fit_media(list(tables.values()), results.config)
+        for row in coefficient_rows(fit, results.config, tables[fit.medium], bic[fit.medium])
+    ]
     listed = [
         {"medium": medium, "term": term, "kept_by_bic": kept, "one_of_the_nine": term in TERMS}
         for medium, selection in bic.items()
         for term, kept in selection.items()
     ]
-    write_csv(pd.DataFrame(listed, columns=TERM_COLUMNS), terms)
+    return pd.DataFrame(rows, columns=COEFFICIENT_COLUMNS), pd.DataFrame(
+        listed, columns=TERM_COLUMNS
+    )
 
 
-def _bic(table: pd.DataFrame) -> dict[str, bool]:
+def _bic(table: pd.DataFrame) -> dict[str, bool | None]:
     beta, gamma = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
     return select_bic(beta, gamma, grid(table, column("z")), grid(table, column("x")))
 
 
 def coefficient_rows(
-    fit: MediumFit, config: Config, table: pd.DataFrame, bic: dict[str, bool]
+    fit: MediumFit, config: Config, table: pd.DataFrame, bic: dict[str, bool | None]
 ) -> list[dict[str, object]]:
     """One row per coefficient of one fit.
 
-    `table`: Alpha table of the medium. `bic`: Term to whether the information criterion keeps it.
-    Returns A dropped term shows its value in the full fit and ``kept`` False; where it is used, it
-    counts as 0.
+    `table`: Alpha table of the medium. `bic`: Term to whether the information criterion keeps it,
+    where that can be told. Returns A dropped term shows its value in the full fit and ``kept``
+    False; where it is used, it counts as 0.
     """
     lo, hi = interval(fit.draws, config.fit.confidence)
     published_as = config.media[fit.medium].published_as
@@ -164,37 +146,30 @@ PENETRATION_COLUMNS = [
 """Of the penetration table."""
 
 
-def scaling(
-    config: Path, alpha: list[Path], sands: list[Path], media_coefficients: Path,
-    coefficients: Path, penetration: Path,
-) -> None:  # fmt: skip
+def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Scale the media onto one another.
 
     Natural sands are scaled with the campaign's own media; where fewer than two of these have a
-    usable grid, with the published five, as the table says.
-
-    `alpha`, `sands`: Read: alpha tables of the laboratory media and of the natural sands.
-    `media_coefficients`: Read: coefficients of the media, from the Fourier stage. `coefficients`,
-    `penetration`: Written: the same with M0 added (as Table S2), and (0, 90 deg) with zeta and chi
-    (as Table S3).
+    usable grid, with the published five, as the table says. Returns the coefficients with M0 added
+    (as Table S2), and (0, 90 deg) with zeta and chi (as Table S3).
     """
     import pandas as pd
 
-    settings = load_campaign(config).config
-    fits = fit_media([read_csv(path) for path in alpha], settings)
+    settings = results.config
+    fits = fit_media([results[medium].alpha for medium in results.laboratory], settings)
     groups: dict[str, list[MediumFit]] = {}
     for fit in fits:
         if not fit.reason:
             groups.setdefault(fit.method, []).append(fit)
-    media = read_csv(media_coefficients)
+    media = results.table("fourier/media.csv")
     parts = [media]
     rows = [_penetration_row(fit, settings) for fit in fits]
     for method, group in groups.items():
         parts.append(_generic_rows(method, group, settings))
     reference = reference_of(fits, settings)
-    rows += [_sand_row(read_csv(path), reference, settings) for path in sands]
-    write_csv(pd.concat(parts, ignore_index=True)[list(media.columns)], coefficients)
-    write_csv(pd.DataFrame(rows, columns=PENETRATION_COLUMNS), penetration)
+    rows += [_sand_row(results[medium].alpha, reference, settings) for medium in results.sands]
+    coefficients = pd.concat(parts, ignore_index=True)[list(media.columns)]
+    return coefficients, pd.DataFrame(rows, columns=PENETRATION_COLUMNS)
 
 
 def _generic_rows(method: str, group: list[MediumFit], config: Config) -> pd.DataFrame:

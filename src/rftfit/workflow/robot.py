@@ -7,22 +7,19 @@ import math
 import shutil
 import sys
 import time
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
-from rftfit.compare.legs import laboratory_candidates
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError, RftfitError
 from rftfit.measure.ledger import COLUMNS as LEDGER_COLUMNS
 from rftfit.measure.ledger import DROPPED, USED
-from rftfit.model.fourier import TERMS
 from rftfit.model.outlines import arc
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
-from rftfit.model.scaling import fit_media, vertical_penetration
+from rftfit.model.profiles import Profile
 from rftfit.robot.body import element_series
 from rftfit.robot.calibrate import NAMED
 from rftfit.robot.config import paper_robot, read_robot
@@ -45,24 +42,21 @@ from rftfit.robot.sweep import (
     mean_speed,
     paper_conditions,
     run_all,
-    share,
     speed_table,
 )
 from rftfit.robot.tracks import TrackError, pace, read_track, read_trials
-from rftfit.store import read_csv, write_csv, write_text
+from rftfit.store import read_csv, write_csv
 from rftfit.store.digests import code_digest, digest_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     import pandas as pd
 
-    from rftfit.campaign.config import Config, RobotRuns
+    from rftfit.campaign.config import RobotRuns
     from rftfit.campaign.load import Campaign
-    from rftfit.compare.legs import Candidate
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Profile
+    from rftfit.results import Results
     from rftfit.robot.config import Robot
     from rftfit.robot.run import RobotRun
     from rftfit.robot.tracks import Trial
@@ -105,15 +99,14 @@ def trials_of(campaign: Campaign) -> list[Trial]:
     return trials
 
 
-def robot_measured(config: Path, trials: Path, measured: Path, ledger: Path) -> None:
+def robot_measured(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Turn marker tracks into mean speeds; without tracks, take those of Fig. 4C.
 
-    `trials`, `measured`, `ledger`: Written: a row for each track, for each condition, and where
-    every row of the tracks went.
+    Returns a row for each track, for each condition, and where every row of the tracks went.
     """
     import pandas as pd
 
-    campaign = load_campaign(config)
+    campaign = results.campaign
     section, robot = robot_of(campaign)
     calibrated = list(NAMED.values()) if robot == paper_robot() else []
     listed = trials_of(campaign)
@@ -129,8 +122,6 @@ def robot_measured(config: Path, trials: Path, measured: Path, ledger: Path) -> 
             for fate, count in sorted(counts.items())
         ]
     table = pd.DataFrame(rows, columns=TRIALS)
-    write_csv(table, trials)
-    write_csv(pd.DataFrame(book, columns=LEDGER_COLUMNS), ledger)
     published = campaign.config.media[section.medium].published_as
     if listed:
         speeds = measured_speeds(table, calibrated)
@@ -138,7 +129,7 @@ def robot_measured(config: Path, trials: Path, measured: Path, ledger: Path) -> 
         speeds = published_speeds(section.medium, calibrated)
         # the figure is of one medium
         speeds = speeds if published == "poppy_LP" else speeds.iloc[:0]
-    write_csv(speeds, measured)
+    return table, speeds, pd.DataFrame(book, columns=LEDGER_COLUMNS)
 
 
 def _measure(
@@ -175,38 +166,26 @@ def _measure(
     ), counts  # fmt: skip
 
 
-def robot_tables(
-    config: Path, measured: Path, runs: list[Path], intervals: Path, speed: Path, optimum: Path,
-    errors: Path,
-) -> None:  # fmt: skip
-    """Join the sweeps of all profiles, find the best curvatures, compare with what was measured.
+def _sweep_tables(
+    results: Results, runs: dict[str, pd.DataFrame], widths: pd.DataFrame
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Join the runs of all profiles, find the best curvatures, compare with what was measured.
 
-    `runs`: Read: measured conditions, and the runs of each profile. `intervals`: Read: half widths
-    of the intervals (`rftfit.workflow.robot`). `speed`, `optimum`, `errors`: Written: a row for
-    each run, frequency and measured condition of each profile.
+    Returns a row for each run, for each frequency and for each measured condition of each profile.
     """
     import pandas as pd
 
-    campaign = load_campaign(config)
-    _, robot = robot_of(campaign)
-    seen = read_csv(measured)
-    tables = [read_csv(path) for path in runs]
-    whole = pd.concat(tables, ignore_index=True)
-    whole = whole.fillna({"reason": "", "warning": "", "outcome": ""})
-    own = robot == paper_robot()
-    marked = seen[seen["calibrated"] == "yes"]
+    _, robot = robot_of(results.campaign)
+    measured = results.table("robot/measured.csv")
+    whole = pd.concat(runs.values(), ignore_index=True)
+    marked = measured[measured["calibrated"] == "yes"]
     places = set(zip(marked["curvature_times_R"], marked["frequency_Hz"], strict=True))
     here = zip(whole["curvature_times_R"], whole["frequency_Hz"], strict=True)
     whole["calibrated"] = ["yes" if place in places else "no" for place in here]
-    write_csv(whole, speed)
-    level = campaign.config.fit.confidence
-    widths = read_csv(intervals)
-    write_csv(optima(whole, [BEST_AT_HZ] if own else [], level, widths), optimum)
-    means = [
-        mean_speed(table.fillna({"reason": ""})).assign(profile=table["profile"].iloc[0])
-        for table in tables
-    ]
-    write_csv(speed_errors(seen, pd.concat(means, ignore_index=True), widths), errors)
+    best_at = [BEST_AT_HZ] if robot == paper_robot() else []
+    best = optima(whole, best_at, results.config.fit.confidence, widths)
+    means = [mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
+    return whole, best, speed_errors(measured, pd.concat(means, ignore_index=True), widths)
 
 
 # --- The force profiles that the robot runs on, from the tables of the earlier stages.
@@ -215,50 +194,10 @@ def robot_tables(
 PROFILES = ("table", "generic", "depth_only")
 """Measured table, scaled generic coefficients, depth-only model: those of the paper's Fig. S13."""
 
-_GENERIC = "generic"
 
-
-def robot_profile(
-    name: str, medium: str, alpha: pd.DataFrame, coefficients: pd.DataFrame, method: str
-) -> Profile:
-    """Make one profile of the robot's medium.
-
-    `name`: One of `PROFILES`, or ``fourier``: the medium's own nine terms. `alpha`: Alpha table of
-    the medium. `coefficients`: Coefficients of all media and M0. `method`: Of the nine-term fit.
-    Returns one that is NaN, with a reason, where the tables have no number.
-    """
-    if name == "table":
-        return TableProfile.from_table(alpha, f"measured table of {medium}")
-    if name == "depth_only":
-        return DepthOnlyProfile.of(TableProfile.from_table(alpha))
-    if name not in ("fourier", _GENERIC):
-        raise InputError(f"profile: found {name!r}; allowed: {', '.join(PROFILES)}, fourier")
-    own, reason = _terms(coefficients, medium, method)
-    if name == "fourier":
-        return FourierProfile(own, f"nine terms ({method}) of {medium}", reason)
-    m0, why = _terms(coefficients, _GENERIC, method)
-    zeta = float(vertical_penetration(own))
-    told = f"generic ({method}) times zeta = {zeta:.4f} of {medium}"
-    if not np.isfinite(own).all() or not np.isfinite(m0).all():
-        return FourierProfile(np.full(9, np.nan), told, reason or why)
-    return scaled_generic(zeta, m0, told)
-
-
-def _terms(coefficients: pd.DataFrame, medium: str, method: str) -> tuple[FloatArray, str]:
-    """Nine coefficients, a dropped term being 0; NaN and a reason where there are none."""
-    rows = coefficients[
-        (coefficients["method"] == method) & (coefficients["medium"] == medium)
-    ].drop_duplicates("coefficient")
-    rows = rows.set_index("coefficient").reindex(list(TERMS))
-    if rows["method"].isna().any():
-        return np.full(9, np.nan), f"no nine-term fit ({method}) of {medium}"
-    kept = (rows["kept"].astype(str).str.lower() != "false").to_numpy()
-    value = np.where(kept, rows["value_N_per_cm3"].to_numpy(float), 0.0)
-    reasons = [
-        str(text) for text in dict.fromkeys(rows["reason"]) if isinstance(text, str) and text
-    ]
-    reason = "; ".join(reasons) or f"a coefficient of {medium} is missing"
-    return value, "" if np.isfinite(value).all() else reason
+def robot_profile(results: Results, name: str) -> Profile:
+    """Profile of the robot's medium: one of `PROFILES`; NaN, with a reason, where there is no number."""
+    return results[results.campaign.robot_medium].profile(name, draws=False)
 
 
 # --- Finished runs of a sweep, kept as they come, so that an interrupted sweep goes on from there.
@@ -390,9 +329,6 @@ SWEEPS = ("robot", "robot_full")
 EVERY = 4
 """The reduced sweep takes every fourth curvature and frequency."""
 
-WHOLE = "1-of-1"
-"""The batch that is the whole sweep."""
-
 _FINE_FROM = 0.4
 
 
@@ -428,63 +364,52 @@ def conditions_of(sweep: str, measured: pd.DataFrame) -> list[Condition]:
     return [order[place] for place in sorted(order)]
 
 
-def robot_sweep(
-    config: Path, profile: str, sweep: str, batch: str, threads: str, alpha: Path,
-    coefficients: Path, measured: Path, parts: list[Path], runs: Path,
-) -> None:  # fmt: skip
-    """Run the robot at every condition of a sweep, or of a batch of it, on one profile.
+def robot_sweep(results: Results, threads: int) -> tuple[pd.DataFrame, ...]:
+    """Run the robot at every condition of the reduced sweep on every profile, and on draws of alpha.
+
+    Returns the runs of each profile, half widths of the intervals, and the tables of the sweep.
+    """
+    runs = {profile: swept(results, profile, SWEEPS[0], threads) for profile in PROFILES}
+    half_widths = robot_intervals(results, threads)
+    return *runs.values(), half_widths, *_sweep_tables(results, runs, half_widths)
+
+
+def robot_full(results: Results, threads: int) -> tuple[pd.DataFrame, ...]:
+    """Tables of the paper's whole sweep, started by ``rftfit sweep``."""
+    runs = {profile: swept(results, profile, SWEEPS[1], threads) for profile in PROFILES}
+    return *runs.values(), *_sweep_tables(results, runs, results.table("robot/intervals.csv"))
+
+
+def swept(
+    results: Results, profile: str, sweep: str, threads: int,
+    on_done: Callable[[int, int], None] | None = None,
+) -> pd.DataFrame:  # fmt: skip
+    """Run the robot at every condition of a sweep on one profile.
 
     Finished runs are kept in ``results/robot/parts``, so that an interrupted sweep goes on.
-
-    `profile`, `sweep`: One of `rftfit.workflow.robot.PROFILES` and of `SWEEPS`. `batch`:
-    ``3-of-17``: only this share of the conditions; ``1-of-1``: all of them. `threads`: Runs at
-    once. `alpha`, `coefficients`, `measured`: Read: alpha table of the robot's medium,
-    coefficients of all, measured conditions. `parts`: Read: tables of batches that are done, whose
-    runs are not made again. `runs`: Written: a row for each run.
+    `on_done`: Told how many of how many runs are done; default: into the log of the job. Returns
+    `profile, medium`, then the columns of `rftfit.robot.sweep.speed_table`.
     """
-    # into the log of the job: how far it is
     shown = -1
 
-    def say(done: int, total: int) -> None:
+    def log(done: int, total: int) -> None:
         nonlocal shown
         if total and 10 * done // total > shown:
             shown = 10 * done // total
             sys.stderr.write(f"{profile}: {done} of {total} runs\n")
             sys.stderr.flush()
 
-    if not (threads.isdecimal() and int(threads)):
-        raise InputError(f"threads: found {threads!r}; allowed: 1, 2, 3 ...")
-    made = swept(
-        config, profile, sweep, alpha, coefficients, measured, say, int(threads), batch, parts
-    )
-    write_csv(made, runs)
-
-
-def swept(
-    config: Path, profile: str, sweep: str, alpha: Path, coefficients: Path, measured: Path,
-    on_done: Callable[[int, int], None] | None = None, threads: int | None = None,
-    batch: str = WHOLE, parts: Sequence[Path] = (),
-) -> pd.DataFrame:  # fmt: skip
-    """Do the work of `robot_sweep`; for whoever wants to see how far it is.
-
-    `alpha`, `coefficients`, `measured`: As for `robot_sweep`. `on_done`: Told how many of how many
-    runs are done. `threads`: Default: one for each core. `parts`: As for `robot_sweep`. Returns
-    `profile, medium`, then the columns of `rftfit.robot.sweep.speed_table`.
-    """
-    campaign = load_campaign(config)
-    section, robot = robot_of(campaign)
-    method = campaign.config.fourier.method
-    made = robot_profile(profile, section.medium, read_csv(alpha), read_csv(coefficients), method)
-    conditions = share(conditions_of(sweep, read_csv(measured)), batch)
+    section, robot = robot_of(results.campaign)
+    made = robot_profile(results, profile)
+    conditions = conditions_of(sweep, results.table("robot/measured.csv"))
     digest = digest_of(
         robot.model_dump(mode="json"),
         [part.tobytes().hex() for part in made.parameters],
         code_digest("rftfit.robot.sweep"),
     )
-    store = Store.load(campaign.root / "results" / "robot" / "parts" / f"{profile}-{digest}")
-    for path in parts:
-        store.add(read_csv(path)[list(RUN_COLUMNS)])
-    fill(store, robot, made, conditions, threads, on_done)
+    folder = results.root / "results" / "robot" / "parts"
+    store = Store.load(folder / f"{profile}-{digest}")
+    fill(store, robot, made, conditions, threads, on_done or log)
     forget_others(store.folder)
     table = store.table(conditions)
     table.insert(0, "profile", profile)
@@ -499,44 +424,28 @@ INTERVAL_PROFILES = ("table", "generic")
 """On which speeds are predicted in earnest; depth-only is the baseline that they are held against."""
 
 
-def robot_intervals(config: Path, alpha: list[Path], measured: Path, intervals: Path) -> None:
-    """Run the robot on draws of alpha, under every measured condition and for its best curvature.
-
-    `alpha`: Read: alpha tables of all laboratory media. `measured`: Read: measured conditions.
-    `intervals`: Written: half widths, `rftfit.robot.intervals.WIDTH_COLUMNS`.
-    """
-    campaign = load_campaign(config)
-    section, robot = robot_of(campaign)
-    candidates = _candidates(campaign.config, section.medium, [read_csv(path) for path in alpha])
-    level = campaign.config.fit.confidence
-    found = widths(robot, candidates, read_csv(measured), level)
+def robot_intervals(results: Results, threads: int) -> pd.DataFrame:
+    """Half widths of speeds and best curvature, from runs of the robot on draws of alpha."""
+    section, robot = robot_of(results.campaign)
+    every = {name: results[section.medium].profile(name) for name in INTERVAL_PROFILES}
+    # without a nine-term fit there is no generic profile
+    profiles = {name: one for name, one in every.items() if isinstance(one.spread, Profile)}
+    measured = results.table("robot/measured.csv")
+    found = widths(robot, profiles, measured, results.config.fit.confidence, threads)
     found.insert(0, "medium", section.medium)
-    write_csv(found[WIDTH_COLUMNS], intervals)
-
-
-def _candidates(config: Config, medium: str, tables: list[pd.DataFrame]) -> list[Candidate]:
-    """Profiles of the robot's medium with draws."""
-    method = config.fourier.method
-    fits = [fit for fit in fit_media(tables, config) if fit.method == method]
-    table = next(table for table in tables if table["medium"].iloc[0] == medium)
-    own = next(fit for fit in fits if fit.medium == medium)
-    found = laboratory_candidates(table, own, [fit for fit in fits if not fit.reason], config)
-    return sorted(
-        (one for one in found if one.name in INTERVAL_PROFILES),
-        key=lambda one: INTERVAL_PROFILES.index(one.name),
-    )
+    return found[WIDTH_COLUMNS]
 
 
 def widths(
     robot: Robot,
-    candidates: list[Candidate],
+    profiles: Mapping[str, Profile],
     measured: pd.DataFrame,
     confidence: float,
     threads: int | None = None,
 ) -> pd.DataFrame:
     """Half widths for every measured condition, and of the best curvature, on each profile.
 
-    `candidates`: Profiles and their draws. `measured`: Measured conditions. `threads`: Default:
+    `profiles`: By name; the spread of each is a stack of draws. `measured`: Measured conditions. `threads`: Default:
     one for each core. Returns columns `rftfit.robot.intervals.WIDTH_COLUMNS` without the medium.
     """
     import pandas as pd
@@ -545,16 +454,19 @@ def widths(
     places = zip(known["frequency_Hz"], known["curvature_times_R"], strict=True)
     conditions = [Condition(*place) for place in dict.fromkeys(places)]
     rows: list[tuple[object, ...]] = []
-    for one in candidates:
-        draws = each_draw(one.draws, DRAWS)
-        found = speed_widths(robot, one.profile, draws, conditions, confidence, threads)
+    for name, profile in profiles.items():
+        stack, bare = profile.spread, copy(profile)
+        assert isinstance(stack, Profile)
+        bare.spread = None  # the processes need not carry it
+        draws = each_draw(stack, DRAWS)
+        found = speed_widths(robot, bare, draws, conditions, confidence, threads)
         rows += [
-            (one.name, SPEED, at.curvature_times_R, at.frequency_Hz, w.half, w.draws, w.reason)
+            (name, SPEED, at.curvature_times_R, at.frequency_Hz, w.half, w.draws, w.reason)
             for at, w in zip(conditions, found, strict=True)
         ]
-        many = each_draw(one.draws, BEST_DRAWS)
-        best = best_width(robot, one.profile, many, confidence, threads)
-        rows.append((one.name, BEST, math.nan, BEST_AT_HZ, best.half, best.draws, best.reason))
+        many = each_draw(stack, BEST_DRAWS)
+        best = best_width(robot, bare, many, confidence, threads)
+        rows.append((name, BEST, math.nan, BEST_AT_HZ, best.half, best.draws, best.reason))
     return pd.DataFrame(rows, columns=WIDTH_COLUMNS[1:])
 
 
@@ -569,22 +481,24 @@ FRAMES = 36
 _SMALLEST_N = 5e-4
 
 
-def robot_frames(config: Path, alpha: Path, coefficients: Path, frames: Path) -> None:
-    """Run a few conditions on the measured table and keep their last stride as pictures.
+def robot_motion(results: Results) -> tuple[pd.DataFrame, str]:
+    """Run the three model legs at 2 Hz on every profile, and the conditions of the page's pictures.
 
-    `alpha`, `coefficients`: Read: alpha table of the robot's medium, coefficients of all.
-    `frames`: Written (json): see `frames_of`.
+    Returns the last two strides of each run, and the pictures as JSON.
     """
-    campaign = load_campaign(config)
-    section, robot = robot_of(campaign)
-    profile = robot_profile(
-        "table", section.medium, read_csv(alpha), read_csv(coefficients),
-        campaign.config.fourier.method,
-    )  # fmt: skip
-    data = frames_of(robot, profile)
-    data["medium"] = section.medium
+    import pandas as pd
+
+    section, robot = robot_of(results.campaign)
+    parts = []
+    for name in PROFILES:
+        profile = robot_profile(results, name)
+        for curvature in MOTION_CURVATURES:
+            part = last_strides(robot, profile, MOTION_HZ, curvature)
+            part.insert(0, "profile", name)
+            parts.append(part)
+    data = frames_of(robot, robot_profile(results, PROFILES[0])) | {"medium": section.medium}
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
-    write_text(frames, text + "\n")
+    return pd.concat(parts, ignore_index=True), text + "\n"
 
 
 def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
@@ -669,3 +583,41 @@ def _short(rows: np.ndarray) -> list[float]:
     places, forces = np.round(rows[:, :2], 2), np.round(rows[:, 2:], 1)
     flat: list[float] = (np.hstack([places, forces]) + 0.0).ravel().tolist()
     return flat
+
+
+# --- The last strides of a run, for figures of its motion.
+
+MOTION_HZ = 2.0
+MOTION_CURVATURES = (1.0, 0.0, -1.0)
+"""c-leg, flat and reversed c-leg at the stride frequency of the paper's movies."""
+
+SAMPLES, STRIDES = 200, 2
+
+
+def last_strides(
+    robot: Robot, profile: Profile, frequency_Hz: float, curvature: float, samples: int = SAMPLES
+) -> pd.DataFrame:
+    """Motion and forces over the last two strides of a run.
+
+    `samples`: In a stride. Returns `curvature_times_R, frequency_Hz, stride` (0 to 2), and the
+    columns of `rftfit.robot.run.Series.table`; time and x count from the first row.
+    """
+    run = simulate(robot, profile, frequency_Hz, curvature, samples_per_stride=samples)
+    return tail_of(run, samples)
+
+
+def tail_of(run: RobotRun, samples: int) -> pd.DataFrame:
+    """Cut the last two strides out of a run.
+
+    `run`: With a series. `samples`: In a stride. Returns as `last_strides`; fewer where the run
+    was shorter.
+    """
+    assert run.series is not None
+    table = run.series.table().iloc[-STRIDES * samples :].reset_index(drop=True)
+    for name in ("time_s", "x_cm"):
+        table[name] -= table[name].iloc[0]
+    table["leg_angle_deg"] -= 360 * np.floor(table["leg_angle_deg"].iloc[0] / 360)
+    table.insert(0, "stride", np.arange(len(table)) / samples)
+    table.insert(0, "frequency_Hz", run.condition.frequency_Hz)
+    table.insert(0, "curvature_times_R", run.condition.curvature_times_R)
+    return table

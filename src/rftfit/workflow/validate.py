@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.campaign.config import Leg
-from rftfit.campaign.load import load_campaign
-from rftfit.compare.legs import laboratory_candidates, leg_errors, leg_prediction, sand_prediction
+from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.compare.published import (
     compare_alpha,
     compare_coefficients,
@@ -20,28 +19,18 @@ from rftfit.compare.robot import robot_claims
 from rftfit.compare.sands import bend_of, corrections, linear_end
 from rftfit.measure.alpha import column
 from rftfit.measure.slopes import fit_slope
-from rftfit.model.scaling import (
-    MediumFit,
-    fit_media,
-    published,
-    reference_of,
-    routine,
-    scale_new_medium,
-)
-from rftfit.page.page import read_inputs, write_page
-from rftfit.page.workbooks import write_alpha_workbook, write_coefficient_workbook
-from rftfit.reference import MEDIA
-from rftfit.store import read_csv, read_parquet, write_csv
+from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.model.scaling import published, routine, scale_new_medium
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas as pd
 
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
     from rftfit.compare.published import Item
     from rftfit.conventions import FloatArray
+    from rftfit.results import Medium, Results
 
 
 # --- Stage 7: the force model on trial, against the measured legs.
@@ -51,34 +40,28 @@ PREDICTED_COLUMNS = ["medium", "leg", "profile", "theta_deg", "force_z_N", "forc
            "force_x_N", "force_x_lo_N", "force_x_hi_N", "moment_N_cm", "reason"]  # fmt: skip
 
 
-def trials(
-    config: Path, alpha: list[Path], sands: list[Path], legs: list[Path],
-    predicted: Path, errors: Path,
-) -> None:  # fmt: skip
+def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Predict the force on every leg in every medium, and compare with what was measured.
 
-    `alpha`, `sands`, `legs`: Read: alpha tables of laboratory media and of sands, measured leg
-    curves. `predicted`, `errors`: Written: curves with intervals, and how far they are from the
-    measured ones.
+    Returns curves with intervals, and how far they are from the measured ones.
     """
     import pandas as pd
 
-    settings = load_campaign(config).config
-    tables = [read_csv(path) for path in alpha]
-    fits = [f for f in fit_media(tables, settings) if f.method == settings.fourier.method]
-    curves = [laboratory_curves(table, fits, settings) for table in tables]
-    beds = [read_csv(path) for path in sands]
-    curves += [sand_curves(table, fits, settings) for table in beds]
-    everything = pd.concat(curves, ignore_index=True)[PREDICTED_COLUMNS]
-    write_csv(everything, predicted)
-    measured = pd.concat([read_csv(path) for path in legs], ignore_index=True)
-    spread = {str(t["medium"].iloc[0]): bed_spread(t) for t in (*tables, *beds)}
+    settings = results.config
+    media = [results[name] for name in (*results.laboratory, *results.sands)]
+    curves = [one for medium in media if len(one := predicted_curves(medium))]
+    nothing = pd.DataFrame(columns=PREDICTED_COLUMNS)
+    everything = pd.concat(curves, ignore_index=True)[PREDICTED_COLUMNS] if curves else nothing
+    spread = {one.name: bed_spread(one.alpha) for one in media}
+    measured = results.joined("legs/{medium}.csv")
     compared = leg_errors(measured, everything, spread, settings.fit.confidence)
     # a curve from the published media says so in this table too
-    names = [str(t["medium"].iloc[0]) for t in beds]
-    silent = compared["medium"].isin(names) & (compared["reason"] == "")
-    compared.loc[silent, "reason"] = reference_of(fits, settings).note
-    write_csv(compared, errors)
+    silent = compared["medium"].isin(results.sands) & compared["reason"].isin(["", NO_TARE_FLAG])
+    note = results.reference().note if silent.any() else ""
+    compared.loc[silent, "reason"] = [
+        "; ".join(filter(None, (reason, note))) for reason in compared.loc[silent, "reason"]
+    ]
+    return everything, compared
 
 
 def bed_spread(table: pd.DataFrame) -> float:
@@ -97,48 +80,30 @@ def _legs(config: Config) -> dict[str, Leg]:
     return {name: item for name, item in config.intruders.items() if isinstance(item, Leg)}
 
 
-def laboratory_curves(table: pd.DataFrame, fits: list[MediumFit], config: Config) -> pd.DataFrame:
-    """Predict the force on all legs in one medium that was measured over the grid.
+def predicted_curves(medium: Medium) -> pd.DataFrame:
+    """Predict the force on all legs in one medium by every profile that it has.
 
-    `table`: Its alpha table. `fits`: Of all laboratory media, by the config's method. Returns
-    columns `COLUMNS`.
+    A natural sand has the generic one alone, and none where its penetration test gives no number,
+    which the penetration table says. A medium without a nine-term fit has no profile that needs one.
     """
     import pandas as pd
 
-    medium = str(table["medium"].iloc[0])
-    own = next(fit for fit in fits if fit.medium == medium)
-    reference = [fit for fit in fits if not fit.reason]
+    sand = medium.name in medium.results.sands
+    kinds = ("generic",) if sand else medium.kinds
+    profiles = {kind: medium.profile(kind) for kind in kinds}
+    config = medium.results.config
     parts = [
-        leg_prediction(candidate, leg, config).assign(
-            medium=medium, leg=name, profile=candidate.name
-        )
-        for candidate in laboratory_candidates(table, own, reference, config)
+        leg_prediction(profile, leg, config).assign(medium=medium.name, leg=name, profile=kind)
+        for kind, profile in profiles.items()
+        if kind in ("table", "depth_only") or not profile.reason
         for name, leg in _legs(config).items()
     ]
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=PREDICTED_COLUMNS)
-
-
-def sand_curves(table: pd.DataFrame, fits: list[MediumFit], config: Config) -> pd.DataFrame:
-    """Predict the force on all legs in one natural sand from its penetration test.
-
-    `table`: Its alpha table. `fits`: Of the laboratory media; with fewer than two usable ones the
-    published five serve. Returns columns `COLUMNS`; empty where the test gives no number, which
-    the penetration table says.
-    """
-    import pandas as pd
-
-    medium = str(table["medium"].iloc[0])
-    reference = reference_of(fits, config)
-    try:
-        parts = [
-            sand_prediction(table, reference, leg, config).assign(
-                medium=medium, leg=name, profile="generic"
-            )
-            for name, leg in _legs(config).items()
-        ]
-    except ValueError:
-        parts = []
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=PREDICTED_COLUMNS)
+    curves = (
+        pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=PREDICTED_COLUMNS)
+    )
+    if sand and len(curves):
+        curves.loc[curves["reason"] == "", "reason"] = medium.results.reference().note
+    return curves
 
 
 # --- Natural sands: the stated linear regime beside the detected one, and zeta from each.
@@ -148,53 +113,73 @@ SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3
            "zeta_lo", "zeta_hi", "reason"]  # fmt: skip
 
 
-def sands(
-    config: Path, runs: list[Path], tared: list[Path], penetration: Path, sands: Path
-) -> None:
-    """Fit the penetration tests of the natural sands over the stated and the detected regime.
+def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Fit the penetration tests of the natural sands, and try corrections of their predicted forces.
 
-    `runs`, `tared`: Read: errors of the zeros, and tared strokes, of each sand. `penetration`:
-    Read: for chi of the reference media, which may be the published five. `sands`: Written
-    (`COLUMNS`).
+    Returns slopes over the stated and the detected regime with zeta from each (chi is that of the
+    reference media, which may be the published five), and the corrections with their validation.
     """
     import pandas as pd
 
-    campaign = load_campaign(config)
-    table = read_csv(penetration)
-    method, note = campaign.config.fourier.method, ""
+    table = results.table("penetration.csv")
+    method, note = results.config.fourier.method, ""
     chi = table.loc[table["method"] == method, "chi"].dropna().to_numpy(float)
     if (table["method"] == routine(method, printed=True)).any():
         chi, note = published().chi, published().note
-    zeros = {row["run_id"]: row for path in runs for row in read_csv(path).to_dict("records")}
-    rows = [row for path in tared for row in _rows(campaign, read_parquet(path), zeros, chi)]
+    rows = []
+    for medium in results.sands:
+        facts = {row["run_id"]: row for row in results[medium].runs.to_dict("records")}
+        found = _rows(results.campaign, results.table(f"tared/{medium}.parquet"), facts, chi)
+        known = {row["run_id"] for row in found}
+        for name, fact in sorted(facts.items()):
+            if _is_test(run := results.campaign.by_id[name]) and name not in known:
+                reason = (
+                    fact["reason"] or f"it has no stroke, or its tare {run.tare_run} is of no use"
+                )
+                found.append(
+                    {"medium": run.medium, "run_id": name, "window": "stated", "reason": reason}
+                )
+        rows += found
     for row in rows:
-        row["reason"] = row["reason"] or note
-    write_csv(pd.DataFrame(rows, columns=SAND_COLUMNS), sands)
+        if note and row["reason"] in ("", NO_TARE_FLAG):
+            row["reason"] = "; ".join(filter(None, (str(row["reason"]), note)))
+    curves = results.table("predicted.csv")
+    measured = results.joined("legs/{medium}.csv", results.sands)
+    if measured.empty:
+        measured = pd.DataFrame(columns=["medium", "leg", "theta_deg", "force_z_N", "force_x_N"])
+    tried = corrections(measured, curves[curves["profile"] == "generic"])
+    return pd.DataFrame(rows, columns=SAND_COLUMNS), tried
+
+
+def _is_test(run: Run) -> bool:
+    """Whether a flat plate was pushed straight down."""
+    place = (run.kind, run.direction, run.beta_deg, run.gamma_deg)
+    return place == ("plate", "intrusion", 0, 90)
 
 
 def _rows(
     campaign: Campaign, tared: pd.DataFrame, zeros: dict[str, Any], chi: FloatArray
-) -> list[dict[str, object]]:
+) -> list[dict[str, Any]]:
     """Two rows for every flat plate that was pushed straight down."""
-    rows: list[dict[str, object]] = []
+    rows: list[dict[str, Any]] = []
     for name, part in tared.groupby("run_id", observed=True, sort=True):
         run = campaign.by_id[str(name)]
+        if not _is_test(run):
+            continue
         plate = campaign.config.intruders[run.intruder]
-        if plate.shape == "leg" or (run.beta_deg, run.gamma_deg) != (0, 90):
-            continue
-        if run.direction != "intrusion":
-            continue
+        assert plate.shape != "leg"
         depth = part["depth_cm"].to_numpy(float)
         stress = part["force_z_N"].to_numpy(float) / plate.area_cm2
-        pair = (zeros[run.run_id], zeros[run.tare_run])
+        pair = [zeros[name] for name in (run.run_id, run.tare_run) if name]
         variance = np.array([[fact["zero_var_z_N2"]] for fact in pair], dtype=float)
         zero = (variance / plate.area_cm2**2, np.array([[fact["zero_dof"]] for fact in pair]))
         stated = campaign.config.media[run.medium].linear_to_cm
         for window, end in (("stated", stated), ("detected", linear_end(depth, stress))):
-            row: dict[str, object] = {"medium": run.medium, "run_id": name, "window": window}
-            rows.append(
-                row | _fit(depth, stress, np.nan if end is None else end, zero, chi, campaign)
-            )
+            row: dict[str, Any] = {"medium": run.medium, "run_id": name, "window": window}
+            row |= _fit(depth, stress, np.nan if end is None else end, zero, chi, campaign)
+            if not run.tare_run:
+                row["reason"] = "; ".join(filter(None, (row["reason"], NO_TARE_FLAG)))
+            rows.append(row)
     return rows
 
 
@@ -224,120 +209,30 @@ def _fit(
     return row | {"zeta": scaled.zeta, "zeta_lo": scaled.zeta_lo, "zeta_hi": scaled.zeta_hi}
 
 
-# --- Cross-validated correction of the scaled generic profile in natural sands.
-
-
-def correction(legs: list[Path], predicted: Path, correction: Path) -> None:
-    """Fit and cross-validate corrections in every natural sand.
-
-    `legs`: Read: measured leg curves of the sands. `predicted`: Read: predictions of the trials
-    stage. `correction`: Written.
-    """
-    import pandas as pd
-
-    curves = read_csv(predicted)
-    empty = pd.DataFrame(columns=["medium", "leg", "theta_deg", "force_z_N", "force_x_N"])
-    measured = pd.concat([read_csv(path) for path in legs]) if legs else empty
-    write_csv(corrections(measured, curves[curves["profile"] == "generic"]), correction)
-
-
 # --- Ours beside the paper's: every published number that this chain can meet, with a verdict.
 
 
-def reproduction(
-    config: Path,
-    alpha: list[Path],
-    coefficients: Path,
-    penetration: Path,
-    errors: Path,
-    legs: list[Path],
-    reproduction: Path,
-    robot_errors: list[Path] | None = None,
-    robot_optimum: list[Path] | None = None,
-) -> None:
-    """Write the reproduction table.
-
-    `coefficients`, `penetration`, `errors`: Read: tables of the earlier stages. `legs`: Read:
-    measured leg curves. `reproduction`: Written: `item, where, paper, ours, lo, hi, verdict, why`.
-    `robot_errors`, `robot_optimum`: Read: tables of the robot, where the campaign has one.
-    """
+def validate(results: Results) -> pd.DataFrame:
+    """Put this campaign's numbers beside the paper's: the reproduction table."""
     import pandas as pd
 
-    settings = load_campaign(config).config
+    settings = results.config
     published = {
         name: medium.published_as
         for name, medium in settings.media.items()
         if medium.published_as is not None
     }
-    tables = {str(t["medium"].iloc[0]): t for t in (read_csv(path) for path in alpha)}
-    values = read_csv(coefficients)
+    tables = {medium: results[medium].alpha for medium in results.laboratory}
+    scaled = results.table("penetration.csv")
     items: list[Item] = []
     items += compare_alpha(tables, published)
-    items += compare_coefficients(values, published)
-    scaled = read_csv(penetration)
+    items += compare_coefficients(results.table("coefficients.csv"), published)
     items += compare_penetration(scaled, published)
-    measured = pd.concat([read_csv(path) for path in legs], ignore_index=True)
     printed = (scaled["method"] == routine(settings.fourier.method, printed=True)).any()
     chi_of = "the published" if printed else "this campaign's"
-    items += leg_claims(read_csv(errors), measured, chi_of)
-    for compared, best in zip(robot_errors or [], robot_optimum or [], strict=True):
-        items += robot_claims(read_csv(compared), read_csv(best))
+    measured = results.joined("legs/{medium}.csv")
+    items += leg_claims(results.table("leg_errors.csv"), measured, chi_of)
+    if results.campaign.robot_medium:
+        items += robot_claims(results.table("robot/errors.csv"), results.table("robot/optimum.csv"))
     items += slips()
-    write_csv(pd.DataFrame([item.row() for item in items]), reproduction)
-
-
-# --- Workbooks in the layouts of Tables S5 and S2.
-
-
-def workbooks(
-    config: Path, alpha: list[Path], coefficients: Path, penetration: Path,
-    alpha_tables: Path, coefficient_tables: Path,
-) -> None:  # fmt: skip
-    """Write the alpha tables and the coefficients as workbooks.
-
-    `coefficients`, `penetration`: Read: tables of the earlier stages. `alpha_tables`,
-    `coefficient_tables`: Written (xlsx).
-    """
-    settings = load_campaign(config).config
-    titles = {name: medium.title for name, medium in settings.media.items()}
-    published = {
-        name: medium.published_as
-        for name, medium in settings.media.items()
-        if medium.published_as in MEDIA
-    }
-    level = settings.fit.confidence
-    tables = [read_csv(path) for path in alpha]
-    write_alpha_workbook(
-        {str(table["medium"].iloc[0]): table for table in tables}, alpha_tables, titles, level
-    )
-    write_coefficient_workbook(
-        read_csv(coefficients), coefficient_tables,
-        {name: key for name, key in published.items() if key} | {"generic": "generic"},
-        read_csv(penetration), titles, level,
-    )  # fmt: skip
-
-
-# --- The report page of a run.
-
-
-def page(
-    config: Path, alpha: list[Path], coefficients: Path, penetration: Path, reproduction: Path,
-    ledger: Path, runs: list[Path], fits: list[Path], legs: list[Path], predicted: Path,
-    leg_errors: Path, sands: Path, sand_correction: Path, code: str, settings: str, rows: str,
-    report: Path, robot: list[Path] | None = None,
-) -> None:  # fmt: skip
-    """Write the report page.
-
-    `alpha`, `runs`, `fits`, `legs`: Read: tables of each medium. `coefficients`, `penetration`,
-    `reproduction`, `ledger`, `predicted`, `leg_errors`, `sands`: Read: tables of the run.
-    `sand_correction`: Read. `code`, `settings`, `rows`: Digests of the program's source, of the
-    settings and of the run sheet, for the provenance. `report`: Written (html). `robot`: Read:
-    speeds, errors, optima and pictures of the robot, in this order.
-    """
-    inputs = read_inputs(
-        config, alpha=alpha, coefficients=coefficients, penetration=penetration,
-        reproduction=reproduction, ledger=ledger, runs=runs, fits=fits, legs=legs,
-        predicted=[predicted], leg_errors=leg_errors, sands=sands, sand_correction=sand_correction,
-        code=code, digests={"the settings": settings, "the run sheet": rows}, robot=robot or [],
-    )  # fmt: skip
-    write_page(inputs, report)
+    return pd.DataFrame([item.row() for item in items])

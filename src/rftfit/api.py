@@ -1,0 +1,223 @@
+"""What `import rftfit` offers beside results, profiles and forces: logs, slopes, robot, check, run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy.typing as npt
+
+    from rftfit.campaign.problems import Problem
+    from rftfit.logs.base import Log
+    from rftfit.measure.slopes import Slope
+    from rftfit.model.profiles import Profile
+    from rftfit.robot.config import Robot
+    from rftfit.robot.run import RobotRun
+
+
+def check(folder: str | Path = ".") -> list[Problem]:
+    """Find everything that is wrong with a campaign: configuration, run sheet, logs, robot.
+
+    Parameters
+    ----------
+    folder : str or Path, optional
+        As for `open`.
+
+    Returns
+    -------
+    list of Problem
+        Each with `code`, `severity` (``error`` or ``warning``), `file`, `row`, `column`, `found`,
+        `allowed`, `nearest`; ``str(problem)`` is a sentence.
+
+    Raises
+    ------
+    InputError
+        If there is no campaign.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> for problem in rftfit.check("my_campaign"):  # doctest: +SKIP
+    ...     print(problem)
+    """
+    from rftfit.campaign.load import check_campaign
+    from rftfit.results import config_of
+    from rftfit.robot.tracks import check_robot
+
+    config = config_of(folder)
+    return [*check_campaign(config)[1], *check_robot(config).problems]
+
+
+def run(folder: str | Path = ".", targets: Sequence[str] = (), cores: int | None = None) -> None:
+    """Make all results of a campaign that are missing or out of date: as the command ``rftfit run``.
+
+    Parameters
+    ----------
+    folder : str or Path, optional
+        As for `open`.
+    targets : sequence of str, optional
+        Results to make, as paths from the campaign's folder; default: all.
+    cores : int, optional
+        Jobs at once; default: all cores.
+
+    Raises
+    ------
+    RftfitError
+        If the campaign is not valid, or a stage fails.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> rftfit.run("my_campaign")  # doctest: +SKIP
+    """
+    from rftfit.cli.run import run as command
+    from rftfit.results import config_of
+
+    command([*targets], config=config_of(folder), cores=cores)
+
+
+def read_log(path: str | Path, dialect: str | None = None) -> Log:
+    """Read one log of a force transducer or of a motion.
+
+    Parameters
+    ----------
+    path : str or Path
+    dialect : str, optional
+        Name of the reader, such as ``rig``, ``tdms`` or ``rosbag``; default: recognised by the
+        content.
+
+    Returns
+    -------
+    Log
+        Its `columns` (dict of str to numpy.ndarray, shape (n,)), their `units` (dict of str to str,
+        empty where the file does not say), and what became of every data line.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used, or no reader knows it.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> log = rftfit.read_log("raw/plate_01_force.csv")  # doctest: +SKIP
+    >>> log.columns["Fz"], log.units["Fz"]  # doctest: +SKIP
+    """
+    from rftfit.logs import registry
+
+    path = Path(path)
+    if dialect is not None:
+        return registry.dialect(dialect).load(path)
+    reader = next(iter(registry.claimants(registry.head_of(path))), None)
+    if reader is None:
+        raise InputError(
+            f"{path}: no reader knows such a file; allowed: {', '.join(registry.dialects())}; see "
+            "`rftfit inspect`"
+        )
+    return reader.load(path)
+
+
+def fit_slope(depth_cm: npt.ArrayLike, stress_N_per_cm2: npt.ArrayLike) -> Slope:
+    """Fit stress = alpha x depth through zero, with a standard error that allows for autocorrelation.
+
+    Parameters
+    ----------
+    depth_cm : array_like, shape (n,)
+        |z|, positive below the surface, in the order of recording; at least 8 samples.
+    stress_N_per_cm2 : array_like, shape (n,) or (k, n)
+        Force on the plate over its area, tared; one or k components.
+
+    Returns
+    -------
+    Slope
+        Arrays of shape (k,): `alpha` and its standard error `se` in N/cm^3, its degrees of freedom
+        `dof`; ``interval(confidence)`` gives its lower and upper end.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 8 samples, all lie at depth zero, or a number is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np, rftfit
+    >>> depth = np.linspace(0.1, 7, 500)
+    >>> slope = rftfit.fit_slope(depth, 0.35 * depth + 0.01 * np.sin(40 * depth))
+    >>> round(float(slope.alpha[0]), 2)
+    0.35
+    """
+    from rftfit.measure.slopes import fit_slope as fit
+
+    depth = np.asarray(depth_cm, dtype=float)
+    stress = np.atleast_2d(np.asarray(stress_N_per_cm2, dtype=float))
+    if depth.ndim != 1 or stress.shape[-1] != depth.size:
+        raise ValueError(f"depth {depth.shape} and stress {stress.shape} do not fit together")
+    if not (np.isfinite(depth).all() and np.isfinite(stress).all()):
+        raise ValueError("depth and stress must be finite; leave out what is missing")
+    exact = np.zeros((1, len(stress)))
+    return fit(depth, stress, exact, exact + 1)
+
+
+def simulate(
+    profile: Profile,
+    frequency_Hz: float,
+    curvature_times_R: float = 1.0,
+    robot: Robot | str | Path | None = None,
+    *,
+    phase_turns: float = 0.0,
+    samples_per_stride: int = 0,
+) -> RobotRun:
+    """Run the legged robot on a medium until its speed is steady, or is seen not to become so.
+
+    Parameters
+    ----------
+    profile : Profile
+        Of the medium.
+    frequency_Hz : float
+        Stride frequency, 0 to 100 Hz.
+    curvature_times_R : float, optional
+        R'/r of the legs: 1 the c-leg, 0 flat, -1 the reversed c-leg.
+    robot : Robot, str or Path, optional
+        A robot, or its file; default: that of the paper.
+    phase_turns : float, optional
+        Turn of the legs at the start.
+    samples_per_stride : int, optional
+        How often motion and forces are kept (`series`); 0 for not at all.
+
+    Returns
+    -------
+    RobotRun
+        `speed_cm_per_s` (NaN without a steady speed), `outcome`, `reason`, `warning`, `series`.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+    InputError
+        If the robot's file is not valid.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> run = rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0)
+    >>> run.outcome
+    'steady'
+    """
+    from rftfit.robot import config
+    from rftfit.robot.run import simulate as walk
+
+    if robot is None:
+        robot = config.paper_robot()
+    elif not isinstance(robot, config.Robot):
+        robot = config.read_robot(Path(robot))
+    return walk(
+        robot, profile, frequency_Hz, curvature_times_R, phase_turns,
+        samples_per_stride=samples_per_stride,
+    )  # fmt: skip

@@ -1,0 +1,62 @@
+"""``rftfit diff``: which numbers of two folders of results are different, and because of what."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from rftfit.cli.output import count, say, table
+
+_MOST = 10
+
+
+def diff(
+    first: Annotated[
+        Path, typer.Argument(metavar="A", help="A campaign, or a copy of its results.")
+    ],
+    second: Annotated[Path, typer.Argument(metavar="B", help="The same, made later or otherwise.")],
+    all_: Annotated[bool, typer.Option("--all", help="List every number that changed.")] = False,
+    json_: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+) -> None:
+    """Compare two folders of results: alpha, coefficients, zeta and peaks of legs.
+
+    A change is counted in half widths of the first interval. Logs, rows of the run sheet, settings,
+    code and versions that are different are listed: one of them is the cause.
+    """
+    from rftfit.workflow.diff import as_json, compare
+
+    differences, changes, alone = compare(first, second)
+    if json_:
+        say(as_json(differences, changes, alone))
+        return
+    if not differences:
+        say("No alpha, coefficient, zeta or peak is different.")
+    else:
+        files = Counter(one.file for one in differences)
+        say(
+            f"{count(len(differences), 'number')} changed, in {', '.join(files)}; the largest first:"
+        )
+        shown = differences if all_ else differences[:_MOST]
+        rows = [
+            [one.file, one.row, one.quantity, f"{one.was:.6g}", f"{one.now:.6g}",
+             f"{one.half_widths:.2g}" if np.isfinite(one.half_widths) else ""]
+            for one in shown
+        ]  # fmt: skip
+        say(table(["table", "row", "quantity", "A", "B", "half widths"], rows))
+        if len(differences) > len(shown):
+            say(f"  and {len(differences) - len(shown)} more (--all lists them)")
+    for name in alone:
+        say(f"Only in one of them: {name}")
+    say(
+        "What they were made from is the same."
+        if not changes
+        else "What they were made from differs in:"
+    )
+    for change in changes if all_ else changes[:_MOST]:
+        say(f"  {change}")
+    if not all_ and len(changes) > _MOST:
+        say(f"  and {len(changes) - _MOST} more (--all lists them)")

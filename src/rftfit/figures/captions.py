@@ -1,0 +1,126 @@
+"""Numbers of a run as captions tell them: plain text, empty where nothing is known."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.figures.registry import greek
+from rftfit.figures.style import number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import numpy.typing as npt
+    import pandas as pd
+
+    from rftfit.results import Results
+
+PROFILES = {
+    "table": "interpolated table",
+    "fourier": "nine-term fit",
+    "generic": "generic \N{MULTIPLICATION SIGN} \N{GREEK SMALL LETTER ZETA}",
+    "depth_only": "depth-only",
+}
+
+LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
+
+
+def percent(value: float) -> str:
+    """Write a percentage with its sign."""
+    if math.isnan(value):
+        return "no value"
+    text = number(value, 0 if abs(value) >= 10 else 1)
+    return f"+{text} %" if value > 0 and float(text) > 0 else f"{text} %"
+
+
+def span(low: float, high: float, digits: int) -> str:
+    """Write an interval, nothing where either end is missing."""
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return ""
+    return f"{number(low, digits)} to {number(high, digits)}"
+
+
+def with_span(value: float, low: float, high: float, digits: int) -> str:
+    """Write a number with its interval in brackets."""
+    ends = span(low, high, digits)
+    return number(value, digits) + (f" ({ends})" if ends else "")
+
+
+def quantile(values: npt.ArrayLike, share: float, digits: int) -> str:
+    """Write a quantile of what is known, nothing where nothing is."""
+    known = np.asarray(values, dtype=float)
+    known = known[np.isfinite(known)]
+    return number(float(np.quantile(known, share)), digits) if known.size else ""
+
+
+def half_widths(table: pd.DataFrame) -> npt.NDArray[np.float64]:
+    """Half widths of the intervals of alpha_z and alpha_x in a table of fits or cells, N/cm^3."""
+    ends = {end: [f"alpha_{c}_{end}_N_per_cm3" for c in "zx"] for end in ("lo", "hi")}
+    width = table[ends["hi"]].to_numpy(float) - table[ends["lo"]].to_numpy(float)
+    half: npt.NDArray[np.float64] = width / 2
+    return half
+
+
+def plates(results: Results, medium: str) -> dict[str, str]:
+    """Sum up the plate runs of a medium, or of all laboratory media.
+
+    `bend`, `bend_most`: departure of a parabola from the line at the end of the window, percent of
+    the vertical stress there; median and 95th percentile.
+    """
+    fits = results.joined("fits/{medium}.csv", (medium,) if medium else results.laboratory)
+    bend = 100 * fits["nonlinear_z_ratio"].abs()
+    return {
+        "runs": str(len(fits)),
+        "good": str(int(fits["alpha_z_N_per_cm3"].notna().sum())),
+        "half": quantile(half_widths(fits), 0.5, 4),
+        "slanted": str(int(bend.notna().sum())),
+        "bend": quantile(bend, 0.5, 1),
+        "bend_most": quantile(bend, 0.95, 1),
+        "doubts": str(int(fits["flags"].str.contains("not linear").sum())),
+    }
+
+
+def peaks(results: Results, media: Iterable[str]) -> dict[str, str]:
+    """Sum up the errors of the predicted peak lift of every profile."""
+    table = results.table("leg_errors.csv")
+    own = table[table["medium"].isin(list(media)) & (table["component"] == "z")]
+    own = own[own["peak_error_percent"].notna()]
+    told = []
+    for profile, name in PROFILES.items():
+        error = own.loc[own["profile"] == profile, "peak_error_percent"]
+        if len(error):
+            told.append(
+                f"{name} {percent(error.min())} to {percent(error.max())}, within 10 % in "
+                f"{(error.abs() <= 10).sum()} and within 33 % in {(error.abs() <= 33).sum()} of "
+                f"{len(error)} cases"
+            )
+    return {"peaks": "; ".join(told)}
+
+
+def peaks_by_leg(results: Results, medium: str, profiles: Iterable[str]) -> str:
+    """Write the error of the predicted peak lift of every leg in one medium."""
+    table = results.table("leg_errors.csv")
+    own = table[(table["medium"] == medium) & (table["component"] == "z")]
+    told = []
+    for profile in profiles:
+        part = own[own["profile"] == profile]
+        errors = zip(part["leg"], part["peak_error_percent"], strict=True)
+        legs = ", ".join(f"{LEGS.get(leg, leg)} {percent(error)}" for leg, error in errors)
+        if legs:
+            told.append(f"{PROFILES[profile]}: {legs}")
+    return "; ".join(told)
+
+
+def zetas(results: Results) -> dict[str, str]:
+    """Write zeta and chi of every laboratory medium by the configured method."""
+    table, titles = results.table("penetration.csv"), results.campaign.titles
+    told = []
+    for row in table[table["method"] == results.config.fourier.method].to_dict("records"):
+        zeta, chi = (with_span(row[n], row[f"{n}_lo"], row[f"{n}_hi"], 4) for n in ("zeta", "chi"))
+        told.append(
+            f"{titles.get(row['medium'], row['medium'])}: {greek(f'zeta {zeta}, chi {chi}')}"
+        )
+    return {"zetas": "; ".join(told)}

@@ -1,0 +1,146 @@
+"""Figures, declared once beside what draws them: tasks, captions, page and documentation follow.
+
+A figure is a function of `Results` (and of a medium, where it is drawn for one) that returns a
+matplotlib figure, or several pages of one. ``@figure(...)`` gives it its name, what it reads, where
+it exists, its caption and its place in the paper.
+"""
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+from rftfit.errors import InputError
+from rftfit.figures.style import level, styled
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rftfit.campaign.load import Campaign
+    from rftfit.results import Results
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+MODULES: tuple[str, ...] = ()
+"""Of this package, in the order in which their figures are shown."""
+
+
+@dataclass(frozen=True)
+class Declared:
+    """One figure.
+
+    `name`: Of its files, by what it shows; the medium is added where it is drawn for one, unless
+        ``{medium}`` stands in the name.
+    `draw`: Function that draws it.
+    `reads`: Below ``results/``, as `rftfit.workflow.stages.Stage.reads`.
+    `caption`: What is seen and what good looks like, in lines. Words in braces come from `numbers`,
+        or are ``{medium}`` (its title), ``{level}`` (of intervals) and ``{method}`` (of the fit); a
+        line with a word that this campaign does not have is left out.
+    `section`: Of the page.
+    `media`: The media it is drawn for; ``("",)`` for a single one, nothing where it does not exist.
+    `paper`: Number of the paper's figure that it is made after, empty where there is none.
+    `numbers`: Words of the caption, from results and medium.
+    `settings`, `logs`: As `rftfit.workflow.stages.Stage`.
+    `group`: The stage that draws it.
+    `folder`: Below ``results/``.
+    """
+
+    name: str
+    draw: Callable[..., Any]
+    reads: tuple[str, ...]
+    caption: str
+    section: str
+    media: Callable[[Campaign], tuple[str, ...]]
+    paper: str = ""
+    numbers: Callable[[Results, str], dict[str, str]] | None = None
+    settings: tuple[str, ...] = ()
+    logs: bool = False
+    group: str = "figures"
+    folder: str = "figures"
+
+    @property
+    def module(self) -> str:
+        """Name of its module in this package."""
+        return self.draw.__module__.rpartition(".")[2]
+
+    @property
+    def run(self) -> str:
+        """``module:function`` of what draws it."""
+        return f"{self.draw.__module__}:{self.draw.__name__}"
+
+    def file(self, medium: str = "") -> str:
+        """Path below ``results/`` without the ending."""
+        if "{medium}" in self.name:
+            return f"{self.folder}/{self.name.format(medium=medium)}"
+        name = "_".join(part for part in (self.name, medium) if part)
+        return f"{self.folder}/{name}"
+
+    def caption_of(self, results: Results, medium: str = "") -> str:
+        """Write the caption with the numbers of a run, as plain text; what is missing is left out."""
+        words = {
+            "medium": results.campaign.titles.get(medium, medium),
+            "level": level(results),
+            "method": results.config.fourier.method,
+        }
+        if self.numbers is not None:
+            # no table, or an odd one: the caption stands without its numbers
+            with suppress(InputError, LookupError, ValueError, TypeError):
+                words |= self.numbers(results, medium)
+        known = {name: " ".join(word.split()) for name, word in words.items() if word}
+        lines = [
+            line for line in self.caption.splitlines() if set(_WORD.findall(line)) <= set(known)
+        ]
+        if self.paper:
+            lines.append(f"Made after {self.paper} of Li, Zhang and Goldman (2013).")
+        return " ".join(greek(line).format(**known) for line in lines)
+
+
+_WORD = re.compile(r"\{(\w+)\}")
+_GREEK = {
+    "alpha": "\u03b1", "beta": "\u03b2", "gamma": "\u03b3", "zeta": "\u03b6", "theta": "\u03b8", "chi": "\u03c7",
+}  # fmt: skip
+_QUANTITY = re.compile(rf"\b({'|'.join(_GREEK)})(?![a-z])")
+
+
+def greek(text: str) -> str:
+    """Write the names of quantities with Greek letters, as the figures do."""
+    text = text.replace("cm^3", "cm\N{SUPERSCRIPT THREE}")
+    return _QUANTITY.sub(lambda found: _GREEK[found[1]], text)
+
+
+_DECLARED: list[Declared] = []
+
+
+def once(campaign: Campaign) -> tuple[str, ...]:  # noqa: ARG001
+    """The figure exists once in every campaign."""
+    return ("",)
+
+
+def only_if(there: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str, ...]]:
+    """The figure exists once in a campaign that has what it shows."""
+    return lambda campaign: ("",) if there(campaign) else ()
+
+
+def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Declare a figure; the arguments are the fields of `Declared`. It is drawn in the common style."""
+
+    def declare(draw: Callable[P, R]) -> Callable[P, R]:
+        inside = styled(draw)
+        _DECLARED.append(Declared(name=name, draw=inside, **{"media": once} | facts))
+        return inside
+
+    return declare
+
+
+@cache
+def figures() -> tuple[Declared, ...]:
+    """Every figure, in the order in which they are shown."""
+    for module in MODULES:
+        import_module(f"rftfit.figures.{module}")
+    # by module, whichever was imported first
+    return tuple(sorted(_DECLARED, key=lambda one: MODULES.index(one.module)))

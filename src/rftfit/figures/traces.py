@@ -1,0 +1,171 @@
+"""Samples of plate runs ready to be drawn: as stress, as filed, split at gaps, thinned."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rftfit import conventions
+from rftfit.measure.ledger import Why
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterable, Mapping
+
+    import pandas as pd
+
+    from rftfit.campaign.load import Campaign
+    from rftfit.conventions import FloatArray
+    from rftfit.results import Results
+
+    Row = Mapping[Hashable, Any]
+    Trace = dict[str, FloatArray]
+    """Samples of one run by column."""
+
+DIRECTIONS = ("extraction", "horizontal", "intrusion")
+"""Directions of plate runs, in the order of their filed gamma."""
+
+SAMPLES = (
+    "depth_cm", "path_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "tare_z_N_per_cm2",
+    "tare_x_N_per_cm2", "in_window",
+)  # fmt: skip
+"""Columns of `stress_samples` besides the run."""
+
+
+def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame) -> pd.DataFrame:
+    """Stress of every plate run of a medium in the lab frame, and whether it was fitted.
+
+    `tared`, `windows`: From the tare and slope stages; the same rows. Returns ``run_id`` and
+    `SAMPLES`.
+    """
+    import pandas as pd
+
+    ids = _run_ids(tared)
+    intruders = [
+        campaign.config.intruders[campaign.by_id[run].intruder] for run in ids.cat.categories
+    ]
+    # legs have no area and are not drawn here
+    areas = np.array([getattr(intruder, "area_cm2", np.nan) for intruder in intruders], dtype=float)
+    area = areas[ids.cat.codes.to_numpy()]
+    samples = pd.DataFrame(
+        {
+            "run_id": ids,
+            "depth_cm": tared["depth_cm"],
+            "path_cm": tared["path_cm"],
+            **{
+                f"{what}_{c}_N_per_cm2": tared[f"{column}_{c}_N"] / area
+                for what, column in (("stress", "force"), ("tare", "tare"))
+                for c in "zx"
+            },
+            "in_window": windows["why"].to_numpy() == Why.GOOD,
+        }
+    )
+    plates: pd.DataFrame = samples[np.isfinite(area)]
+    return plates
+
+
+def stress_of(results: Results, medium: str) -> pd.DataFrame:
+    """Stress of every plate run of a medium as its alpha is filed; columns as `stress_samples`."""
+    tared, windows = (results.table(f"{part}/{medium}.parquet") for part in ("tared", "windows"))
+    return filed(stress_samples(results.campaign, tared, windows), results[medium].fits)
+
+
+def _run_ids(traces: pd.DataFrame) -> pd.Series[Any]:
+    """Runs as categories, whatever the sheet named them: some number their runs."""
+    ids = traces["run_id"].astype("category")
+    return ids.cat.rename_categories([str(name) for name in ids.cat.categories])
+
+
+def filed(traces: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
+    """Turn the horizontal stress of extractions as their alpha_x is turned when it is filed.
+
+    Every trace then lies along ``alpha * depth`` of its row in `fits`. Returns a copy.
+    """
+    pulled = fits.loc[fits["direction"] == "extraction", "run_id"].astype(str)
+    sign = conventions.file_extraction(0.0, 0.0)[2]
+    factor = np.where(_run_ids(traces).isin(pulled), sign, 1.0)
+    names = [name for name in traces.columns if name.endswith("_x_N_per_cm2")]
+    return traces.assign(**{name: traces[name].to_numpy(float) * factor for name in names})
+
+
+def by_run(traces: pd.DataFrame, columns: Iterable[str] = SAMPLES) -> dict[str, Trace]:
+    """Take the samples of each run as arrays, by run and column.
+
+    `traces`: rows of one run need not be together, but are in time order. A column that is not
+    there is left out.
+    """
+    ids = _run_ids(traces).cat.remove_unused_categories()
+    code = ids.cat.codes.to_numpy()
+    order = np.argsort(code, kind="stable")
+    cuts = np.flatnonzero(np.diff(code[order])) + 1
+    parts = {
+        name: np.split(traces[name].to_numpy(float)[order], cuts)
+        for name in columns
+        if name in traces.columns
+    }
+    return {
+        run: {name: parts[name][i] for name in parts} for i, run in enumerate(ids.cat.categories)
+    }
+
+
+def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
+    """Polylines of at most about `points` points: smallest and largest sample of each stretch.
+
+    Taking the extremes instead of every n-th sample keeps spikes and the width of the noise.
+    Returns one array (m, 2) for each stretch between missing samples.
+    """
+    good = np.isfinite(x) & np.isfinite(y)
+    if not good.any():
+        return []
+    place = np.flatnonzero(good)
+    lines = []
+    for part in np.split(place, np.flatnonzero(np.diff(place) > 1) + 1):
+        bins = max(1, points * part.size // (2 * place.size))
+        if part.size > 2 * bins:
+            width = part.size // bins
+            bins = part.size // width  # so that less than one stretch is left over
+            body = part[: bins * width].reshape(bins, width)
+            rows = np.arange(bins)
+            low = body[rows, y[body].argmin(axis=1)]
+            high = body[rows, y[body].argmax(axis=1)]
+            rest = part[bins * width :]
+            part = np.unique(np.concatenate([part[:1], low, high, rest, part[-1:]]))  # noqa: PLW2901
+        lines.append(np.column_stack([x[part], y[part]]))
+    return lines
+
+
+def nice(value: float) -> float:
+    """Smallest of 1, 2 or 5 times a power of ten that is not below a positive value."""
+    decade = 10.0 ** np.floor(np.log10(value))
+    return float(next(step * decade for step in (1, 2, 5, 10) if step * decade >= 0.999 * value))
+
+
+def span(trace: Trace) -> tuple[float, float]:
+    """Round stresses at the bottom and the top of a panel, N/cm^2; zero is always inside.
+
+    The smaller side has at least a fifth of the larger one.
+    """
+    stresses = [trace[name] for name in trace if name.endswith("_N_per_cm2")]
+    every = np.concatenate(stresses) if stresses else np.zeros(1)
+    every = every[np.isfinite(every)]
+    low, high = (nice(max(side, 1e-3)) for side in (-every.min(initial=0), every.max(initial=0)))
+    # less than 0.05 N/cm^2 would blow up mere noise
+    most = max(low, high, 0.05)
+    return (-max(low, most / 5), most) if high >= low else (-most, max(high, most / 5))
+
+
+def alpha_of(row: Row, component: str) -> tuple[float, float, float]:
+    """Alpha in a row of fits or cells with the ends of its interval, N/cm^3."""
+    value, low, high = (
+        float(row[f"alpha_{component}_{end}N_per_cm3"]) for end in ("", "lo_", "hi_")
+    )
+    return value, low, high
+
+
+def trouble(fit: Row) -> str:
+    """Say what is wrong with a run, in few words; empty if nothing is."""
+    parts = [str(fit[name]) for name in ("reason", "flags") if isinstance(fit[name], str)]
+    text = "; ".join(part for part in parts if part)
+    if not text and not np.isfinite([alpha_of(fit, c)[0] for c in "zx"]).all():
+        return "no alpha"
+    return text

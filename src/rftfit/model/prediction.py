@@ -1,0 +1,180 @@
+"""Forces on an outline with their intervals: the spread of a profile carried through the integral."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.model.draws import interval
+from rftfit.model.forces import force_draws, forces_on
+from rftfit.model.motion import rotation
+from rftfit.model.profiles import FourierProfile, Profile
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pandas as pd
+
+    from rftfit.conventions import FloatArray
+    from rftfit.model.forces import Forces
+    from rftfit.model.motion import Motion
+    from rftfit.model.outlines import Outline
+    from rftfit.model.scaling import ScaledMedium
+
+QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
+
+Ends = dict[str, tuple["FloatArray", "FloatArray"]]
+"""Lower and upper end of an interval of each quantity, by pose."""
+
+_MOST_AT_ONCE = 2_000_000
+
+
+def end_names(quantity: str) -> tuple[str, str]:
+    """Names of the columns of an interval: ``force_z_N`` to ``force_z_lo_N``, ``force_z_hi_N``."""
+    what, unit = quantity.rsplit("_N", maxsplit=1)
+    return f"{what}_lo_N{unit}", f"{what}_hi_N{unit}"
+
+
+def predict(
+    profile: Profile,
+    outline: Outline,
+    motion: Motion | None = None,
+    confidence: float = 0.95,
+    *,
+    quantities: Sequence[str] = QUANTITIES,
+) -> pd.DataFrame:
+    """Force and moment on a body that moves through a medium, with intervals.
+
+    Parameters
+    ----------
+    profile : Profile
+        Of the medium: `published_medium`, `Medium.profile` of a campaign, ``scale(...).profile``.
+    outline : Outline
+        The body: `model_leg`, `arc`, `polyline`.
+    motion : Motion, optional
+        `rotation` (default: that of the paper's trials) or `path`.
+    confidence : float, optional
+        Level of the intervals, which are pointwise: each pose for itself.
+    quantities : sequence of str, optional
+        Which of ``force_z_N``, ``force_x_N``, ``moment_N_cm`` get an interval; default all.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per pose: the columns of `motion`; ``force_z_N`` (up is positive), ``force_x_N``
+        (toward +x), ``moment_N_cm`` about the reference point (from z toward x); after each its
+        interval, as ``force_z_lo_N, force_z_hi_N``, where the profile has a spread; ``reason``, why
+        there is no number.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> forces = rftfit.predict(rftfit.published_medium("poppy_LP"), rftfit.model_leg("c_leg"))
+    >>> round(float(forces["force_z_N"].max()), 1)
+    8.9
+    """
+    import pandas as pd
+
+    motion = rotation() if motion is None else motion
+    best = forces_on(profile, outline, motion.poses)
+    ends = force_intervals(profile, outline, motion.poses, confidence, quantities)
+    columns: dict[str, object] = dict(motion.columns)
+    for name, values in _named(best, QUANTITIES).items():
+        columns[name] = values
+        if name in ends:
+            columns |= dict(zip(end_names(name), ends[name], strict=True))
+    unknown = np.isnan(np.stack(list(_named(best, QUANTITIES).values()))).any(axis=0)
+    return pd.DataFrame(columns | {"reason": np.where(unknown, best.reason, "")})
+
+
+def force_intervals(
+    profile: Profile, outline: Outline, poses: FloatArray, confidence: float,
+    quantities: Sequence[str] = QUANTITIES,
+) -> Ends:  # fmt: skip
+    """Carry the spread of a profile through the integral. Empty where no error is known."""
+    if profile.spread is None:
+        return {}
+    if isinstance(profile.spread, Profile):
+        return _of_draws(profile.spread, outline, poses, confidence, quantities)
+    return _of_further_medium(profile.spread.at(confidence), outline, poses, quantities)
+
+
+def _of_further_medium(
+    medium: ScaledMedium, outline: Outline, poses: FloatArray, quantities: Sequence[str]
+) -> Ends:
+    reference = medium.reference
+    unit = _named(forces_on(FourierProfile(reference.m0), outline, poses), quantities)
+    each = _named(force_draws(FourierProfile(reference.scaled), outline, poses), quantities)
+    return {name: medium.with_interval(unit[name], each[name])[1:] for name in quantities}
+
+
+def _of_draws(
+    draws: Profile,
+    outline: Outline,
+    poses: FloatArray,
+    confidence: float,
+    quantities: Sequence[str],
+) -> Ends:
+    # a long path with every draw of every pose at once would not fit into the memory
+    step = max(1, _MOST_AT_ONCE // draws.parameters[0].shape[0])
+    parts: dict[str, list[tuple[FloatArray, FloatArray]]] = {name: [] for name in quantities}
+    for start in range(0, len(poses), step):
+        many = force_draws(draws, outline, poses[start : start + step])
+        for name, values in _named(many, quantities).items():
+            parts[name].append(interval(values, confidence))
+    return {
+        name: (np.concatenate([lo for lo, _ in part]), np.concatenate([hi for _, hi in part]))
+        for name, part in parts.items()
+    }
+
+
+def _named(forces: Forces, quantities: Sequence[str]) -> dict[str, FloatArray]:
+    return {name: getattr(forces, name) for name in quantities}
+
+
+PEAKS = (
+    ("lift", "force_z_N", 1),
+    ("suction", "force_z_N", -1),
+    ("thrust", "force_x_N", 1),
+    ("drag", "force_x_N", -1),
+    ("moment", "moment_N_cm", 1),
+    ("moment_negative", "moment_N_cm", -1),
+)
+"""Name, quantity and sign of the peaks of a prediction."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Greatest force of one sign, with its interval there; NaN where no interval is known.
+
+    `at`: Where: theta_deg or t_s.
+    """
+
+    name: str
+    quantity: str
+    value: float
+    lo: float
+    hi: float
+    at: float
+
+
+def find_peaks(table: pd.DataFrame) -> list[Peak]:
+    """Find the greatest force and moment of each sign in a table of `predict`.
+
+    Poses with NaN are left out. Returns only those that exist: no lift where nothing pushes up.
+    """
+    found = []
+    at = table.iloc[:, 0].to_numpy(float)
+    for name, quantity, sign in PEAKS:
+        values = table[quantity].to_numpy(float)
+        if np.isnan(values).all() or not np.nanmax(sign * values) > 0:
+            continue
+        row = int(np.nanargmax(sign * values))
+        ends = [
+            float(table[end].iloc[row]) if end in table else math.nan for end in end_names(quantity)
+        ]
+        found.append(Peak(name, quantity, float(values[row]), ends[0], ends[1], float(at[row])))
+    return found

@@ -1,0 +1,159 @@
+"""How the page prints numbers, names and tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+from rftfit.figures.style import number
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+PROFILES = {
+    "table": "measured table",
+    "fourier": "nine terms",
+    "generic": "zeta \N{MULTIPLICATION SIGN} generic",
+    "depth_only": "depth-only",
+}
+"""Names of the profiles for people, in the order in which they are shown."""
+
+LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
+
+
+def name_of(key: str) -> str:
+    """Name of a profile or of a leg for people."""
+    return (PROFILES | LEGS).get(key, key)
+
+
+def value(x: float | None, digits: int = 3) -> str:
+    """Print a number, "no value" where it is missing."""
+    return number(math.nan if x is None else float(x), digits)
+
+
+def span(lo: float | None, hi: float | None, digits: int = 3) -> str:
+    """Print an interval; nothing where either end is missing."""
+    known = all(end is not None and math.isfinite(end) for end in (lo, hi))
+    return f"{value(lo, digits)} to {value(hi, digits)}" if known else ""
+
+
+def percent(x: float | None) -> str:
+    """Print a percentage with its sign."""
+    if x is None or not math.isfinite(x):
+        return "no value"
+    sign = "+" if x > 0 and float(f"{x:.1f}") > 0 else ""
+    return f"{sign}{number(x, 0 if abs(x) >= 10 else 1)} %"
+
+
+def share(x: float | None) -> str:
+    """Print a ratio as a percentage."""
+    return percent(None if x is None else 100 * x)
+
+
+# A table is a list of columns, each with its heading and how it prints a row, and the rows. The
+# template prints them all alike.
+
+Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What stands in one place of a table.
+
+    `notes`: Small print below; empty ones are left out.
+    `look`: Classes of the style sheet.
+    """
+
+    text: str
+    notes: Sequence[str] = ()
+    look: str = ""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column.
+
+    `heading`: With its unit.
+    `cell`: What it shows of a row.
+    `look`: Classes of the style sheet: ``num`` for numbers, ``why`` for reasons.
+    `group`: Heading above several columns that stand side by side.
+    `label`: What stands before the value on a narrow screen, where a row becomes a card; the heading
+        by default.
+    """
+
+    heading: str
+    cell: Callable[[Row], Cell]
+    look: str = ""
+    group: str = ""
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table of the page; the first column names the row.
+
+    `label`: For those who hear the page.
+    `tall`: Whether it scrolls within its own frame.
+    `cards`: Whether rows become cards on a narrow screen.
+    """
+
+    label: str
+    columns: Sequence[Column]
+    rows: Sequence[Row]
+    tall: bool = False
+    cards: bool = False
+
+    @property
+    def groups(self) -> list[tuple[str, list[Column]]]:
+        """Columns by the heading above them; one without stands alone."""
+        places = enumerate(self.columns)
+        parts = groupby(places, lambda one: one[1].group or one[0])
+        found = [[column for _, column in part] for _, part in parts]
+        return [(columns[0].group, columns) for columns in found]
+
+
+def records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows of a table of the results."""
+    return [{str(name): cell for name, cell in row.items()} for row in table.to_dict("records")]
+
+
+def text_column(
+    heading: str, name: str | Callable[[Row], str], note: str = "", **more: str
+) -> Column:
+    """Column of text: a column of the results, or what a function makes of a row.
+
+    `note`: Column of the results that is printed small. `more`: Of `Column`.
+    """
+    text = name if callable(name) else lambda row: str(row[name])
+    return Column(heading, lambda row: Cell(text(row), _note(row, note)), **more)
+
+
+def number_column(
+    heading: str,
+    name: str,
+    digits: int = 4,
+    ends: str = "",
+    note: str = "",
+    show: Callable[[float | None], str] | None = None,
+    **more: str,
+) -> Column:
+    """Column of numbers: a column of the results, with its interval.
+
+    `ends`: Columns of the results with the ends of the interval, braces in place of ``lo`` and ``hi``.
+    `note`: Another that is printed small. `show`: Prints the number, instead of `digits` after the
+    point. `more`: Of `Column`.
+    """
+
+    def cell(row: Row) -> Cell:
+        text = show(row.get(name)) if show else value(row.get(name), digits)
+        lo, hi = (row.get(ends.format(end)) if ends else None for end in ("lo", "hi"))
+        return Cell(text, (span(lo, hi, digits), *_note(row, note)))
+
+    return Column(heading, cell, "num", **more)
+
+
+def _note(row: Row, name: str) -> tuple[str, ...]:
+    return (str(row[name]),) if name else ()

@@ -1,0 +1,513 @@
+"""The one door to a campaign and its results: typed tables, read once, by medium or as a whole."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from copy import copy
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.campaign.problems import choose
+from rftfit.errors import InputError
+from rftfit.measure.alpha import ANGLE_TOLERANCE_DEG, QUANTITIES, column
+from rftfit.model.draws import measured_profile
+from rftfit.model.fourier import METHODS
+from rftfit.model.profiles import KINDS, DepthOnlyProfile, FourierProfile, Profile, scaled_generic
+from rftfit.model.scaling import (
+    MediumFit,
+    Reference,
+    ScaledMedium,
+    fit_medium,
+    generic,
+    reference_of,
+    scale,
+)
+from rftfit.outputs.dictionary import column_of, describe
+from rftfit.reference import BETA_DEG, GAMMA_DEG
+from rftfit.store import read_csv, read_parquet
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    import pandas as pd
+
+    from rftfit.campaign.config import Config
+    from rftfit.conventions import FloatArray
+
+FOLDER = "results"
+_CONFIGS = ("config/config.yaml", "config.yaml")
+_KEPT_SAMPLES = 4
+"""Tables of samples are large: only the last few are kept."""
+
+
+class UndeclaredInput(AssertionError):
+    """A stage reads a result that its declaration does not name: a fault of the program."""
+
+
+class Tables:
+    """Tables below one folder of results, with the types that the dictionary of outputs states."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._allowed: frozenset[str] | None = None
+        self._tables: dict[str, pd.DataFrame] = {}
+        self._samples: OrderedDict[str, pd.DataFrame] = OrderedDict()
+
+    def only(self, paths: Iterable[str]) -> Self:
+        """The same tables, from which nothing but these files may be read: a stage's own inputs."""
+        view = copy(self)
+        view._allowed = frozenset(paths)
+        return view
+
+    def path(self, name: str) -> Path:
+        """Path of a file of the results, for example ``alpha/poppy_LP.csv``."""
+        if self._allowed is not None and f"{FOLDER}/{name}" not in self._allowed:
+            raise UndeclaredInput(name)
+        return self.folder / name
+
+    def has(self, name: str) -> bool:
+        """Whether a file of the results is there."""
+        return self.path(name).is_file()
+
+    def table(self, name: str) -> pd.DataFrame:
+        """Read a table, with the types that the dictionary of outputs states.
+
+        Parameters
+        ----------
+        name : str
+            Path below ``results/``, for example ``coefficients.csv`` or ``fits/poppy_LP.csv``.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A copy of its own: a change of it changes nothing else.
+
+        Raises
+        ------
+        InputError
+            If the file is missing, is no table, or lacks a column that is always there.
+        """
+        if name.endswith(".parquet"):
+            return self._sample_table(name)
+        self.path(name)
+        if name not in self._tables:
+            self._tables[name] = self._read(name)
+        return self._tables[name].copy(deep=False)
+
+    def _read(self, name: str) -> pd.DataFrame:
+        path = self.path(name)
+        if not path.is_file():
+            raise InputError(f"{path}: there is no such table; `rftfit run` makes it")
+        output = describe(f"{FOLDER}/{name}")
+        if output is None or not output.columns:
+            raise InputError(f"{path}: not a table of this program")
+        table = read_csv(
+            path, lambda column: one.kind if (one := column_of(output, column)) else ""
+        )
+        lacking = [
+            column
+            for one in output.columns
+            if not one.when and "<" not in one.name
+            for column in one.names
+            if column not in table
+        ]
+        if lacking:
+            raise InputError(
+                f"{path}: no column {', '.join(lacking)}; make the table again with `rftfit run`"
+            )
+        return table
+
+    def _sample_table(self, name: str) -> pd.DataFrame:
+        if name not in self._samples:
+            path = self.path(name)
+            if not path.is_file():
+                raise InputError(f"{path}: there is no such table; `rftfit run` makes it")
+            self._samples[name] = read_parquet(path)
+            while len(self._samples) > _KEPT_SAMPLES:
+                self._samples.popitem(last=False)
+        self._samples.move_to_end(name)
+        return self._samples[name].copy(deep=False)
+
+
+class Results(Tables):
+    """A campaign and the tables of its results: made by `open`.
+
+    ``results["poppy_LP"]`` is one medium, iteration gives all of them.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Checked configuration and run sheet.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> results = rftfit.open("my_campaign")  # doctest: +SKIP
+    >>> results.table("penetration.csv")  # doctest: +SKIP
+    >>> results["poppy_LP"].profile("table")  # doctest: +SKIP
+    """
+
+    def __init__(self, campaign: Campaign) -> None:
+        super().__init__(campaign.root / FOLDER)
+        self.campaign = campaign
+        self.root = campaign.root
+        self._fits: dict[tuple[str, str], MediumFit] = {}
+
+    @property
+    def config(self) -> Config:
+        """The campaign's configuration."""
+        return self.campaign.config
+
+    @cached_property
+    def media(self) -> tuple[str, ...]:
+        """Media that have runs, in the order of the configuration."""
+        return self.campaign.media_with_runs
+
+    @cached_property
+    def laboratory(self) -> tuple[str, ...]:
+        """Media measured over the angles."""
+        return self.campaign.of_role("laboratory")
+
+    @cached_property
+    def sands(self) -> tuple[str, ...]:
+        """Natural sands: media with one penetration test."""
+        return self.campaign.of_role("natural_sand")
+
+    def joined(self, pattern: str, media: tuple[str, ...] | None = None) -> pd.DataFrame:
+        """Join the tables of several media.
+
+        Parameters
+        ----------
+        pattern : str
+            For example ``alpha/{medium}.csv``.
+        media : tuple of str, optional
+            Default: all.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        import pandas as pd
+
+        names = self.media if media is None else media
+        tables = [self.table(pattern.format(medium=medium)) for medium in names]
+        return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+
+    def alpha_table(self, medium: str) -> pd.DataFrame:
+        """Alpha of one medium on the published grid, each of its 7 x 13 cells once.
+
+        Parameters
+        ----------
+        medium : str
+
+        Returns
+        -------
+        pandas.DataFrame
+            By beta, then gamma.
+
+        Raises
+        ------
+        InputError
+            If the table is missing or damaged.
+        """
+        name = f"alpha/{medium}.csv"
+        table = self.table(name).sort_values(["beta_deg", "gamma_deg"], ignore_index=True)
+        numbers = table[[column(c, quantity) for c in "zx" for quantity in QUANTITIES]]
+        kinds = {str(kind) for kind in (*numbers.dtypes, *table.dtypes[["beta_deg", "gamma_deg"]])}
+        if not kinds <= {"float64", "int64"} or np.isinf(numbers).any(axis=None):
+            why = "a column of numbers holds something else"
+        else:
+            wanted = np.stack(np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij"), axis=-1)
+            found = table[["beta_deg", "gamma_deg"]].to_numpy(float)
+            if len(found) == wanted[..., 0].size and np.allclose(
+                found, wanted.reshape(-1, 2), rtol=0, atol=ANGLE_TOLERANCE_DEG
+            ):
+                return table
+            why = f"not the 7 x 13 angles of an alpha table, each once, but {len(table)} rows"
+        raise InputError(f"{self.path(name)}: {why}; make the table again with `rftfit run`")
+
+    def fits(self, method: str | None = None) -> dict[str, MediumFit]:
+        """Nine-term fits of the laboratory media, made from their alpha tables.
+
+        Parameters
+        ----------
+        method : str, optional
+            ``lsq`` or ``dft-index``; default: that of the configuration.
+
+        Returns
+        -------
+        dict of str to MediumFit
+            By medium; a medium without a usable grid has a reason instead of numbers.
+        """
+        method = choose("method", method or self.config.fourier.method, METHODS)
+        for medium in self.laboratory:
+            # read first: a stage must not get at a table that it does not declare
+            table = self.alpha_table(medium)
+            if (medium, method) not in self._fits:
+                self._fits[medium, method] = fit_medium(table, self.config, method)
+        return {medium: self._fits[medium, method] for medium in self.laboratory}
+
+    def generic(self, method: str | None = None) -> FloatArray:
+        """Generic coefficients M0 of the laboratory media.
+
+        Parameters
+        ----------
+        method : str, optional
+            As for `fits`.
+
+        Returns
+        -------
+        numpy.ndarray, shape (9,)
+            Dimensionless; NaN where no medium has a usable grid.
+        """
+        own = [fit.used for fit in self.fits(method).values() if not fit.reason]
+        return generic(np.stack(own)) if own else np.full(9, np.nan)
+
+    def reference(self, method: str | None = None) -> Reference:
+        """The media that a further medium is scaled from.
+
+        Parameters
+        ----------
+        method : str, optional
+            As for `fits`.
+
+        Returns
+        -------
+        Reference
+            The campaign's own; the published five (`Reference.printed`) where fewer than two of its
+            media have a usable grid.
+        """
+        fits = self.fits(method)
+        return reference_of(list(fits.values()), self.config, method)
+
+    def __getitem__(self, medium: str) -> Medium:
+        return Medium(self, choose("medium", medium, self.media))
+
+    def __iter__(self) -> Iterator[Medium]:
+        return (Medium(self, name) for name in self.media)
+
+
+class Medium:
+    """One medium of a campaign: its tables and profiles. Made by ``results[name]``.
+
+    Parameters
+    ----------
+    results : Results
+    name : str
+        As in the configuration.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> sand = rftfit.open("my_campaign")["poppy_LP"]  # doctest: +SKIP
+    >>> sand.zeta, sand.alpha  # doctest: +SKIP
+    >>> rftfit.predict(sand.profile("fourier"), rftfit.model_leg("c_leg"))  # doctest: +SKIP
+    """
+
+    def __init__(self, results: Results, name: str) -> None:
+        self.results = results
+        self.name = name
+        self.settings = results.config.media[name]
+
+    @property
+    def title(self) -> str:
+        """Name for figures and tables."""
+        return self.settings.title
+
+    @property
+    def alpha(self) -> pd.DataFrame:
+        """Alpha over the angles with intervals, one row a cell, N/cm^3."""
+        return self.results.alpha_table(self.name)
+
+    @property
+    def fits(self) -> pd.DataFrame:
+        """Slope of every plate run."""
+        return self.results.table(f"fits/{self.name}.csv")
+
+    @property
+    def runs(self) -> pd.DataFrame:
+        """What became of the logs of every run."""
+        return self.results.table(f"runs/{self.name}.csv")
+
+    @property
+    def legs(self) -> pd.DataFrame:
+        """Measured forces on legs against theta."""
+        return self.results.table(f"legs/{self.name}.csv")
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of profile that it can have: a natural sand is known by one cell of its table."""
+        return KINDS if self.name in self.results.laboratory else ("table", "generic")
+
+    def coefficients(self, method: str | None = None) -> FloatArray:
+        """Nine coefficients; a dropped term is 0.
+
+        Parameters
+        ----------
+        method : str, optional
+            ``lsq`` or ``dft-index``; default: that of the configuration.
+
+        Returns
+        -------
+        numpy.ndarray, shape (9,)
+            N/cm^3, as in Table S2; of a natural sand those of its generic profile; NaN where there
+            are none, which the reason of the profile explains.
+        """
+        if self.name in self.results.laboratory:
+            return self.results.fits(method)[self.name].used
+        return self._generic(method, draws=False).coefficients
+
+    @property
+    def zeta(self) -> float:
+        """Scaling factor by the method of the configuration; NaN where there is none."""
+        if self.name in self.results.laboratory:
+            return self.results.fits()[self.name].zeta
+        try:
+            return self.scaled().zeta
+        except InputError:
+            return np.nan
+
+    @property
+    def chi(self) -> float:
+        """Measured over fitted alpha_z(0, 90 deg); of a natural sand the mean of its reference."""
+        if self.name in self.results.laboratory:
+            fit = self.results.fits()[self.name]
+            return fit.alpha_z / fit.zeta
+        return float(self.results.reference().chi.mean())
+
+    def scaled(self, method: str | None = None) -> ScaledMedium:
+        """The medium by its one penetration test, alpha_z(0, 90 deg), and the scaling routine.
+
+        Parameters
+        ----------
+        method : str, optional
+            Of the fits of the reference media; default: that of the configuration.
+
+        Returns
+        -------
+        ScaledMedium
+
+        Raises
+        ------
+        InputError
+            If the test gives no number.
+        """
+        table = self.alpha
+        cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
+        alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
+        try:
+            reference = self.results.reference(method)
+            return scale(alpha, se, reference, self.results.config.fit.confidence)
+        except ValueError as error:
+            why = f"no alpha at (0, 90) deg: {cell['reason']}" if np.isnan(alpha) else str(error)
+            raise InputError(f"{self.name}: {why}") from error
+
+    def profile(
+        self, kind: str = "table", method: str | None = None, *, draws: bool = True
+    ) -> Profile:
+        """What answers alpha(beta, gamma) for this medium, with what its intervals come from.
+
+        Parameters
+        ----------
+        kind : str, optional
+            ``table``: alpha as measured, interpolated. ``fourier``: its nine terms. ``generic``: its
+            zeta times the generic nine; that of a natural sand is scaled from its one penetration
+            test. ``depth_only``: the baseline without angles.
+        method : str, optional
+            Of the nine-term fit, ``lsq`` or ``dft-index``; default: that of the configuration.
+        draws : bool, optional
+            Whether to make the draws of the errors of alpha, which take a moment.
+
+        Returns
+        -------
+        Profile
+            Its `reason` says why there is NaN.
+
+        Raises
+        ------
+        InputError
+            If there is no such kind or method.
+        """
+        allowed = "a natural sand is known by one penetration test" if len(self.kinds) < 4 else ""
+        choose("profile", kind, self.kinds, allowed)
+        if kind == "fourier":
+            return self._fourier(method, draws=draws)
+        if kind == "generic":
+            return self._generic(method, draws=draws)
+        name = f"measured table of {self.name}"
+        table = measured_profile(self.alpha, self.results.config, name, draws=draws)
+        return (
+            table if kind == "table" else DepthOnlyProfile.of(table, f"depth-only, of {self.name}")
+        )
+
+    def _fourier(self, method: str | None, *, draws: bool) -> FourierProfile:
+        fit = self.results.fits(method)[self.name]
+        name = f"nine terms ({fit.method}) of {self.name}"
+        if fit.reason:
+            return FourierProfile(fit.used, name, f"{name}: {fit.reason}")
+        return FourierProfile(fit.used, name, spread=FourierProfile(fit.draws) if draws else None)
+
+    def _generic(self, method: str | None, *, draws: bool) -> FourierProfile:
+        if self.name not in self.results.laboratory:
+            try:
+                return self.scaled(method).profile
+            except InputError as error:
+                return FourierProfile(np.full(9, np.nan), f"generic, {self.name}", str(error))
+        fits = self.results.fits(method)
+        own, others = fits[self.name], [fit for fit in fits.values() if not fit.reason]
+        name = f"generic ({own.method}) times zeta = {own.zeta:.4f} of {self.name}"
+        if own.reason:
+            return FourierProfile(own.used, name, f"{name}: {own.reason}")
+        spread = None
+        if draws:
+            many = generic(np.stack([fit.draws for fit in others], axis=1))
+            spread = scaled_generic(own.zeta_draws, many)
+        return scaled_generic(own.zeta, self.results.generic(method), name, spread)
+
+    def __repr__(self) -> str:
+        return f"<medium {self.name} of {self.results.root}>"
+
+
+def open_results(folder: str | Path = ".") -> Results:
+    """Open a campaign and its results.
+
+    Parameters
+    ----------
+    folder : str or Path, optional
+        The campaign's folder, its ``config`` or ``results`` folder, or its ``config.yaml``.
+
+    Returns
+    -------
+    Results
+
+    Raises
+    ------
+    InputError
+        If there is no campaign, or its configuration or run sheet are not valid.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> results = rftfit.open("my_campaign")  # doctest: +SKIP
+    >>> results.media  # doctest: +SKIP
+    """
+    return Results(load_campaign(config_of(folder)))
+
+
+def config_of(folder: str | Path) -> Path:
+    """Find the configuration of a campaign; `folder` as for `open_results`."""
+    folder = Path(folder)
+    places = [folder] if folder.is_file() else []
+    for place in (folder, folder.parent) if folder.name in ("config", FOLDER) else (folder,):
+        places += [place / name for name in _CONFIGS]
+    config = next((path for path in places if path.is_file()), None)
+    if config is None:
+        raise InputError(
+            f"{folder}: no config/config.yaml there; allowed: the folder of a campaign "
+            "(`rftfit init` makes one)"
+        )
+    return config

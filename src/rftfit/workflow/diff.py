@@ -1,0 +1,145 @@
+"""Two folders of results beside each other: which numbers changed, by how much, and because of what."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.errors import InputError
+from rftfit.outputs.dictionary import describe
+from rftfit.results import FOLDER, Tables
+from rftfit.workflow.provenance import Change, changes_between, read_state
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+NOT_SAME = 1e-5
+"""Tables keep six digits: a smaller relative change is none."""
+
+_KEYS = {
+    "alpha": ("medium", "beta_deg", "gamma_deg"),
+    "coefficients": ("method", "medium", "coefficient"),
+    "penetration": ("method", "medium"),
+    "leg_errors": ("medium", "leg", "profile", "component"),
+    "sands": ("medium", "run_id", "window"),
+}
+"""Tables that are compared number by number, and the columns that name a row."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One number that is different.
+
+    `half_widths`: The change over the half width of the first interval; NaN without an interval.
+    """
+
+    file: str
+    row: str
+    quantity: str
+    was: float
+    now: float
+    half_widths: float
+
+
+def compare(first: Path, second: Path) -> tuple[list[Difference], list[Change], list[str]]:
+    """Compare two folders of results.
+
+    Returns numbers that changed, the largest change first; what their logs, runs, settings, code and
+    versions differ in; and files of which only one folder has one.
+    """
+    one, other = (_folder(folder) for folder in (first, second))
+    names = [
+        {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")}
+        for folder in (one, other)
+    ]
+    compared = {name: keys for name in names[0] | names[1] if (keys := _keys(name))}
+    found: list[Difference] = []
+    for name, keys in sorted(compared.items()):
+        if name in names[0] and name in names[1]:
+            found += _differences(name, Tables(one).table(name), Tables(other).table(name), keys)
+    found.sort(key=lambda one: -_size(one))
+    alone = sorted(name for name in compared if (name in names[0]) != (name in names[1]))
+    states = [read_state(folder)[0] for folder in (one, other)]
+    return found, changes_between(*states), alone
+
+
+def _folder(folder: Path) -> Path:
+    """The folder of results in a campaign's folder, or itself."""
+    for place in (folder / FOLDER, folder):
+        if (place / "provenance.json").is_file():
+            return place.resolve()
+    raise InputError(f"{folder}: no results of `rftfit run` there (no provenance.json)")
+
+
+def _keys(name: str) -> tuple[str, ...]:
+    stem = name.split("/", maxsplit=1)[0].removesuffix(".csv")
+    return _KEYS.get(stem, ())
+
+
+def _size(difference: Difference) -> float:
+    if np.isfinite(difference.half_widths):
+        return difference.half_widths
+    scale = max(abs(difference.was), abs(difference.now), 1e-300)
+    return abs(difference.now - difference.was) / scale if np.isfinite(scale) else np.inf
+
+
+def _differences(
+    name: str, first: pd.DataFrame, second: pd.DataFrame, keys: tuple[str, ...]
+) -> list[Difference]:
+    output = describe(f"{FOLDER}/{name}")
+    assert output is not None
+    index = [key for key in keys if key in first and key in second]
+    one, other = (table.drop_duplicates(index).set_index(index) for table in (first, second))
+    rows = one.index.union(other.index)
+    one, other = one.reindex(rows), other.reindex(rows)
+    found = []
+    for quantity in one.columns.intersection(other.columns):
+        if one[quantity].dtype.kind not in "if" or _is_end(quantity):
+            continue
+        was, now = one[quantity].to_numpy(float), other[quantity].to_numpy(float)
+        half = _half_width(one, quantity)
+        same = np.isclose(was, now, rtol=NOT_SAME, atol=0, equal_nan=True)
+        for at in np.flatnonzero(~same).tolist():
+            row = rows[at] if isinstance(rows[at], tuple) else (rows[at],)
+            words = " ".join(f"{word:g}" if isinstance(word, float) else str(word) for word in row)
+            ratio = abs(now[at] - was[at]) / half[at] if half[at] > 0 else np.nan
+            found.append(Difference(name, words, quantity, was[at], now[at], ratio))
+    return found
+
+
+def _is_end(quantity: str) -> bool:
+    return any(part in quantity for part in ("_lo", "_hi", "_se", "_dof")) or quantity in (
+        "se",
+        "lo",
+        "hi",
+    )
+
+
+def _half_width(table: pd.DataFrame, quantity: str) -> np.ndarray:
+    """Half width of the interval of a quantity, shape (rows,); NaN where it has none."""
+    head, _, unit = quantity.partition("_N_")
+    unit = f"_N_{unit}" if unit else ""
+    for low, high in (
+        (f"{head}_lo{unit}", f"{head}_hi{unit}"), (f"{quantity}_lo", f"{quantity}_hi"), ("lo", "hi"),
+    ):  # fmt: skip
+        if low in table and high in table:
+            half: np.ndarray = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
+            return half
+    return np.full(len(table), np.nan)
+
+
+def as_json(differences: list[Difference], changes: list[Change], alone: list[str]) -> str:
+    """All of a comparison as JSON."""
+    data = {
+        "changed": [vars(one) for one in differences],
+        "because": [vars(one) for one in changes],
+        "only_in_one": alone,
+    }
+    return (
+        json.dumps(data, indent=1, default=str).replace("NaN", "null").replace("Infinity", "null")
+    )

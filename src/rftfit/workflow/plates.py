@@ -1,0 +1,238 @@
+"""Penetrations with plates of several sizes, from logs to alpha, zeta and forces on legs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from rftfit.campaign.load import load_campaign
+from rftfit.compare.sands import by_plate, depth_exponent, size_exponent
+from rftfit.errors import InputError
+from rftfit.measure.ledger import Why
+from rftfit.measure.strokes import split_runs
+from rftfit.model.outlines import CURVATURES, model_leg
+from rftfit.model.prediction import predict
+from rftfit.model.scaling import scale
+from rftfit.store import write_csv
+from rftfit.workflow.measure import check, fit_medium, ingest_traces, join, samples_of, tare_medium
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from rftfit.campaign.config import Config
+    from rftfit.campaign.load import Campaign
+    from rftfit.compare.sands import Estimate, PlateResult
+    from rftfit.measure.ingest import Trace
+    from rftfit.model.scaling import ScaledMedium
+
+
+@dataclass(frozen=True)
+class Penetration:
+    """One run: clocks, surface and slope; NaN where there is none.
+
+    `clock_s`: Offset of the clocks, motion minus force.
+    `alpha`: alpha_z(0, 90 deg), N/cm^3.
+    `reason`: Why there is no alpha.
+    """
+
+    name: str
+    plate: str
+    clock_s: float
+    clock_se_s: float
+    surface_mm: float
+    surface_se_mm: float
+    alpha: float
+    alpha_se: float
+    alpha_dof: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Plates:
+    """What penetrations with several plates come to; by plate, the smallest first.
+
+    `with_size`: Exponent m of alpha ~ size^m.
+    `spread`: Where the run-to-run spread is from.
+    `scaled`: The medium as each plate alone would have it.
+    `forces`: On the three model legs, by pose.
+    """
+
+    config: Config
+    runs: list[Penetration]
+    combined: dict[str, PlateResult]
+    sizes_cm: dict[str, float]
+    with_size: Estimate
+    spread: str
+    scaled: dict[str, ScaledMedium]
+    forces: pd.DataFrame
+
+
+class _Chain(NamedTuple):
+    """What the campaign's own stages made of a medium."""
+
+    traces: list[Trace]
+    status: pd.DataFrame
+    fits: pd.DataFrame
+    stress: dict[str, tuple[np.ndarray, np.ndarray]]
+    ledger: pd.DataFrame
+
+
+def run_plates(config: Path, results: Path) -> Plates:
+    """Run the chain on a campaign of vertical penetrations and write its tables and figures.
+
+    `results`: Folder; gets ``runs.csv``, ``fits.csv``, ``ledger.csv``, ``plates.csv``,
+    ``forces.csv`` and the figures ``clocks`` and ``stress``.
+    """
+    from rftfit.figures.plates import draw_plates
+    from rftfit.figures.protocol import draw_clocks
+    from rftfit.figures.style import save
+
+    campaign = load_campaign(config)
+    chain = _chain(campaign)
+    check(chain.ledger, chain.status)
+    runs = _runs(campaign, chain)
+    good = [run for run in runs if np.isfinite(run.alpha)]
+    if not good:
+        reasons = "; ".join(f"{run.name}: {run.reason}" for run in runs)
+        raise InputError(f"no run gives an alpha: {reasons}")
+    level = campaign.config.fit.confidence
+    sizes = {run.plate: _size(campaign, run.plate) for run in good}
+    sizes = dict(sorted(sizes.items(), key=lambda item: item[1]))
+    of_plate = {name: [run for run in good if run.plate == name] for name in sizes}
+    alphas = {
+        name: np.array([(run.alpha, run.alpha_se, run.alpha_dof) for run in own]).T
+        for name, own in of_plate.items()
+    }
+    exponents = {
+        name: np.array([depth_exponent(*chain.stress[run.name]) for run in own])
+        for name, own in of_plate.items()
+    }
+    combined, spread = by_plate(
+        {n: (a[0], a[1], a[2]) for n, a in alphas.items()}, exponents, level
+    )
+    with_size = size_exponent(
+        [sizes[run.plate] for run in good], [run.alpha for run in good], level
+    )
+    scaled = {
+        name: scale(one.alpha.value, one.alpha.se, confidence=level)
+        for name, one in combined.items()
+    }
+    forces = _forces(scaled, level)
+    found = Plates(campaign.config, runs, combined, sizes, with_size, spread.source, scaled, forces)
+    for name, table in (
+        ("runs", chain.status),
+        ("fits", chain.fits),
+        ("ledger", chain.ledger),
+        ("plates", _plates_table(found)),
+        ("forces", forces.drop(columns=["reason", *forces.filter(like="moment").columns])),
+    ):
+        write_csv(table, results / f"{name}.csv")
+    ends = {name: (r.alpha.value, r.alpha.lo, r.alpha.hi) for name, r in combined.items()}
+    save(draw_clocks(chain.traces), results / "clocks")
+    save(draw_plates(chain.stress, of_plate, ends, sizes), results / "stress")
+    return found
+
+
+def _chain(campaign: Campaign) -> _Chain:
+    """Go through ingest, tare and slopes, as the workflow does."""
+    import pandas as pd
+
+    parts: list[_Chain] = []
+    for medium in campaign.media_with_runs:
+        traces, rows, first = ingest_traces(campaign, medium)
+        status = pd.DataFrame(rows)
+        tared, tares, second = tare_medium(campaign, medium, samples_of(traces), status)
+        fits, windows, third = fit_medium(campaign, medium, status, tared, tares)
+        good = windows["why"].to_numpy() == Why.GOOD
+        stress = {}
+        for name, place in split_runs(tared).items():
+            area = campaign.config.intruders[campaign.by_id[name].intruder]
+            part = tared.iloc[place][good[place]]
+            assert area.shape != "leg"
+            stress[name] = (
+                part["depth_cm"].to_numpy(),
+                part["force_z_N"].to_numpy() / area.area_cm2,
+            )
+        book = join([first.table(), second.table(), third.table()])
+        parts.append(_Chain(traces, status, fits, stress, book))
+    return _Chain(
+        [trace for part in parts for trace in part.traces],
+        pd.concat([part.status for part in parts], ignore_index=True),
+        pd.concat([part.fits for part in parts], ignore_index=True),
+        {name: pair for part in parts for name, pair in part.stress.items()},
+        pd.concat([part.ledger for part in parts], ignore_index=True),
+    )
+
+
+def _runs(campaign: Campaign, chain: _Chain) -> list[Penetration]:
+    facts = {row["run_id"]: row for row in chain.status.to_dict("records")}
+    runs = []
+    for row in chain.fits.to_dict("records"):
+        name = str(row["run_id"])
+        fact = facts[name]
+        runs.append(
+            Penetration(
+                name,
+                campaign.by_id[name].intruder,
+                float(fact["clock_offset_s"]),
+                float(fact["clock_se_s"]),
+                float(fact.get("surface_z_mm", np.nan)),
+                float(fact.get("surface_se_mm", np.nan)),
+                float(row["alpha_z_N_per_cm3"]),
+                float(row["alpha_z_se_N_per_cm3"]),
+                float(row["alpha_z_dof"]),
+                str(row["reason"]),
+            )
+        )
+    return runs
+
+
+def _size(campaign: Campaign, name: str) -> float:
+    plate = campaign.config.intruders[name]
+    assert plate.shape != "leg"
+    return plate.length_cm
+
+
+def _forces(scaled: dict[str, ScaledMedium], level: float) -> pd.DataFrame:
+    """Forces on the model legs by pose, from each plate alone."""
+    import pandas as pd
+
+    parts = []
+    for name, medium in scaled.items():
+        for leg in CURVATURES:
+            table = predict(medium.profile, model_leg(leg), None, level)
+            table.insert(0, "leg", leg)
+            table.insert(0, "plate", name)
+            parts.append(table)
+    return pd.concat(parts, ignore_index=True)
+
+
+def _plates_table(found: Plates) -> pd.DataFrame:
+    import pandas as pd
+
+    rows = []
+    for name, result in found.combined.items():
+        scaled = found.scaled[name]
+        rows.append(
+            {
+                "plate": name,
+                "size_cm": found.sizes_cm[name],
+                "runs": result.runs,
+                "alpha_z_N_per_cm3": result.alpha.value,
+                "alpha_z_se_N_per_cm3": result.alpha.se,
+                "alpha_z_lo_N_per_cm3": result.alpha.lo,
+                "alpha_z_hi_N_per_cm3": result.alpha.hi,
+                "largest_deviation_percent": 100 * result.largest_deviation,
+                "depth_exponent": result.exponent.value,
+                "depth_exponent_lo": result.exponent.lo,
+                "depth_exponent_hi": result.exponent.hi,
+                "zeta": scaled.zeta,
+                "zeta_lo": scaled.zeta_lo,
+                "zeta_hi": scaled.zeta_hi,
+            }
+        )
+    return pd.DataFrame(rows)

@@ -1,0 +1,254 @@
+"""Bring the results of a campaign up to date: what is out of date is found, Snakemake does it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections import Counter
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rftfit.errors import InputError, OutputError, WorkflowError
+from rftfit.workflow.plan import Plan
+from rftfit.workflow.processes import left_by_the_dead
+from rftfit.workflow.snakemake import (
+    Job,
+    Progress,
+    failure_text,
+    find_snakefile,
+    listen,
+    nothing_written,
+    working_in,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from rftfit.workflow.records import Finding
+
+LOG = Path("results/logs/snakemake.log")
+
+_FILE = "config.yaml"
+_NOT_CLUSTERS = ("default",)
+"""Profiles beside the Snakefile that run on this machine."""
+
+_SUBMITS = {"slurm": "sbatch"}
+"""Executor to the program that it hands jobs over with."""
+
+_MOST = 5
+
+
+@dataclass
+class Workflow:
+    """One call of the workflow.
+
+    `targets`: Results to make; default all.
+    `words`: Further words for Snakemake itself.
+    `cores`: Jobs at once; default: all cores.
+    `cluster`: Profile that puts the jobs on a cluster.
+    `say`: Told what is made again and why, one line each.
+    `on_job`: Told the state whenever a job has finished.
+    """
+
+    config: Path
+    targets: Sequence[str] = ()
+    words: Sequence[str] = ()
+    cores: int | None = None
+    cluster: str | None = None
+    snakefile: Path | None = None
+    say: Callable[[str], None] = field(default=lambda _: None)
+    on_job: Callable[[Progress, Job | None], None] = field(default=lambda *_: None)
+
+    def __post_init__(self) -> None:
+        self.plan = Plan(self.config)
+        self.root = self.plan.root
+
+    def run(self) -> Progress:
+        """Make all results that are missing or out of date."""
+        _refuse_packages(self.root)
+        findings = list(self.plan.all_findings())
+        self.plan.save()
+        for line in changes(findings):
+            self.say(line)
+        if not findings and not self.targets and not self.words:
+            return Progress(nothing_to_do=True)
+        self._clear_lock_of_the_dead()
+        return self._watch(self._command(findings), self.root / LOG)
+
+    def dry_run(self) -> tuple[Progress, Counter[str]]:
+        """Find what would be done. Returns the jobs, and how many tasks of each are out of date by now."""
+        findings = list(self.plan.all_findings())
+        for line in changes(findings):
+            self.say(line)
+        tasks = Counter(stage for stage, _ in {(one.stage, one.key) for one in findings})
+        if not findings and not self.targets and not self.words:
+            return Progress(nothing_to_do=True), tasks
+        return self._watch([*self._command(findings), "--dry-run"], None), tasks
+
+    def unlock(self) -> None:
+        """Clear the lock that a killed run has left."""
+        if others := working_in(self.root):
+            raise WorkflowError(
+                f"a workflow is running in {self.root} (process {', '.join(map(str, others))}), so its "
+                "lock stays; wait for it, or end it first"
+            )
+        lines: list[str] = []
+        if listen([*self._command([]), "--unlock"], None, lines.append):
+            raise WorkflowError("the lock cannot be cleared: " + " ".join(lines[-3:]))
+
+    def _command(self, findings: Sequence[Finding]) -> list[str]:
+        source = (self.snakefile or find_snakefile()).resolve()
+        where = ["--cores", str(self.cores or "all")]
+        if self.cluster is not None:
+            where = _cluster_words(self.cluster, source, self.cores)
+        config = self.config.absolute().parent.resolve() / self.config.name
+        # Snakemake would see a changed digest, but not that a result was edited
+        stale = list(dict.fromkeys(finding.stage for finding in findings))
+        return [
+            *self.targets,
+            *("--snakefile", str(source), "--directory", str(self.root), *where),
+            *("--config", f"campaign={config.relative_to(self.root).as_posix()}"),
+            *("--rerun-incomplete", "--keep-going", "--scheduler", "greedy", "--nocolor"),
+            *("--logger", "rftfit"),
+            *(["--forcerun", *stale] if stale else []),
+            *self.words,
+        ]
+
+    def _watch(self, command: list[str], log: Path | None) -> Progress:
+        """Run Snakemake to its end; an error becomes a `WorkflowError` that says why."""
+        progress = Progress()
+
+        def on_line(line: str) -> None:
+            self.on_job(progress, progress.feed(line))
+
+        try:
+            status = listen(command, log, on_line)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(
+                "Stopped. Results that were finished are kept; `rftfit run` goes on from there."
+            ) from None
+        if progress.locked:
+            raise WorkflowError(self._lock_text())
+        if status:
+            named = log.relative_to(self.root) if log else Path("(not kept in a dry run)")
+            kind = OutputError if nothing_written(progress, self.root) else WorkflowError
+            raise kind(failure_text(progress, self.root, named, status))
+        return progress
+
+    def _clear_lock_of_the_dead(self) -> None:
+        """Clear the lock of a killed run where it is certain that nobody holds it."""
+        with left_by_the_dead(self.root / ".snakemake") as certain:
+            if certain and listen([*self._command([]), "--unlock"], None, lambda _: None) == 0:
+                self.say(
+                    "An earlier run was killed: its lock is cleared, and this one goes on from there."
+                )
+
+    def _lock_text(self) -> str:
+        if others := working_in(self.root):
+            return (
+                f"another workflow is running in {self.root} (process {', '.join(map(str, others))}): "
+                "two at once would write the same files. Wait for it; nothing was run."
+            )
+        return (
+            f"{self.root} is locked, and no workflow seems to be running there: an earlier one was "
+            "killed before it could clear its lock. If none runs on another machine that shares this "
+            "folder, clear the lock with\n  rftfit run --unlock\nand run again. Finished results are kept."
+        )
+
+
+def changes(findings: Sequence[Finding]) -> list[str]:
+    """Say what is made again and why: edits and damage by name, changes by what has changed."""
+    lines = []
+    for sort, what in (("edited", "not as written (edited or damaged)"), ("missing", "not there")):
+        names = [finding.what for finding in findings if finding.sort == sort]
+        if names:
+            lines.append(f"{what}, made again: {_listed(names)}")
+    reasons: dict[str, dict[str, None]] = {}
+    for finding in findings:
+        if finding.sort == "changed":
+            reasons.setdefault(finding.what, {})[f"{finding.stage} {finding.key}".strip()] = None
+    lines += [
+        f"{what} changed since the results were made: {_listed(list(of))}"
+        for what, of in reasons.items()
+    ]
+    return lines
+
+
+def _listed(names: Sequence[str]) -> str:
+    rest = len(names) - _MOST
+    return ", ".join(names[:_MOST]) + (f" and {rest} more" if rest > 0 else "")
+
+
+def _refuse_packages(root: Path) -> None:
+    """Refuse a campaign that brings packages along, which Snakemake would import."""
+    folder = root / ".snakemake" / "pip-deployments"
+    if os.path.lexists(folder):
+        raise InputError(
+            f"{folder}: Snakemake would execute what is in this folder, and rftfit puts nothing "
+            "there; see where it came from, delete it, then run again"
+        )
+
+
+# --- clusters
+
+
+def _cluster_words(name: str, snakefile: Path, cores: int | None) -> list[str]:
+    """Words for Snakemake that put the jobs on a cluster.
+
+    `name`: Of a profile beside the Snakefile, or the path of a folder that holds one. `cores`: Of
+    the largest job; default: what the profile says.
+    """
+    folder = find_profile(name, snakefile)
+    executor = str(_read(folder / _FILE).get("executor", "local"))
+    _check_installed(executor, folder)
+    return ["--workflow-profile", str(folder), *(["--cores", str(cores)] if cores else [])]
+
+
+def find_profile(name: str, snakefile: Path) -> Path:
+    """Find the folder of a profile by its name beside the Snakefile, or by its path."""
+    own = snakefile.resolve().parent / "profiles"
+    known = sorted(
+        p.parent.name for p in own.glob(f"*/{_FILE}") if p.parent.name not in _NOT_CLUSTERS
+    )
+    if name in known:
+        return own / name
+    folder = Path(name).resolve()
+    if (folder / _FILE).is_file():
+        return folder
+    raise InputError(
+        f"--cluster: found {name!r}; allowed: {', '.join(known)}, or a folder with a profile of "
+        f"your own ({_FILE})"
+    )
+
+
+def _read(path: Path) -> Mapping[str, Any]:
+    import yaml
+
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    if not isinstance(values, dict):
+        raise InputError(f"{path}: it must hold keys and values, as `executor: slurm`")
+    return values
+
+
+def _check_installed(executor: str, folder: Path) -> None:
+    """Say what is missing before Snakemake does, in more words."""
+    if executor in ("local", "dryrun", "touch"):
+        return
+    plugin = f"snakemake-executor-plugin-{executor}"
+    if find_spec(plugin.replace("-", "_")) is None:
+        raise InputError(
+            f"the profile {folder.name} needs the package {plugin}, which is not installed; "
+            f"install it with `python -m pip install {plugin}`"
+            + (" (or `rftfit[cluster]`)" if executor in _SUBMITS else "")
+        )
+    program = _SUBMITS.get(executor)
+    if program is not None and shutil.which(program) is None:
+        raise InputError(
+            f"there is no program {program} here, which hands jobs over to {executor}: start this "
+            "on a machine of the cluster that may submit jobs"
+        )

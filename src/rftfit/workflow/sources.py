@@ -1,0 +1,104 @@
+"""What the results of a campaign depend on outside of ``results/``: logs, rows, settings, dialects."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from rftfit.store.digests import Seen, digest_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from pathlib import Path
+
+    from rftfit.campaign.config import Config
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
+    from rftfit.logs.registry import Origin
+
+OWN_DIALECT = "rig"
+"""The one that is read where the config names none."""
+
+# the number of a row, and what nobody computes with
+_LEFT_OUT = ("row", "note")
+
+
+def log_names(campaign: Campaign, medium: str) -> list[str]:
+    """Logs that a medium is measured from, relative to the raw folder; some may not exist.
+
+    `medium`: Empty for the runs that belong to none.
+    """
+    runs = campaign.runs_of(medium) if medium else campaign.unclaimed
+    names = {name for run in runs for name in (run.force_log, run.motion_log)}
+    contact = campaign.config.rigid_contact
+    if contact is not None and medium:
+        names |= {contact.force_log, contact.motion_log}
+    return sorted(names)
+
+
+def digests_of_files(folder: Path, names: Iterable[str], seen: Seen) -> dict[str, str]:
+    """SHA-256 of files by name, relative to a folder; empty where there is no such file."""
+    paths = {f"{folder}/{name}": name for name in names}
+    return {paths[path]: digest for path, digest in seen.digests(paths).items()}
+
+
+def robot_files(campaign: Campaign) -> list[str]:
+    """The robot's own file, its sheet and its tracks, so far as they exist, from the campaign's folder."""
+    robot = campaign.config.robot
+    if robot is None or not campaign.robot_medium:
+        return []
+    paths = [campaign.root / robot.file] if robot.file else []
+    if robot.runs is not None:
+        from rftfit.workflow.robot import trials_of
+
+        sheet = campaign.raw / robot.runs
+        paths += [sheet, *(sheet.parent / trial.track for trial in trials_of(campaign))]
+    return sorted(
+        {path.resolve().relative_to(campaign.root).as_posix() for path in paths if path.is_file()}
+    )
+
+
+def foreign_dialects(config: Config) -> dict[str, Origin]:
+    """Dialects of other packages that a campaign's logs are read with."""
+    named = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
+    wanted = [name for name in named if name not in (None, OWN_DIALECT)]
+    if not wanted:
+        return {}
+    # slow to import, and most campaigns have the rig's own logs
+    from rftfit.logs.registry import origins
+
+    return origins(wanted)
+
+
+def rows_digest(campaign: Campaign, media: Sequence[str]) -> str:
+    """Digest of some media's rows of the run sheet, or of all; their order and numbers do not count."""
+    runs = [run for medium in media for run in campaign.runs_of(medium)] if media else campaign.runs
+    return digest_of(list(media), sorted([*cells(run).values()] for run in runs))
+
+
+def cells(run: Run) -> dict[str, str]:
+    """What counts of a row of the run sheet, as text by column."""
+    return {
+        name: _text(getattr(run, name))
+        for name in run.__dataclass_fields__
+        if name not in _LEFT_OUT
+    }
+
+
+def _text(value: object) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else ""
+    return str(value)
+
+
+def settings_of(config: Config) -> dict[str, Any]:
+    """Every value of the configuration."""
+    return config.model_dump(mode="json")
+
+
+def settings_digest(config: Config, sections: Sequence[str]) -> str:
+    """Digest of sections of the configuration; of all where none is named."""
+    whole = settings_of(config)
+    return digest_of({name: whole[name] for name in sections or whole})

@@ -1,0 +1,40 @@
+"""Snakemake's events as lines of JSON on standard output, for ``rftfit run`` (``--logger rftfit``).
+
+Snakemake finds its plug-ins by the name of this package.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING
+
+from snakemake_interface_logger_plugins.base import LogHandlerBase
+
+if TYPE_CHECKING:
+    from logging import LogRecord
+
+KEYS = (
+    "event", "jobid", "job_id", "rule_name", "rule_msg", "log", "reason", "done", "total", "stats",
+    "indent",
+)  # fmt: skip
+
+
+class LogHandler(LogHandlerBase):
+    """Write what `KEYS` names of each event, and its message."""
+
+    writes_to_stream = property(lambda _: True)
+    writes_to_file = property(lambda _: False)
+    has_filter = property(lambda _: True)
+    has_formatter = property(lambda _: True)
+    needs_rulegraph = property(lambda _: False)
+
+    def emit(self, record: LogRecord) -> None:
+        """Write one event; a reader that has gone is no reason to stop the workflow."""
+        facts = {key: value for key in KEYS if (value := getattr(record, key, None)) is not None}
+        line = json.dumps({"snakemake": record.getMessage(), **facts}, default=str)
+        try:
+            sys.stdout.write(line + "\n")
+            sys.stdout.flush()
+        except OSError:
+            self.handleError(record)

@@ -1,0 +1,150 @@
+"""What is made of Snakemake's events, without Snakemake."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from rftfit.workflow.snakemake import Progress, failure_text, nothing_written
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+STOPPED = "At least one job did not complete successfully."
+
+
+def event(text: str = "", **facts: Any) -> str:
+    return json.dumps({"snakemake": text, **facts})
+
+
+def begun(number: int, rule: str) -> str:
+    log = [f"results/logs/{rule}.log"]
+    return event(event="job_info", jobid=number, rule_name=rule, log=log)
+
+
+def ended(number: int, rule: str, status: str = "returned non-zero exit status 2.") -> list[str]:
+    return [
+        event(f"CalledProcessError in file Snakefile: Command 'x' {status}", event="error"),
+        event(event="job_error", jobid=number, rule_name=rule, log=[f"results/logs/{rule}.log"]),
+    ]
+
+
+def watch(*lines: str) -> Progress:
+    progress = Progress()
+    for line in lines:
+        progress.feed(line)
+    return progress
+
+
+def write_log(root: Path, rule: str, text: str) -> None:
+    path = root / "results" / "logs" / f"{rule}.log"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+
+
+def test_jobs_are_counted() -> None:
+    progress = Progress()
+    lines = [
+        event(event="run_info", stats={"total": 3}), begun(1, "ingest"),
+        event(event="job_finished", job_id=1), event(event="progress", done=1, total=3), "a line",
+    ]  # fmt: skip
+    finished = [job.rule for line in lines if (job := progress.feed(line))]
+    assert finished == ["ingest"]
+    assert (progress.done, progress.total, progress.plain) == (1, 3, ["a line"])
+    assert not progress.nothing_to_do
+    assert watch(event("Nothing to be done (all up to date).")).nothing_to_do
+    assert watch(event("Error: Directory cannot be locked.", event="error")).locked
+
+
+def test_each_failed_job_tells_what_is_in_its_log(tmp_path: Path) -> None:
+    write_log(tmp_path, "ingest", "rftfit ingest: sand_b/x.csv: empty\n  in row 3\n")
+    write_log(tmp_path, "tare", "rftfit tare: no tare\n")
+    progress = watch(
+        event(event="run_info", stats={"total": 9}), begun(1, "ingest"), begun(3, "tare"),
+        *ended(1, "ingest"), *ended(3, "tare"), *ended(3, "tare"), event(STOPPED, event="error"),
+    )  # fmt: skip
+    text = failure_text(progress, tmp_path, tmp_path / "log", 1)
+    assert text.splitlines()[:6] == [
+        "the workflow stopped: 2 jobs failed; 0 of 9 are done, and what is done is kept.",
+        "  ingest:",
+        "    sand_b/x.csv: empty",
+        "      in row 3",
+        "  tare:",
+        "    no tare",
+    ]
+    assert STOPPED not in text
+    assert not nothing_written(progress, tmp_path)
+
+
+def test_a_traceback_becomes_its_last_line(tmp_path: Path) -> None:
+    trace = 'Traceback (most recent call last):\n  File "a.py", line 1, in <module>\nValueError: no sand\n'
+    write_log(tmp_path, "tare", trace)
+    text = failure_text(watch(begun(1, "tare"), *ended(1, "tare", "returned non-zero exit status 1.")), tmp_path, tmp_path, 1)  # fmt: skip
+    assert "    ValueError: no sand\n    (an error that the program did not expect" in text
+    assert "File " not in text
+
+
+@pytest.mark.parametrize(
+    ("status", "shown"),
+    [
+        ("returned non-zero exit status 137.", "the memory was full"),
+        ("died with <Signals.SIGKILL: 9>.", "the memory was full"),
+        ("died with <Signals.SIGSEGV: 11>.", "ended by SIGSEGV"),
+        ("returned non-zero exit status 7.", "no message; exit status 7"),
+    ],
+)
+def test_jobs_that_say_nothing(tmp_path: Path, status: str, shown: str) -> None:
+    write_log(tmp_path, "tare", "")
+    progress = watch(begun(1, "tare"), *ended(1, "tare", status))
+    assert shown in failure_text(progress, tmp_path, tmp_path, 1)
+
+
+def on_slurm(number: int, rule: str) -> list[str]:
+    told = "SLURM-job '7' failed, SLURM status is: 'TIMEOUT'."
+    facts: dict[str, Any] = {"jobid": number, "rule_name": rule, "rule_msg": told, "indent": True}
+    return [begun(number, rule), event(event="job_error", **facts)]
+
+
+def test_of_jobs_that_went_as_one_the_failed_one_is_named(tmp_path: Path) -> None:
+    write_log(tmp_path, "slopes", "poppy: 3 of 4 runs\n")
+    write_log(tmp_path, "tare", "rftfit tare: no tare\n  in row 3\n")
+    progress = watch(*on_slurm(1, "tare"), *on_slurm(2, "slopes"))
+    text = failure_text(progress, tmp_path, tmp_path, 1)
+    assert text.splitlines()[1:4] == ["  tare:", "    no tare", "      in row 3"]
+    assert "slopes" not in text
+    write_log(tmp_path, "tare", "")
+    text = failure_text(progress, tmp_path, tmp_path, 1)
+    assert text.splitlines()[1:3] == [
+        "  one of tare, slopes:",
+        "    no message; Slurm says TIMEOUT",
+    ]
+
+
+def test_a_job_whose_log_cannot_be_made(tmp_path: Path) -> None:
+    """Nothing of it was started: the shell said why in the user's language, and ended with 1."""
+    refused = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 1."))
+    text = failure_text(refused, tmp_path, tmp_path, 1)
+    assert "  page:\n    results/logs/page.log: cannot write: free some space" in text
+    assert nothing_written(refused, tmp_path)
+    other = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 137."))
+    assert not nothing_written(other, tmp_path)
+    write_log(tmp_path, "page", "")
+    assert not nothing_written(refused, tmp_path)
+    full = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 3."))
+    assert nothing_written(full, tmp_path)
+
+
+def test_snakemake_itself_cannot_write(tmp_path: Path) -> None:
+    refused = watch("OSError: [Errno 28] No space left on device")
+    text = failure_text(refused, tmp_path, tmp_path, 1)
+    assert "Snakemake cannot write: No space left on device" in text
+    assert nothing_written(refused, tmp_path)
+    assert not nothing_written(watch("OSError: [Errno 2] No such file or directory"), tmp_path)
+    assert not nothing_written(watch(), tmp_path)
+
+
+def test_snakemake_is_killed_or_gives_no_reason(tmp_path: Path) -> None:
+    assert "ended by SIGKILL" in failure_text(watch(), tmp_path, tmp_path, -9)
+    assert "gave no reason" in failure_text(watch(), tmp_path, tmp_path, 1)

@@ -1,0 +1,98 @@
+"""A campaign without logs, and tables of alpha as the workflow writes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import yaml
+
+from rftfit import reference
+from rftfit.campaign.load import Campaign
+from rftfit.results import Results
+from rftfit.store import write_csv
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import pandas as pd
+
+    from rftfit.campaign.config import Config
+
+PROJECT = Path(__file__).resolve().parents[2]
+LABORATORY, SAND = "laboratory", "natural_sand"
+SE = 0.003
+
+
+def alpha_frame(medium: str, values: tuple[np.ndarray, np.ndarray]) -> pd.DataFrame:
+    """Alpha table of a medium with a known error."""
+    import pandas as pd
+
+    columns: dict[str, Any] = {
+        "medium": medium,
+        "beta_deg": np.repeat(reference.BETA_DEG, 13),
+        "gamma_deg": np.tile(np.round(reference.GAMMA_DEG, 4), 7),
+    }
+    for component, alpha in zip("zx", values, strict=True):
+        flat = alpha.ravel()
+        for quantity, add in (("", 0.0), ("_lo", -1.96 * SE), ("_hi", 1.96 * SE)):
+            columns[f"alpha_{component}{quantity}_N_per_cm3"] = flat + add
+        columns[f"alpha_{component}_se_N_per_cm3"] = np.where(np.isnan(flat), np.nan, SE)
+    empty = np.isnan(values[0].ravel())
+    columns |= {"n_runs": np.where(empty, 0, 1), "run_ids": ""}
+    columns |= {f"run_to_run_{c}_N_per_cm3": np.nan for c in "zx"}
+    columns |= {"spread": "one bed as prepared", "flags": ""}
+    return pd.DataFrame(columns | {"reason": np.where(empty, "no run", "")})
+
+
+def one_cell(alpha_z: float) -> tuple[np.ndarray, np.ndarray]:
+    """Alpha of a natural sand: nothing but (0, 90 deg)."""
+    z = np.full((7, 13), np.nan)
+    z[3, -1] = alpha_z
+    return z, np.where(np.isnan(z), np.nan, 0.0)
+
+
+def make_campaign(
+    root: Path, roles: Mapping[str, str], alpha: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    settings: Mapping[str, Any] | None = None, without_runs: Sequence[str] = (),
+) -> Path:  # fmt: skip
+    """Write configuration, run sheet and tables of alpha; its logs are missing, which is a warning.
+
+    Returns the folder of results.
+    """
+    config = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    config = {name: part for name, part in config.items() if name != "robot"}
+    config |= {"raw": "raw", "run_sheet": "config/runs.csv", **(settings or {})}
+    config["fit"] |= {"missing_tare": "flag"}
+    config["media"] = {name: {"title": name, "role": role} for name, role in roles.items()}
+    config["media"] |= {name: {"title": name} for name in without_runs}
+    for name, role in roles.items():
+        if role == SAND:
+            config["media"][name]["linear_to_cm"] = 2
+    (root / "config").mkdir(parents=True)
+    (root / "raw").mkdir()
+    (root / "config" / "config.yaml").write_text(
+        yaml.safe_dump(config, sort_keys=False), encoding="utf-8"
+    )
+    rows = [
+        f"{name},plate,{name},plate,intrusion,0,90,,{name}_f.csv,{name}_m.csv," for name in roles
+    ]
+    head = (
+        "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm,force_log,motion_log,"
+        "tare_run"
+    )
+    (root / "config" / "runs.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    for medium, values in alpha.items():
+        write_csv(alpha_frame(medium, values), root / "results" / "alpha" / f"{medium}.csv")
+    return root / "results"
+
+
+def results_of(tables: Sequence[pd.DataFrame], config: Config) -> Results:
+    """Results that hold tables of alpha and nothing else, without a file."""
+    names = [str(table["medium"].iloc[0]) for table in tables]
+    runs: Any = tuple(SimpleNamespace(medium=name, kind="plate") for name in names)
+    results = Results(Campaign(Path(), Path(), Path(), config, runs))
+    results._tables = {f"alpha/{n}.csv": t for n, t in zip(names, tables, strict=True)}
+    return results

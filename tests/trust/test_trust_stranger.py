@@ -1,0 +1,186 @@
+"""A stranger's campaign: nothing that lies in its folder is executed, whatever command reads it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from campaigns import PROJECT, Folder, make_campaign
+
+from rftfit.store.environment import child_environment
+
+MODULES = ("numpy", "json", "yaml", "pandas", "numba", "matplotlib", "pyarrow", "scipy", "typer",
+           "pickle", "sitecustomize", "usercustomize", "snakemake", "rftfit", "ourlab_dialect")  # fmt: skip
+CODE = "import pathlib\npathlib.Path({marker!r}).mkdir(exist_ok=True)\n(pathlib.Path({marker!r}) / {name!r}).touch()\n"
+PROFILE = """\
+__use_yte__: true
+__definitions__:
+  - import pathlib
+  - pathlib.Path({marker!r}).mkdir(exist_ok=True)
+  - (pathlib.Path({marker!r}) / {name!r}).touch()
+cores: 1
+"""
+PLUGIN = "[rftfit.dialects]\nours = ourlab_dialect:Dialect\n"
+MEDIUM = "poppy_LP"
+TARGETS = ("results/penetration.csv", f"results/quality/{MEDIUM}.png", "results/robot/motion.csv")
+DIALECT = """
+class Dialect:
+    def describe(self): return "our logs"
+    def detect(self, head): return head.startswith(b"OURS")
+    def load(self, path): raise OSError
+"""
+RFTFIT = Path(sys.executable).with_name("rftfit")
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="the program lies elsewhere on Windows")
+
+
+def make_hostile(root: Path, marker: Path) -> None:
+    """Put into a campaign's folder whatever Python, Snakemake or numba might execute."""
+
+    def write(path: str, text: str) -> None:
+        target = root / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(
+            text.format(marker=str(marker), name=path.replace("/", ":")), encoding="utf-8"
+        )
+
+    for name in MODULES:
+        write(f"{name}.py", CODE)
+    for name in ("rftfit", "snakemake"):
+        write(f"{name}/__init__.py", CODE)
+        write(f"{name}/__main__.py", CODE)
+    write("snakemake_logger_plugin_x.py", CODE)
+    write("ourlab-1.0.dist-info/METADATA", "Metadata-Version: 2.1\nName: ourlab\nVersion: 1.0\n")
+    write("ourlab-1.0.dist-info/entry_points.txt", PLUGIN)
+    for folder in ("default", "profiles/default", "slurm", "site"):
+        write(f"{folder}/config.yaml", PROFILE)
+    # compiled functions are unpickled from there
+    write(".numba_config.yaml", f"cache_dir: {marker}/numba\n")
+    write("matplotlibrc", "text.usetex: True\nsvg.fonttype: path\naxes.facecolor: red\n")
+
+
+def call(cwd: Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [str(RFTFIT), *words], cwd=cwd, capture_output=True, text=True, check=False,
+        stdin=subprocess.DEVNULL, env={**os.environ, **environment},
+    )  # fmt: skip
+
+
+def executed(marker: Path) -> list[str]:
+    return sorted(str(path.relative_to(marker)) for path in marker.rglob("*"))
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+    """The same campaign with nothing hostile in it, and its results."""
+    folder = make_campaign(tmp_path_factory.mktemp("clean") / "campaign", (MEDIUM,))
+    done = call(folder.root, "run", *TARGETS)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+@pytest.fixture
+def hostile(clean: Folder, tmp_path: Path) -> tuple[Path, Path]:
+    """Folder of a campaign that has no logs yet, and where everything executed leaves a file."""
+    root, marker = tmp_path / "strange", tmp_path / "executed"
+    (root / "config").mkdir(parents=True)
+    shutil.copy(clean.root / "config/config.yaml", root / "config/config.yaml")
+    make_hostile(root, marker)
+    return root, marker
+
+
+@pytest.mark.slow
+def test_no_command_executes_what_lies_in_the_folder(
+    clean: Folder, hostile: tuple[Path, Path], tmp_path: Path
+) -> None:
+    root, marker = hostile
+    # somebody's own profile, of a name that the stranger has guessed
+    (tmp_path / "home/snakemake/site").mkdir(parents=True)
+    (tmp_path / "home/snakemake/site/config.yaml").write_text("cores: 2\n", encoding="utf-8")
+    own = {"SNAKEMAKE_PROFILE": "site", "XDG_CONFIG_HOME": str(tmp_path / "home")}
+
+    def safe(*words: str, code: int = 0, cwd: Path = root, **environment: str) -> str:
+        done = call(cwd, *words, **own, **environment)
+        assert executed(marker) == [], words
+        assert done.returncode == code, (words, done.stdout + done.stderr)
+        return done.stdout
+
+    safe("reenact", "--workers", "2")
+    safe("check")
+    safe("run", "-n")
+    safe("run", *TARGETS)
+    # an empty entry of PYTHONPATH is the current folder of each process
+    config = ("--config", str(root / "config/config.yaml"))
+    safe("run", *config, "results/alpha_extended.csv", cwd=tmp_path, PYTHONPATH=os.pathsep)
+    # Snakemake started by hand, with nothing from `rftfit run`
+    hand = ("--snakefile", str(PROJECT / "Snakefile"), "--directory", str(root), "--cores", "1")
+    words = [str(RFTFIT.with_name("snakemake")), *hand, "-f", "results/alpha_extended.csv"]
+    done = subprocess.run(words, cwd=PROJECT, capture_output=True, text=True, check=False)
+    assert (executed(marker), done.returncode) == ([], 0), done.stderr
+    assert "Nothing to do" in safe("run", *TARGETS)
+    safe("scale", "--alpha", "0.9")
+    leg = ("--leg", "c_leg", "--output", "forces.csv")
+    safe("predict", *leg, "--results", "results", "--medium", MEDIUM)
+    safe("verify", code=2)
+    for name in (f"alpha/{MEDIUM}.csv", f"quality/{MEDIUM}.png"):
+        ours, wanted = (folder / "results" / name for folder in (root, clean.root))
+        assert ours.read_bytes() == wanted.read_bytes(), name
+
+
+@pytest.mark.slow
+def test_the_robots_sweep_executes_nothing_either(hostile: tuple[Path, Path]) -> None:
+    root, marker = hostile
+    assert call(root, "reenact").returncode == 0
+    words = [str(RFTFIT), "sweep", "--profile", "depth_only"]
+    with subprocess.Popen(words, cwd=root, stderr=subprocess.PIPE, text=True) as child:
+        assert child.stderr is not None
+        # minutes in all: the first runs of it are enough
+        kept = root / "results/robot/parts"
+        deadline = time.monotonic() + 240
+        while (
+            child.poll() is None and time.monotonic() < deadline and not list(kept.rglob("*.csv*"))
+        ):
+            time.sleep(0.2)
+        child.send_signal(signal.SIGINT)
+        said = child.stderr.read()
+    assert list(kept.rglob("*.csv*")), said
+    assert executed(marker) == []
+
+
+def test_packages_that_snakemake_would_import_are_refused(clean: Folder, tmp_path: Path) -> None:
+    root = tmp_path / "campaign"
+    shutil.copytree(clean.root, root, ignore=shutil.ignore_patterns("results", ".snakemake"))
+    folder = root / ".snakemake/pip-deployments/snakemake_report_plugin_x"
+    folder.mkdir(parents=True)
+    marker = tmp_path / "executed"
+    text = CODE.format(marker=str(marker), name="plugin")
+    (folder / "__init__.py").write_text(text, encoding="utf-8")
+    for words in (["-n"], ["--unlock"], []):
+        done = call(root, "run", *words)
+        assert (done.returncode, executed(marker)) == (2, [])
+        assert str(folder.parent) in done.stderr
+    assert not (root / "results").exists()
+
+
+def test_a_dialect_that_is_installed_still_works(tmp_path: Path) -> None:
+    """Of a package on an absolute path of PYTHONPATH, in a child of a safe environment."""
+    site = tmp_path / "site"
+    (site / "ourlab-1.0.dist-info").mkdir(parents=True)
+    (site / "ourlab-1.0.dist-info/METADATA").write_text("Name: ourlab\nVersion: 1.0\n")
+    (site / "ourlab-1.0.dist-info/entry_points.txt").write_text(PLUGIN)
+    (site / "ourlab_dialect.py").write_text(DIALECT)
+    code = "from rftfit.logs.registry import dialects; print(dialects()['ours'].describe())"
+    for paths, found in ((str(site), True), (f".{os.pathsep}", False)):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("PYTHONPATH", paths)
+            environment = child_environment()
+        done = subprocess.run(
+            [sys.executable, "-c", code], cwd=site, env=environment, capture_output=True, text=True,
+            check=False,
+        )  # fmt: skip
+        assert ("our logs (package ourlab)" in done.stdout) is found, done.stderr

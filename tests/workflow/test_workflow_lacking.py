@@ -1,0 +1,147 @@
+"""Campaigns without a tare, and with media of which nothing is usable, run to their end."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+import yaml
+from campaigns import make_campaign
+
+from rftfit.measure.tare import NO_TARE_FLAG
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from campaigns import Folder
+
+pytestmark = pytest.mark.slow
+
+SAND_LOGS = Path(__file__).parents[3] / "shared" / "data" / "cmu-sand"
+ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
+
+Row = dict[str, str]
+
+
+def rewrite(folder: Folder, keep: Callable[[Row], bool], **cells: str) -> list[Row]:
+    """Keep some rows of the run sheet, with these cells changed, and return them."""
+    sheet = folder.root / "raw" / "paper" / "runs.csv"
+    with sheet.open(newline="", encoding="utf-8") as lines:
+        rows = [row | cells for row in csv.DictReader(lines) if keep(row)]
+    with sheet.open("w", newline="", encoding="utf-8") as lines:
+        writer = csv.DictWriter(lines, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    return rows
+
+
+def damage(folder: Folder, row: Row) -> None:
+    (folder.root / "raw" / "paper" / row["force_log"]).write_text("nothing\n", encoding="utf-8")
+
+
+def allow_no_tare(root: Path) -> None:
+    path = root / "config" / "config.yaml"
+    values = yaml.safe_load(path.read_text(encoding="utf-8"))
+    values["fit"]["missing_tare"] = "flag"
+    del values["robot"]
+    path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+
+
+def rftfit(root: Path, *words: str) -> None:
+    command = [sys.executable, "-m", "rftfit.cli.main", *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=root)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def run(root: Path) -> str:
+    """Run, verify, and return the page on one line."""
+    rftfit(root, "run")
+    logs = "".join(path.read_text() for path in (root / "results" / "logs").rglob("*.log"))
+    assert "Traceback" not in logs
+    rftfit(root, "verify")
+    return " ".join((root / "results" / "report.html").read_text(encoding="utf-8").split())
+
+
+@pytest.fixture(scope="module")
+def untared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Folder, str]:
+    """No tare at all; the first medium has damaged logs only."""
+    media = ("poppy_LP", "poppy_CP", "yuma")
+    folder = make_campaign(tmp_path_factory.mktemp("untared") / "campaign", media)
+    allow_no_tare(folder.root)
+
+    def keep(row: Row) -> bool:
+        lost = row["medium"] == "poppy_LP" and "bp00_g90" not in row["run_id"]
+        return row["kind"] in ("plate", "leg") and not lost
+
+    for row in rewrite(folder, keep, tare_run="", tare_shared=""):
+        if row["medium"] == "poppy_LP":
+            damage(folder, row)
+    return folder, run(folder.root)
+
+
+def test_runs_without_a_tare_give_flagged_numbers(untared: tuple[Folder, str]) -> None:
+    folder, page = untared
+    fits = folder.table("fits/poppy_CP.csv")
+    assert len(fits) == 90
+    assert fits[ALPHA].notna().all(axis=None)
+    assert fits["flags"].str.contains(NO_TARE_FLAG).all()
+    for medium in ("poppy_CP", "yuma"):
+        curves = folder.table(f"legs/{medium}.csv")
+        assert set(curves["leg"]) == {"c_leg", "flat_leg", "reversed_c_leg"}
+        assert curves[["force_z_N", "zero_se_z_N"]].notna().all(axis=None)
+        assert set(curves["flags"]) == {NO_TARE_FLAG}
+    errors = folder.table("leg_errors.csv").query("medium != 'poppy_LP'")
+    assert set(errors["medium"]) == {"poppy_CP", "yuma"}
+    assert errors["peak_error_percent"].notna().all()
+    assert errors["reason"].str.contains(NO_TARE_FLAG).all()
+    sands = folder.table("sands.csv")
+    assert sands[["alpha_z_N_per_cm3", "lo", "hi", "zeta"]].notna().all(axis=None)
+    assert sands["reason"].str.contains(NO_TARE_FLAG).all()
+    assert "was subtracted at the same" not in page
+    assert "in air at the same angle was subtracted" not in page
+
+
+def test_a_medium_without_a_cell_takes_no_other_down(untared: tuple[Folder, str]) -> None:
+    folder, _ = untared
+    lost = folder.table("alpha/poppy_LP.csv")
+    assert lost[ALPHA].isna().all(axis=None)
+    assert lost["reason"].notna().all()
+    for name, column in (("coefficients", "value_N_per_cm3"), ("penetration", "zeta")):
+        table = folder.table(f"{name}.csv")
+        none = table["medium"] == "poppy_LP"
+        assert none.any()
+        assert table.loc[none, column].isna().all()
+        assert table.loc[none, "reason"].notna().all()
+        assert table.loc[~none, column].notna().all()
+    chosen = folder.table("fourier/terms.csv").set_index("medium")["kept_by_bic"]
+    assert chosen["poppy_LP"].isna().all()
+    assert set(chosen["poppy_CP"]) == {True, False}
+
+
+def test_the_only_medium_without_a_cell(tmp_path: Path) -> None:
+    folder = make_campaign(tmp_path / "campaign", ("poppy_LP",), plates_only=True)
+    rows = rewrite(folder, lambda row: "_bp00_g90_" in row["run_id"])
+    for row in rows:
+        if row["kind"] == "plate":
+            damage(folder, row)
+    run(folder.root)
+    assert folder.table("coefficients.csv")["reason"].notna().all()
+    # what is missing is said where it would be drawn
+    for name in ("fig_2b_stress", "fig_s6_fit", "fig_s1_protocol_poppy_LP", "tare_poppy_LP"):
+        assert (folder.root / "results" / "figures" / f"{name}.png").is_file()
+
+
+def test_the_sand_example_runs(tmp_path: Path) -> None:
+    """Nine penetrations without a tare, as the shipped example leaves them to `rftfit run`."""
+    if not SAND_LOGS.is_dir():
+        pytest.skip("cmu-sand of ../shared/data is absent")
+    rftfit(tmp_path, "example", "cmu-sand", "sand", "--from", str(SAND_LOGS))
+    shutil.rmtree(tmp_path / "sand" / "results")
+    run(tmp_path / "sand")
+    tare = tmp_path / "sand" / "results" / "figures" / "tare_sand.svg"
+    assert NO_TARE_FLAG in tare.read_text(encoding="utf-8")
