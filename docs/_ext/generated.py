@@ -152,8 +152,14 @@ def robot() -> str:
     from rftfit.robot.config import Robot
     from rftfit.robot.tracks import COLUMNS
 
+    words = ("required", "see below", "none")
     rows = [
-        (f"`{'.'.join(key.path)}`", key.default, key.allowed, key.description)
+        (
+            f"`{'.'.join(key.path)}`",
+            key.default if key.default in words else f"`{key.default}`",
+            key.allowed,
+            key.description,
+        )
         for key in all_keys(Robot)
     ]
     keys = _table(("key", "default", "allowed", "meaning"), rows)

@@ -81,7 +81,9 @@ def read_model(path: Path, model: type[M], name: str = "") -> ModelFile[M]:
         return file
     parse_yaml(text, file)
     if file.data is None and not file.problems:
-        file.note((), "empty", None, "the file is empty; `rftfit init` writes one to start from")
+        file.note(
+            (), "empty", None, "the file is empty; start from one that comes with the program"
+        )
     if file.data is None:
         return file
     try:

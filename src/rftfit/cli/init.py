@@ -9,8 +9,6 @@ from typing import Annotated
 
 import typer
 
-from rftfit.campaign.columns import COLUMNS
-from rftfit.campaign.schema import json_schema, reference_markdown
 from rftfit.cli.output import say
 from rftfit.errors import InputError
 from rftfit.store import write_text
@@ -22,6 +20,10 @@ def init_campaign(folder: Path) -> list[Path]:
     They are the configuration with its schema and reference, an empty run sheet, and two READMEs,
     one of them with example rows. Nothing that is there is overwritten.
     """
+    # pydantic is slow to import
+    from rftfit.campaign.columns import COLUMNS
+    from rftfit.campaign.schema import json_schema, reference_markdown
+
     header = ",".join(column.name for column in COLUMNS)
     # the configuration last: with it the folder is a campaign
     texts = {
