@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, get_type_hints
 
+from api_page import api
 from sphinx.util.docutils import SphinxDirective
 
 if TYPE_CHECKING:
@@ -207,7 +208,9 @@ def _allowed(node: dict[str, Any]) -> str:
     return " ".join([kind, " and ".join(limits)]).strip()
 
 
-PAGES: dict[str, Callable[[], str]] = {"outputs": outputs, "commands": commands, "robot": robot}
+PAGES: dict[str, Callable[[], str]] = {
+    "api": api, "commands": commands, "outputs": outputs, "robot": robot,
+}  # fmt: skip
 """What can be generated."""
 
 
