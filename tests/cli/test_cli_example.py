@@ -156,7 +156,7 @@ def test_a_mirror_with_another_file(mirror: str, tmp_path: Path) -> None:
 def test_no_such_example(rftfit: Callable[..., Said]) -> None:
     said = rftfit("example", "cmu_sand")
     assert said.code != 0
-    assert "did you mean cmu-sand?" in said.err
+    assert "did you mean 'cmu-sand'?" in said.err
 
 
 def test_a_folder_without_the_logs(rftfit: Callable[..., Said], tmp_path: Path) -> None:
