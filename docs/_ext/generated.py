@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, get_type_hints
 
+from api_page import api
 from sphinx.util.docutils import SphinxDirective
 
 if TYPE_CHECKING:
@@ -169,7 +170,9 @@ def robot() -> str:
     return f"## The robot's file\n\n{keys}\n## The robot's run sheet\n\n{columns}"
 
 
-PAGES: dict[str, Callable[[], str]] = {"outputs": outputs, "commands": commands, "robot": robot}
+PAGES: dict[str, Callable[[], str]] = {
+    "api": api, "commands": commands, "outputs": outputs, "robot": robot,
+}  # fmt: skip
 """What can be generated."""
 
 

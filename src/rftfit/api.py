@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import numpy as np
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import numpy.typing as npt
 
@@ -83,7 +84,9 @@ def run(folder: str | Path = ".", targets: Sequence[str] = (), cores: int | None
     command([*targets], config=config_of(folder), cores=cores)
 
 
-def read_log(path: str | Path, dialect: str | None = None) -> Log:
+def read_log(
+    path: str | Path, dialect: str | None = None, text: Mapping[str, object] | None = None
+) -> Log:
     """Read one log of a force transducer or of a motion.
 
     Parameters
@@ -92,6 +95,9 @@ def read_log(path: str | Path, dialect: str | None = None) -> Log:
     dialect : str, optional
         Name of the reader, such as ``rig``, ``tdms`` or ``rosbag``; default: recognised by the
         content.
+    text : mapping of str to object, optional
+        How a delimited text is written, as ``text`` of the configuration; default: as it looks, as
+        `rftfit inspect` finds it.
 
     Returns
     -------
@@ -110,18 +116,28 @@ def read_log(path: str | Path, dialect: str | None = None) -> Log:
     >>> log = rftfit.read_log("raw/plate_01_force.csv")  # doctest: +SKIP
     >>> log.columns["Fz"], log.units["Fz"]  # doctest: +SKIP
     """
+    from rftfit.campaign.config import TextFormat
     from rftfit.logs import registry
+    from rftfit.logs.delimited import DelimitedReader
+    from rftfit.logs.inspect import as_text, refusal
 
     path = Path(path)
-    if dialect is not None:
+    if text is not None:
+        try:
+            described = TextFormat.model_validate(text)
+        except ValueError as error:
+            raise InputError(f"text: {' '.join(str(error).split())}") from error
+        return DelimitedReader(described).load(path)
+    if dialect is not None and dialect != DelimitedReader.name:
         return registry.dialect(dialect).load(path)
-    reader = next(iter(registry.claimants(registry.head_of(path))), None)
-    if reader is None:
-        raise InputError(
-            f"{path}: no reader knows such a file; allowed: {', '.join(registry.dialects())}; see "
-            "`rftfit inspect`"
-        )
-    return reader.load(path)
+    head = registry.head_of(path)
+    if dialect is None and (known := registry.claimants(head)):
+        return known[0].load(path)
+    found = as_text(head)
+    if found is None:
+        raise refusal(path, head)
+    log = found[0].load(path)
+    return replace(log, notes=(*log.notes, f"no dialect knows this text; read as {found[1]}"))
 
 
 def fit_slope(depth_cm: npt.ArrayLike, stress_N_per_cm2: npt.ArrayLike) -> Slope:

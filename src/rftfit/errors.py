@@ -10,7 +10,17 @@ if TYPE_CHECKING:
 
 
 class RftfitError(Exception):
-    """Base of every error that is shown to the user as one message, without a traceback."""
+    """Base of every error whose text a user can act on: file, place, what was found, what is allowed.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> try:
+    ...     rftfit.open("no such folder")
+    ... except rftfit.RftfitError as error:
+    ...     print(error.exit_code)
+    2
+    """
 
     exit_code = 1
 

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import yaml
 from chain_tables import MISSING, alpha_table
+from rftfit.robot.calibrate import NAMED
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Leg
@@ -28,7 +29,6 @@ from rftfit.model.reference_kernel import pose_forces
 from rftfit.model.scaling import generic, published, scale_new_medium, vertical_penetration
 from rftfit.outputs.dictionary import describe
 from rftfit.results import Results
-from rftfit.robot.calibrate import NAMED
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.store import write_csv
 

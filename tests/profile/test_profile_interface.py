@@ -207,7 +207,7 @@ def test_generic_golden_values() -> None:
 
 
 def test_whole_numbers_make_profiles() -> None:
-    assert FourierProfile(np.arange(9)).coefficients.dtype == float  # type: ignore[arg-type]
+    assert FourierProfile(np.arange(9)).coefficients.dtype == float
     assert DepthOnlyProfile(np.array([4, -1, 2])).values.dtype == float
     assert float(FourierProfile(np.eye(9, dtype=int)[0]).alpha(1, 2)[0]) == 1.0
     assert scaled_generic(2, M0).alpha(0, np.pi / 2)[0] == pytest.approx(2, abs=2e-3)

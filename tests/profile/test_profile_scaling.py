@@ -315,7 +315,7 @@ def test_generic_interval_is_that_of_a_mean_of_media(paper_config: Config) -> No
         zeta_draws = vertical_penetration(draws)
         fits.append(SimpleNamespace(draws=draws, zeta_draws=zeta_draws, dof=1e6))
     lo, hi = generic_interval(fits, 0.95)
-    middle = (fits[0].used / fits[0].zeta + fits[1].used / fits[1].zeta) / 2
+    middle = (plain[0].used / plain[0].zeta + plain[1].used / plain[1].zeta) / 2
     np.testing.assert_allclose((lo + hi)[5:] / 2, middle[5:], atol=1e-3)
     np.testing.assert_allclose((hi - lo)[5:] / 2, Z95 * 0.025, rtol=0.03)
     np.testing.assert_allclose((hi - lo)[:5], 0, atol=1e-9)

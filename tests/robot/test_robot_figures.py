@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
+from rftfit.workflow.figures import last_strides
 
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError
@@ -25,7 +26,6 @@ from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON
-from rftfit.workflow.figures import last_strides
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 import pytest
+from rftfit.workflow.figures import quality
 
 from rftfit.store import read_csv, write_csv
-from rftfit.workflow.figures import quality
 from rftfit.workflow.measure import ingest, slopes, tare
 from rftfit.workflow.validate import sands
 

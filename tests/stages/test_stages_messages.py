@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 import pytest
+from rftfit.workflow.figures import stress_runs
 
 from rftfit.errors import InputError
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.store import write_csv, write_parquet
 from rftfit.workflow import figures, validate
-from rftfit.workflow.figures import stress_runs
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -14,12 +14,12 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import make_campaign
+from rftfit.workflow.figures import figure_fit, figure_generic, figure_generic_forces
 
 from rftfit.measure.alpha import column, grid
 from rftfit.model.scaling import PRINTED_NOTE, published
 from rftfit.reference import LEGS, alpha_grid
 from rftfit.store import read_csv, write_csv
-from rftfit.workflow.figures import figure_fit, figure_generic, figure_generic_forces
 from rftfit.workflow.profiles import fourier, scaling
 from rftfit.workflow.validate import trials
 

@@ -291,12 +291,14 @@ def sweep(
     the whole sweep, in results/robot_full. What is finished is kept when it is stopped: start it
     again to go on.
     """
+    from rftfit.results import config_of
     from rftfit.workflow.robot import PROFILES, SWEEPS, swept
     from rftfit.workflow.run_stage import run_stage
 
     names = list(dict.fromkeys(profile or PROFILES))
     for name in names:
         choose("--profile", name, PROFILES)
+    config = config_of(config)
     campaign = rftfit.open(config).campaign
     if not campaign.robot_medium:
         section = campaign.config.robot

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R")
 
-MODULES: tuple[str, ...] = ()
+MODULES = ("protocol", "plates", "quality", "maps", "generic", "legs", "sands", "robot")
 """Of this package, in the order in which their figures are shown."""
 
 

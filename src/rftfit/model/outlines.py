@@ -60,6 +60,13 @@ class Outline:
     ------
     ValueError
         If the array has another shape, is not finite, or the width is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np, rftfit
+    >>> plate = rftfit.Outline(np.array([[0.0, 0.0, 1.0, 0.0, 1.27]]), width_cm=3.81)
+    >>> round(plate.area_cm2, 2)
+    9.68
     """
 
     body: FloatArray
@@ -110,6 +117,11 @@ def arc(
     ------
     ValueError
         If a number is out of its range.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> leg = rftfit.arc(0.5, max_length_cm=4.1, width_cm=1.0)
     """
     if not -1 <= curvature_times_R <= 1:
         raise ValueError(f"R/r must lie between -1 and 1, found {curvature_times_R:g}")
@@ -145,6 +157,11 @@ def model_leg(name: str, elements: int = ELEMENTS) -> Outline:
     ------
     KeyError
         If there is no such leg.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> leg = rftfit.model_leg("c_leg")
     """
     if name not in CURVATURES:
         raise KeyError(f"no model leg {name!r}; there are {', '.join(CURVATURES)}")
@@ -191,6 +208,11 @@ def polyline(
     ------
     ValueError
         If there are fewer than two points or two neighbours are the same.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> scoop = rftfit.polyline([(-2, 0), (0, -1), (2, 0)], width_cm=5)
     """
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:

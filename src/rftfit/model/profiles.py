@@ -580,7 +580,7 @@ def published_medium(medium: str, kind: str = "table") -> Profile:
     >>> import numpy as np, rftfit
     >>> alpha_z, alpha_x = rftfit.published_medium("poppy_LP").alpha(0.0, np.pi / 2)
     >>> round(float(alpha_z), 2)
-    0.38
+    0.35
     """
     choose("medium", medium, MEDIA, "published media")
     choose("profile", kind, KINDS)

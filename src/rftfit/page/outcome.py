@@ -21,7 +21,11 @@ _USED_AS = {
 }
 """What rows of each kind of run are used for, as the ledger says it."""
 
-_EXPECTED = {why.text for why in RowStatus if why not in (RowStatus.GOOD, RowStatus.SATURATED, RowStatus.MOTION_GAP)}
+_EXPECTED = {
+    why.text
+    for why in RowStatus
+    if why not in (RowStatus.GOOD, RowStatus.SATURATED, RowStatus.MOTION_GAP)
+}
 """Reasons for which rows of every good run are dropped."""
 
 _GRAVEST_FIRST = (

@@ -57,9 +57,29 @@ def _read(name: str) -> pd.DataFrame:
 
 
 def load(name: str) -> pd.DataFrame:
-    """Return one published table as a new data frame.
+    """One table or figure of Li, Zhang and Goldman (2013), as printed.
 
-    `name`: One of `NAMES`; units are in the column names.
+    Parameters
+    ----------
+    name : str
+        ``table_s1`` to ``table_s5``, ``fig_s5`` (legs), ``fig_s11`` (penetration of sands), ``fig_s12``
+        (legs in sands) or ``fig_4c`` (speed of the robot).
+
+    Returns
+    -------
+    pandas.DataFrame
+        A copy of its own; units are in the names of the columns.
+
+    Raises
+    ------
+    KeyError
+        If there is no such table.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> len(rftfit.published_table("table_s5"))
+    455
     """
     if name not in NAMES:
         raise KeyError(f"no published table {name!r}; there are {', '.join(NAMES)}")

@@ -1,0 +1,275 @@
+"""What `import rftfit` offers: light to load, documented, and the same numbers as inside."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from light_campaign import LABORATORY, SAND, make_campaign, one_cell
+
+import rftfit
+from rftfit import reference
+from rftfit.model.draws import alpha_draws, interval
+from rftfit.model.fourier import fit_lsq, kept_terms
+from rftfit.model.motion import sweep, sweep_draws
+from rftfit.model.profiles import FourierProfile, Profile, TableProfile
+from rftfit.model.scaling import ScaledMedium, generic, vertical_penetration
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+OWN = ("poppy_LP", "poppy_CP", "glass3mm_CP")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> rftfit.Results:
+    alpha = {medium: reference.alpha_grid(medium) for medium in OWN} | {"sand": one_cell(0.7)}
+    roles = dict.fromkeys(OWN, LABORATORY) | {"sand": SAND}
+    return rftfit.open(make_campaign(tmp_path_factory.mktemp("api") / "c", roles, alpha))
+
+
+def test_import_loads_nothing() -> None:
+    code = "import sys; before = set(sys.modules); import rftfit; print(*set(sys.modules) - before)"
+    command = [sys.executable, "-c", code]
+    loaded = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    light = {"importlib", "importlib._bootstrap", "importlib._bootstrap_external", "warnings"}
+    assert set(loaded) <= {"rftfit", *light}
+
+
+def test_every_name_is_there_and_typed() -> None:
+    tree = ast.parse(inspect.getsource(rftfit))
+    typed = {
+        alias.asname or alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rftfit")
+        for alias in node.names
+    }
+    assert typed == set(rftfit.__all__)
+    assert set(rftfit.__all__) <= set(dir(rftfit))
+    for name in rftfit.__all__:
+        assert callable(getattr(rftfit, name))
+    with pytest.raises(AttributeError, match="no_such"):
+        rftfit.no_such  # noqa: B018
+
+
+def sections(thing: object) -> dict[str, str]:
+    parts = re.split(r"^(\w[\w ]*)\n-+\n", inspect.getdoc(thing) or "", flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+@pytest.mark.parametrize("name", rftfit.__all__)
+def test_every_name_is_documented(name: str) -> None:
+    thing = getattr(rftfit, name)
+    found = sections(thing)
+    assert "Examples" in found
+    if name in ("Profile", "RftfitError"):
+        return
+    shown = inspect.signature(thing)
+    listed = re.findall(r"^(\w[\w, ]*) ?:?", found.get("Parameters", ""), re.MULTILINE)
+    described = [one.strip() for line in listed for one in line.split(",")]
+    assert set(shown.parameters) <= set(described)
+    if inspect.isclass(thing):
+        public = [one for key, one in vars(thing).items() if key[0] != "_" and callable(one)]
+        assert all(inspect.getdoc(one) for one in public)
+    elif shown.return_annotation != "None":
+        assert "Returns" in found
+
+
+@pytest.mark.parametrize("name", rftfit.__all__)
+def test_every_example_runs(name: str) -> None:
+    thing = getattr(rftfit, name)
+    module = importlib.import_module(thing.__module__)
+    found = doctest.DocTestFinder(recurse=False).find(thing, name, module)
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    for test in found:
+        runner.run(test)
+    assert runner.summarize().failed == 0
+
+
+def test_a_medium_of_a_campaign(results: rftfit.Results) -> None:
+    medium = results["poppy_CP"]
+    alpha = reference.alpha_grid("poppy_CP")
+    keep = kept_terms(fit_lsq(BETA, GAMMA, *alpha), 0.05)
+    fit = fit_lsq(BETA, GAMMA, *alpha, keep)
+    np.testing.assert_allclose(medium.coefficients(), fit, atol=1e-12)
+    assert medium.zeta == pytest.approx(float(vertical_penetration(fit)))
+    assert medium.chi == pytest.approx(alpha[0][3, -1] / medium.zeta)
+    m0 = generic(np.stack([results[name].coefficients() for name in OWN]))
+    np.testing.assert_allclose(results.reference().m0, m0, atol=1e-12)
+    scaled = medium.profile("generic")
+    assert isinstance(scaled, FourierProfile)
+    np.testing.assert_allclose(scaled.coefficients, medium.zeta * m0, atol=1e-12)
+    table = medium.profile()
+    for found, wanted in zip(table.alpha(BETA[:, None], GAMMA), alpha, strict=True):
+        np.testing.assert_allclose(found[1:-1, 1:-1], wanted[1:-1, 1:-1])
+    down = medium.profile("depth_only").alpha(0, np.pi / 2)
+    assert float(down[0]) == pytest.approx(alpha[0][3, -1])
+
+
+@pytest.mark.parametrize("kind", ["table", "fourier", "generic", "depth_only"])
+def test_draws_are_made_when_wanted(results: rftfit.Results, kind: str) -> None:
+    medium = results["poppy_LP"]
+    assert medium.profile(kind, draws=False).spread is None
+    profile = medium.profile(kind)
+    assert isinstance(profile.spread, Profile)
+    assert profile.spread.parameters[0].shape[0] == 2000
+    # the profile itself lies in the middle of its draws
+    best, many = (one.alpha(0.5, 1.0)[0] for one in (profile, profile.spread))
+    assert abs(float(many.mean()) - float(best)) < 5 * float(many.std()) / np.sqrt(2000) + 1e-12
+
+
+def test_a_sand_is_scaled_from_its_test(results: rftfit.Results) -> None:
+    sand = results["sand"]
+    by_hand = rftfit.scale(0.7, 0.003, results.reference())
+    assert sand.zeta == by_hand.zeta
+    assert sand.chi == by_hand.chi
+    profile = sand.profile("generic")
+    assert isinstance(profile.spread, ScaledMedium)
+    assert sand.kinds == ("table", "generic")
+    with pytest.raises(rftfit.RftfitError, match="profile: found 'fourier'; allowed: table, gen"):
+        sand.profile("fourier")
+    np.testing.assert_array_equal(sand.coefficients(), by_hand.coefficients)
+
+
+def test_too_few_media_are_scaled_with_the_published_ones(tmp_path: Path) -> None:
+    alpha = {"a": reference.alpha_grid("poppy_LP"), "s": one_cell(0.7), "t": one_cell(np.nan)}
+    roles = {"a": LABORATORY, "s": SAND, "t": SAND}
+    found = rftfit.open(make_campaign(tmp_path / "c", roles, alpha))
+    assert found.reference().printed
+    assert found["s"].zeta == rftfit.scale(0.7, 0.003).zeta
+    # a test without a number spoils nobody else's
+    assert np.isnan(found["t"].zeta)
+    assert "no run" in found["t"].profile("generic").reason
+    with pytest.raises(rftfit.RftfitError, match="t: no alpha at"):
+        found["t"].scaled()
+
+
+def test_a_table_with_holes_has_a_reason(tmp_path: Path) -> None:
+    few = np.where(np.arange(7)[:, None] == 0, reference.alpha_grid("poppy_LP"), np.nan)
+    alpha = {"a": (few[0], few[1])}
+    found = rftfit.open(make_campaign(tmp_path / "c", {"a": LABORATORY}, alpha))
+    for kind in ("table", "fourier", "generic"):
+        profile = found["a"].profile(kind)
+        assert profile.reason
+        assert np.isnan(profile.alpha(0.3, 0.5)[0])
+    assert np.isnan(found.generic()).all()
+
+
+def test_forces_are_those_of_the_sweep(results: rftfit.Results) -> None:
+    leg = rftfit.model_leg("reversed_c_leg")
+    found = rftfit.predict(results["poppy_LP"].profile(), leg, confidence=0.8)
+    best = sweep(TableProfile.published("poppy_LP"), leg)
+    np.testing.assert_allclose(found["force_z_N"], best.force_z_N, atol=1e-9)
+    np.testing.assert_allclose(found["moment_N_cm"], best.moment_N_cm, atol=1e-9)
+    table = results["poppy_LP"].alpha
+    many = sweep_draws(TableProfile(*alpha_draws(table, 2000, 2013, 0.95)), leg)
+    lo, hi = interval(many.force_x_N, 0.8)
+    np.testing.assert_allclose(found["force_x_lo_N"], lo, atol=1e-9)
+    np.testing.assert_allclose(found["force_x_hi_N"], hi, atol=1e-9)
+    assert (found["reason"] == "").all()
+    part = rftfit.predict(results["poppy_LP"].profile(), leg, quantities=("force_z_N",))
+    assert [name for name in part if "_lo_" in str(name)] == ["force_z_lo_N"]
+
+
+def test_intervals_of_a_scaled_medium_follow_the_level() -> None:
+    wide, narrow = (
+        rftfit.predict(rftfit.scale(0.9, 0.02).profile, rftfit.model_leg("c_leg"), None, level)
+        for level in (0.95, 0.6)
+    )
+    assert (wide["force_z_hi_N"] >= narrow["force_z_hi_N"]).all()
+    same = rftfit.scale(0.9, 0.02, confidence=0.6)
+    other = rftfit.predict(same.profile, rftfit.model_leg("c_leg"))
+    np.testing.assert_array_equal(other["force_z_hi_N"], wide["force_z_hi_N"])
+    assert same.at(0.95).zeta_hi == rftfit.scale(0.9, 0.02).zeta_hi
+    table = same.table()
+    assert len(table) == 91
+    assert (table["alpha_z_lo_N_per_cm3"] <= table["alpha_z_N_per_cm3"]).all()
+    for wrong in (0.4, 1.0, float("nan")):
+        with pytest.raises(ValueError, match="level"):
+            rftfit.scale(0.9, confidence=wrong)
+
+
+def test_a_pose_without_a_number_says_why(results: rftfit.Results) -> None:
+    down = rftfit.path([0, 1, 2], [0, 0, 0], [2, 1, -2], [0, 0, 0])
+    plate = rftfit.polyline([(-1, 0), (1, 0)], 2)
+    found = rftfit.predict(results["sand"].profile("table"), plate, down)
+    assert list(found["t_s"]) == [0, 1, 2]
+    # straight down is the one direction that is known
+    assert found["force_z_N"].notna().all()
+    aside = rftfit.path([0, 1, 2], [0, -1, -2], [2, 1, -2], [0, 0, 0])
+    found = rftfit.predict(results["sand"].profile("table"), plate, aside)
+    assert list(found["force_z_N"].isna()) == [False, False, True]
+    assert list(found["reason"] != "") == [False, False, True]
+    assert "no run" in found["reason"].iloc[2]
+
+
+def test_problems_of_a_campaign(results: rftfit.Results, tmp_path: Path) -> None:
+    found = rftfit.check(results.root)
+    assert {problem.severity for problem in found} == {"warning"}
+    assert {(problem.row, problem.column) for problem in found} >= {(2, "force_log")}
+    sheet = results.root / "config" / "runs.csv"
+    whole = sheet.read_text()
+    try:
+        sheet.write_text(whole.replace("poppy_LP,plate,poppy", "poppy_LP,plait,poppy"))
+        errors = [one for one in rftfit.check(results.root) if one.severity == "error"]
+        assert [(one.row, one.column, one.nearest) for one in errors] == [(2, "kind", "plate")]
+    finally:
+        sheet.write_text(whole)
+    with pytest.raises(rftfit.RftfitError, match=r"no config/config\.yaml there"):
+        rftfit.check(tmp_path)
+
+
+def test_a_log_and_its_slope(tmp_path: Path) -> None:
+    random = np.random.default_rng(4)
+    time = np.arange(800) / 100
+    force = 0.35 * time * 9.68 + random.normal(0, 0.05, time.size)
+    lines = [f"{t:.2f},{f:.4f}" for t, f in zip(time, force, strict=True)]
+    path = tmp_path / "push.csv"
+    path.write_text("time (s),Fz (N)\n" + "\n".join(lines) + "\n")
+    log = rftfit.read_log(path)
+    assert log.size == 800
+    assert "delimiter" in log.notes[-1]
+    same = rftfit.read_log(path, text={"delimiter": ","})
+    assert same.columns.keys() == log.columns.keys()
+    assert {"s", "N"} == set(log.units.values())
+    depth, stress = log.columns["time"], log.columns["Fz"] / 9.68
+    slope = rftfit.fit_slope(depth, stress)
+    lo, hi = slope.interval(0.999)
+    assert lo[0] < 0.35 < hi[0]
+    both = rftfit.fit_slope(depth, np.stack([stress, -stress]))
+    np.testing.assert_allclose(both.alpha, [slope.alpha[0], -slope.alpha[0]])
+    with pytest.raises(ValueError, match="fit together"):
+        rftfit.fit_slope(depth[:-1], stress)
+    with pytest.raises(ValueError, match="finite"):
+        rftfit.fit_slope(depth, np.where(depth == 1, np.nan, stress))
+    with pytest.raises(rftfit.RftfitError, match=r"text: .*delimiter"):
+        rftfit.read_log(path, text={"delimiter": "comma"})
+    with pytest.raises(rftfit.RftfitError, match="no log dialect 'rigg'"):
+        rftfit.read_log(path, "rigg")
+    path.write_bytes(b"\x00\x01\x02\x03" * 50)
+    with pytest.raises(rftfit.RftfitError, match="no dialect reads"):
+        rftfit.read_log(path)
+
+
+def test_run_is_the_command(results: rftfit.Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    called = []
+    monkeypatch.setattr("rftfit.cli.run.run", lambda *words, **more: called.append((words, more)))
+    rftfit.run(results.root / "results", ["results/coefficients.csv"], cores=1)
+    config = results.root / "config" / "config.yaml"
+    assert called == [((["results/coefficients.csv"],), {"config": config, "cores": 1})]
+
+
+def test_the_robot_of_a_file(tmp_path: Path) -> None:
+    with pytest.raises(rftfit.RftfitError, match=r"none\.yaml"):
+        rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0, robot=tmp_path / "none.yaml")
+    with pytest.raises(ValueError, match="0 to 100 Hz"):
+        rftfit.simulate(rftfit.published_medium("poppy_LP"), 1000.0)
