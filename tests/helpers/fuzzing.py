@@ -51,8 +51,8 @@ class Score:
     memory: int = 0
 
 
-def fuzz(name: str, seconds: float, seed: int, place: Path) -> Score:
-    """Feed one reader for some seconds.
+def fuzz(name: str, seconds: float, seed: int, place: Path, most: int = 10**9) -> Score:
+    """Feed one reader for some seconds, or with at most so many inputs.
 
     Parameters
     ----------
@@ -62,6 +62,7 @@ def fuzz(name: str, seconds: float, seed: int, place: Path) -> Score:
     seed : int
     place : Path
         Where the inputs are written; the last one is kept when something fails.
+    most : int
 
     Returns
     -------
@@ -78,7 +79,7 @@ def fuzz(name: str, seconds: float, seed: int, place: Path) -> Score:
     score = Score()
     makers[2].reader.load(_written(place, makers[2].content))  # libraries loaded: not counted
     end = time.perf_counter() + seconds
-    while time.perf_counter() < end:
+    while time.perf_counter() < end and score.inputs < most:
         made = luck.choice(makers)
         content = _input(luck, made)
         _one(made, _written(place, content), content, score)

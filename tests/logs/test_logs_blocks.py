@@ -74,19 +74,19 @@ def test_a_reader_may_stop_after_the_first_block(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("blocks")
 def test_long_rig_logs_are_refused_like_short_ones(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
-    for content, code in (
-        (b"time_s,x_mm,z_mm\n" + b"1,2,3\n" * 900, "header"),
-        (b"time_s,x_mm,z_mm,angle_deg\n" + b"# nothing\n" * 900, "header_only"),
-        (b"\n" * 5000, "empty"),
+    for content, code, rows in (
+        (b"time_s,x_mm,z_mm\n" + b"1,2,3\n" * 900 + b"1,2", "header", 901),
+        (b"time_s,x_mm,z_mm,angle_deg\n" + b"# nothing\n" * 900, "header_only", 0),
+        (b"\n" * 5000, "empty", 0),
     ):
         path.write_bytes(content)
         (error,) = dialect("rig").load_many([path])
         assert isinstance(error, LogError)
-        assert error.code == code
+        assert (error.code, error.rows) == (code, rows)
         assert str(path) in str(error)
 
 
-def test_results_come_in_order_and_few_items_are_taken_ahead() -> None:
+def test_results_come_in_order_and_few_items_are_taken_early() -> None:
     taken: list[int] = []
 
     def items() -> Iterator[int]:

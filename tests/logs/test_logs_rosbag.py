@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rftfit.logs.base import LogError
+from rftfit.logs.base import Log, LogError
 from rftfit.logs.rosbag import RosBagReader
 
 pytest.importorskip("rosbags")
@@ -197,14 +198,19 @@ def test_packets_that_a_counter_misses(tmp_path: Path) -> None:
     assert log.columns["time"].tolist() == [1, 2, 3, 7, 8, 10]
 
 
+@cache
+def short_bag() -> tuple[bytes, Log]:
+    path = UR3.with_name("ur3_wrench_noforces.bag")
+    return path.read_bytes(), RosBagReader().load(path)
+
+
 @needs_ur3
 @settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(share=st.floats(0, 1))
 def test_cut_anywhere(tmp_path: Path, share: float) -> None:
-    content = UR3.with_name("ur3_wrench_noforces.bag").read_bytes()
-    whole = RosBagReader().load(UR3.with_name("ur3_wrench_noforces.bag"))
+    content, whole = short_bag()
     path = tmp_path / "cut.bag"
     length = int(share * (len(content) - 1))
     path.write_bytes(content[:length])

@@ -91,18 +91,18 @@ class XlsxReader(Reader):
 def _sheet_blocks(path: Path, wanted: str) -> Iterator[Log]:
     if path.stat().st_size == 0:
         raise LogError("empty", f"{path}: the file is empty")
-    with zipfile.ZipFile(path) as archive:
-        unpacked = sum(info.file_size for info in archive.infolist())
-    if unpacked > MAX_UNPACKED:
-        size, most = unpacked / 1e6, MAX_UNPACKED / 1e6
-        raise LogError(
-            "too_large",
-            f"{path}: {size:.0f} MB when unpacked; at most {most:g} MB are read: export it as .csv",
-        )
     # imported by name: slow, and without type information
     openpyxl: Any = import_module("openpyxl")
-    book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-    try:
+    with path.open("rb") as file:
+        with zipfile.ZipFile(file) as archive:
+            unpacked = sum(info.file_size for info in archive.infolist())
+        if unpacked > MAX_UNPACKED:
+            raise LogError(
+                "too_large",
+                f"{path}: {unpacked / 1e6:.0f} MB when unpacked; at most {MAX_UNPACKED / 1e6:g} MB are "
+                "read: export it as .csv",
+            )
+        book = openpyxl.load_workbook(file, read_only=True, data_only=True)
         if wanted and wanted not in book.sheetnames:
             sheets = ", ".join(book.sheetnames)
             raise LogError("sheet", f"{path}: no sheet {wanted!r}; allowed: {sheets}")
@@ -110,10 +110,8 @@ def _sheet_blocks(path: Path, wanted: str) -> Iterator[Log]:
         # the stated size of a sheet is often wrong
         sheet.reset_dimensions()
         # closed by hand: rows that nobody asks for keep the file open
-        with closing(row for row in sheet.iter_rows(values_only=True)) as rows:
+        with closing(book), closing(row for row in sheet.iter_rows(values_only=True)) as rows:
             yield from _row_blocks(path, rows)
-    finally:
-        book.close()
 
 
 def _row_blocks(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
