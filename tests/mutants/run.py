@@ -47,8 +47,8 @@ PRELOADED = (
     "yaml",
     "pytest",
 )
-KERNELS = ("predict/kernel.py", "robot/kernel.py")
-COMPILED = re.compile(r"^( *)@(?:_compiled|_helper|_kept)\n", re.MULTILINE)
+KERNELS = ("model/kernel.py",)
+COMPILED = re.compile(r"^( *)@(?:_compiled|_step)\n", re.MULTILINE)
 # what a message says is not physics: that there is an error is, and its tests ask for it
 MESSAGE = re.compile(r"^\s*raise \w+Error\(")
 MEMORY_BYTES = 8 * 2**30

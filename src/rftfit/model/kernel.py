@@ -92,7 +92,7 @@ def _fourier(w: FloatArray, m: FloatArray) -> None:
     """Alpha of nine terms without trigonometry: cos 2b = tx^2 - tz^2, and so on."""
     for i in range(LANES):
         tx, tz, vx, vz = w[_TX + i], w[_TZ + i], w[_VX + i], w[_VZ + i]
-        scale = -1.0 / math.sqrt(vx * vx + vz * vz)
+        scale = -1.0 / np.sqrt(vx * vx + vz * vz)
         cos_g, sin_g = scale * vx, scale * vz
         cos_2b, sin_2b = tx * tx - tz * tz, -2.0 * tx * tz
         z = m[0] + m[1] * cos_2b + sin_g * (m[3] + (m[2] + m[4]) * cos_2b)
@@ -106,7 +106,7 @@ def _depth_only(w: FloatArray, values: FloatArray) -> None:
     down, up, side = values[0], values[1], values[2]
     for i in range(LANES):
         vx, vz = w[_VX + i], w[_VZ + i]
-        least = _STILL * math.sqrt(vx * vx + vz * vz)
+        least = _STILL * np.sqrt(vx * vx + vz * vz)
         none = 0.0 * least  # NaN where a component is
         z = down if vz < -least else (up if vz > least else none)
         x = side if vx < -least else (-side if vx > least else none)
@@ -121,7 +121,7 @@ def _angle(y: float, x: float) -> float:
     """
     ax, ay = abs(x), abs(y)
     steep = ay > ax
-    t = (ax if steep else ay) / ((ay if steep else ax) + math.sqrt(x * x + y * y))
+    t: float = (ax if steep else ay) / ((ay if steep else ax) + np.sqrt(x * x + y * y))
     q = t * t
     p = (0.021134137915756773 * q - 0.043479536590052985) * q + 0.05688316096940551
     p = ((p * q - 0.0664022783641704) * q + 0.07689952829854219) * q - 0.0909077303076135
