@@ -12,6 +12,7 @@ from rftfit.campaign.problems import (
     CampaignError,
     Place,
     Problem,
+    choose,
     did_you_mean,
     shown,
     unknown_word,
@@ -130,6 +131,9 @@ def test_an_unknown_word_of_the_command_line() -> None:
         "--medium: found 'popy_LP'; allowed: poppy_LP, poppy_CP; did you mean 'poppy_LP'?"
     )
     assert "did you mean" not in unknown_word("--medium", "glass", ["poppy_LP"])
+    assert choose("--medium", "poppy_LP", ["poppy_LP"]) == "poppy_LP"
+    with pytest.raises(InputError, match=r"allowed: a \(in here\)"):
+        choose("--leg", "b", ["a"], "in here")
 
 
 @pytest.mark.parametrize(
