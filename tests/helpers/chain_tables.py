@@ -97,6 +97,9 @@ def penetration_table() -> pd.DataFrame:
                     "zeta": zeta,
                     "zeta_lo": 0.98 * zeta,
                     "zeta_hi": 1.02 * zeta,
+                    "chi": 1.2,
+                    "chi_lo": 1.1,
+                    "chi_hi": 1.3,
                 }
             )
     return pd.DataFrame(rows)

@@ -3,8 +3,10 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Literal
 
 import chain_tables as chain
 import matplotlib as mpl
@@ -12,15 +14,19 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.patches import Rectangle
+from memory import Memory, memory, of_runs
 
 from rftfit import reference
+from rftfit.campaign.config import Figures, Fourier
 from rftfit.errors import InputError, OutputError
 from rftfit.figures import style
-from rftfit.figures.generic import draw_generic
-from rftfit.figures.maps import draw_fit_maps, draw_maps, kept_coefficients
-from rftfit.figures.plates import draw_stress
-from rftfit.figures.protocol import draw_tare
-from rftfit.figures.style import FORMATS, save
+from rftfit.figures.generic import generic_profile
+from rftfit.figures.legs import forces_over_zeta
+from rftfit.figures.maps import alpha_maps, depth_only_maps, draw_maps, fit_maps, kept_coefficients
+from rftfit.figures.plates import stress_of_runs, stress_runs
+from rftfit.figures.protocol import tare
+from rftfit.figures.registry import Declared, figures
+from rftfit.figures.style import FORMATS, save, save_pages
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,6 +61,12 @@ def small_map() -> Figure:
     return draw_maps(chain.alpha_table("poppy_LP"), chain.TITLES)
 
 
+def stress_figure() -> Figure:
+    traces, fits = two_runs()
+    shown = Figures(stress_runs=("down", "up"))
+    return stress_of_runs(of_runs(traces, fits.assign(medium="poppy_LP"), figures=shown))
+
+
 def test_the_same_figure_gives_the_same_bytes_in_any_folder(tmp_path: Path) -> None:
     one = save(small_map(), tmp_path / "one" / "glass0.3mm_LP")
     other = save(small_map(), tmp_path / "an other, \u00e9" / "glass0.3mm_LP")
@@ -67,13 +79,12 @@ def test_the_same_figure_gives_the_same_bytes_in_any_folder(tmp_path: Path) -> N
 
 
 def test_bytes_do_not_depend_on_hashing_or_on_the_users_settings(tmp_path: Path) -> None:
-    traces, fits = two_runs()
-    here = save(draw_stress(traces, fits, ["down", "up"]), tmp_path / "here")
+    here = save(stress_figure(), tmp_path / "here")
     script = (
         "import sys, matplotlib; matplotlib.rcParams['font.size'] = 20;"
         "matplotlib.rcParams['svg.hashsalt'] = 'x';"
-        "from test_report_figures import two_runs, draw_stress, save;"
-        "save(draw_stress(*two_runs(), ['down', 'up']), sys.argv[1])"
+        "from test_report_figures import stress_figure, save;"
+        "save(stress_figure(), sys.argv[1])"
     )
     path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
     subprocess.run(
@@ -109,7 +120,7 @@ def test_a_folder_that_cannot_be_made_is_an_output_error(tmp_path: Path) -> None
 
 
 def test_maps_name_units_and_media_and_show_missing_cells() -> None:
-    figure = draw_maps(chain.alpha_tables(), chain.TITLES)
+    figure = alpha_maps(memory({"alpha/{medium}.csv": chain.alpha_tables()}))
     text = words(figure)
     for wanted in (
         r"$\gamma$ (degrees)",
@@ -124,7 +135,7 @@ def test_maps_name_units_and_media_and_show_missing_cells() -> None:
 
 
 def test_complete_maps_have_no_word_of_missing_runs() -> None:
-    figure = draw_maps(chain.alpha_table("poppy_LP", {}), confidence=0.9)
+    figure = draw_maps(chain.alpha_table("poppy_LP", {}), {}, confidence=0.9)
     assert "no usable run" not in words(figure)
     assert any("90 % interval" in line for line in words(figure))
     assert "poppy_LP" in words(figure)
@@ -155,24 +166,29 @@ def test_colours_are_symmetric_about_zero() -> None:
 def test_a_medium_without_any_value_is_drawn_hatched() -> None:
     table = chain.alpha_table("poppy_LP")
     table[[name for name in table.columns if name.startswith("alpha_")]] = np.nan
-    figure = draw_maps(table)
+    figure = draw_maps(table, {})
     assert len(hatched(figure)) == 4 * 91
 
 
-def test_an_empty_table_is_refused() -> None:
-    with pytest.raises(ValueError, match="nothing to draw"):
-        draw_maps(chain.alpha_table("poppy_LP").iloc[:0])
+def fitted(method: Literal["lsq", "dft-index"] = "lsq", **tables: pd.DataFrame) -> Memory:
+    every = {
+        "alpha/{medium}.csv": chain.alpha_tables(),
+        "coefficients.csv": chain.coefficient_table(),
+        "penetration.csv": chain.penetration_table(),
+    }
+    changed = {f"{name}.csv": table for name, table in tables.items()}
+    return memory(every | changed, fourier=Fourier(method=method))
 
 
 def test_fit_maps_show_measured_minus_fit() -> None:
-    table, coefficients = chain.alpha_table("glass3mm_CP"), chain.coefficient_table()
-    figure = draw_fit_maps(table, coefficients, chain.nine_terms, "dft-index", chain.TITLES)
+    results = fitted("dft-index")
+    figure = fit_maps(results)
     text = words(figure)
     assert "nine-term fit (dft-index)\n$\\alpha_z$ (N/cm$^3$)" in text
     assert "measured minus fit\n$\\alpha_x$ (N/cm$^3$)" in text
     # the axes come in order of drawing: map, its colour bar, residual, its colour bar, ...
-    residual = figure.axes[6].collections[0].get_array()
-    fit = kept_coefficients(coefficients, "dft-index", "glass3mm_CP")
+    residual = figure.axes[4 * 8 + 6].collections[0].get_array()
+    fit = kept_coefficients(results.table("coefficients.csv"), "dft-index", "glass3mm_CP")
     assert fit["Cm1"] == 0.0
     grid = np.meshgrid(
         np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG), indexing="ij"
@@ -185,35 +201,57 @@ def test_fit_maps_show_measured_minus_fit() -> None:
     np.testing.assert_allclose(residual[good], wanted[good], atol=1e-4)
 
 
+def test_depth_only_maps_are_made_from_three_measured_values() -> None:
+    table = chain.alpha_table("poppy_LP", {})
+    results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"])
+    figure = depth_only_maps(results, "poppy_LP")
+    z, x = (np.asarray(figure.axes[i].images[0].get_array()) for i in (0, 4))
+    at = table.set_index(["beta_deg", "gamma_deg"])
+    down = at.loc[(0.0, 90.0), "alpha_z_N_per_cm3"]
+    left = at.loc[(90.0, 0.0), "alpha_x_N_per_cm3"]
+    # at the middles of cells of one degree; each component opposes its own velocity component
+    cos = np.cos(np.radians(0.5))
+    assert z[90, 179] == pytest.approx(down * cos)
+    assert z[90, 100] == z[90, 179]
+    assert x[179, 90] == pytest.approx(left * cos, rel=0.05)  # +-90 degrees are one plate
+    rest = figure.axes[2].collections[0].get_array()
+    assert rest is not None
+    assert rest.reshape(7, 13)[3, 12] == pytest.approx(0, abs=1e-9)
+    lost = chain.alpha_table("poppy_LP", {(0.0, 90.0): "no tare"})
+    told = words(depth_only_maps(memory({"alpha/{medium}.csv": lost}), "poppy_LP"))
+    assert any("no depth-only model" in line for line in told)
+
+
 def test_a_medium_without_a_fit_is_named() -> None:
     with pytest.raises(ValueError, match="no fit 'lsq' of medium 'moon'"):
         kept_coefficients(chain.coefficient_table(), "lsq", "moon")
 
 
 def test_generic_figure_scales_by_zeta() -> None:
-    coefficients, penetration = chain.coefficient_table(), chain.penetration_table()
-    figure = draw_generic(
-        coefficients, penetration, chain.alpha_tables(), chain.nine_terms, titles=chain.TITLES
-    )
+    results = fitted()
+    figure = generic_profile(results)
     text = words(figure)
     assert r"coefficient / $\zeta$ (dimensionless)" in text
     assert set(chain.TITLES.values()) <= set(text)
     line = next(line for line in figure.axes[0].lines if line.get_label() == "poppy seeds, loose")
+    coefficients, penetration = (results.table(f"{n}.csv") for n in ("coefficients", "penetration"))
     rows = coefficients.query("method == 'lsq' and medium == 'poppy_LP' and kept")
     zeta = penetration.query("method == 'lsq' and medium == 'poppy_LP'")["zeta"].iloc[0]
     np.testing.assert_allclose(np.asarray(line.get_ydata(), float), rows["value_N_per_cm3"] / zeta)
-    with pytest.raises(ValueError, match="no zeta of method 'lsq' for glass3mm_CP"):
-        draw_generic(
-            coefficients,
-            penetration[penetration["medium"] != "glass3mm_CP"],
-            chain.alpha_tables(),
-            chain.nine_terms,
-        )
+
+
+def test_without_any_fit_the_reasons_are_drawn() -> None:
+    why = "1 of 91 cells have no alpha"
+    coefficients = chain.coefficient_table().assign(value_N_per_cm3=np.nan, reason=why)
+    penetration = chain.penetration_table().assign(zeta=np.nan, reason=why)
+    results = fitted(coefficients=coefficients, penetration=penetration)
+    results.tables["predicted.csv"] = results.tables["legs/{medium}.csv"] = pd.DataFrame()
+    for figure in (fit_maps, generic_profile, forces_over_zeta):
+        assert f"poppy_LP: {why}" in words(figure(results))
 
 
 def test_stress_figure_turns_extractions_and_draws_the_fit() -> None:
-    traces, fits = two_runs()
-    figure = draw_stress(traces, fits, ["down", "up"])
+    figure = stress_figure()
     text = words(figure)
     assert "stress (N/cm$^2$)" in text
     assert text.count("depth (cm)") == 2
@@ -227,33 +265,97 @@ def test_stress_figure_turns_extractions_and_draws_the_fit() -> None:
     assert np.asarray(samples.get_ydata())[end] == pytest.approx(0.4, abs=0.05)
 
 
-@pytest.mark.parametrize(
-    ("run", "message"),
-    [("moon", "not in the fit table"), ("flat", "it is horizontal"), ("lost", "has no samples")],
-)
-def test_stress_figure_says_why_a_run_cannot_be_drawn(run: str, message: str) -> None:
+def test_which_runs_the_stress_figure_shows() -> None:
     traces, fits = two_runs()
-    fits = pd.concat([fits, fits.iloc[:1].assign(run_id="lost")])
-    with pytest.raises(InputError, match=message):
-        draw_stress(traces, fits, [run])
-    with pytest.raises(InputError, match="no run was chosen"):
-        draw_stress(traces, fits, [])
+    fits = fits.assign(medium="poppy_LP")
+    campaign = of_runs(traces, fits).campaign
+    assert stress_runs(campaign) == ["down", "up"]
+    for named, message in (("moon", "figures.stress_runs: found moon"), ("flat", "horizontal")):
+        with pytest.raises(InputError, match=message):
+            stress_runs(of_runs(traces, fits, figures=Figures(stress_runs=(named,))).campaign)
+    flat = fits[fits["run_id"] == "flat"]
+    results = of_runs(traces[traces["run_id"] == "flat"], flat)
+    assert stress_runs(results.campaign) == []
+    assert declared("stress_of_runs").media(results.campaign) == ()
+    # a run that was refused has no samples: another one is shown
+    left = traces[traces["run_id"] != "down"]
+    results = of_runs(traces, fits)
+    results.tables |= of_runs(left, fits[fits["run_id"] != "down"]).tables
+    assert any(line.startswith("extraction") for line in words(stress_of_runs(results)))
 
 
 def test_tare_figure_shades_the_valid_range() -> None:
     depth = np.linspace(-1, 8, 50)
-    valid = (depth > 0) & (depth < 7)
-    tare = pd.DataFrame(
-        {"depth_cm": depth, "force_z_N": depth, "force_x_N": -depth, "valid": valid}
+    good = (depth > 0) & (depth < 7)
+    force = pd.Series(depth).where(good)
+    tared = pd.DataFrame({"run_id": "a", "depth_cm": depth, "tare_z_N": force, "tare_x_N": -force})
+    tares = pd.DataFrame(
+        {"run_id": ["a"], "abscissa": ["depth_cm"], "valid_to": [7.0], "tare_run": ["$run_3"]}
     )
-    figure = draw_tare(tare, "rod of $run_3")
+    names = "tares/poppy_LP.csv", "tared/poppy_LP.parquet"
+    figure = tare(memory(dict(zip(names, (tares, tared), strict=True))), "poppy_LP")
     text = words(figure)
     assert {"depth (cm)", "force on rod and mount (N)", "valid range"} <= set(text)
     box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
-    np.testing.assert_allclose([box.x0, box.x1], [depth[valid][0], depth[valid][-1]])
-    assert "valid nowhere" in words(draw_tare(tare.assign(valid=False), "rod"))
-    with pytest.raises(ValueError, match="angle_deg"):
-        draw_tare(tare.drop(columns="depth_cm"), "rod")
+    np.testing.assert_allclose([box.x0, box.x1], [depth[good][0], depth[good][-1]])
+    for column, value, told in (
+        ("tare_z_N", np.nan, "valid nowhere"), ("valid_to", np.nan, "no plate run has a tare"),
+    ):  # fmt: skip
+        tables = (t.assign(**{column: value}) if column in t else t for t in (tares, tared))
+        lost = tare(memory(dict(zip(names, tables, strict=True))), "poppy_LP")
+        assert any(told in line for line in words(lost))
+
+
+def declared(name: str) -> Declared:
+    return next(one for one in figures() if one.name == name)
+
+
+def test_every_figure_of_the_demonstration_has_a_file_of_its_own() -> None:
+    campaign = memory({}, [*reference.MEDIA, *reference.SANDS]).campaign
+    files = [one.file(medium) for one in figures() for medium in one.media(campaign)]
+    assert len(files) == len(set(files)) > 30
+    assert {"figures/alpha_maps", "figures/alpha_maps_poppy_LP", "quality/yuma",
+            "figures/robot_full_speed", "figures/legs_in_sands"} <= set(files)  # fmt: skip
+    for one in figures():
+        module, _, name = one.run.partition(":")
+        assert callable(getattr(import_module(module), name))
+
+
+def test_a_sand_alone_has_no_figure_of_laboratory_media() -> None:
+    campaign = memory({}, ["yuma"]).campaign
+    files = {one.file(medium) for one in figures() for medium in one.media(campaign)}
+    names = ("stress_of_runs", "legs_in_sands", "peak_errors", "penetration")
+    assert files == {"quality/yuma", *(f"figures/{name}" for name in names)}
+
+
+def test_captions_have_the_numbers_of_the_run() -> None:
+    results = fitted()
+    told = declared("generic_profile").caption_of(results)
+    zeta = results.table("penetration.csv")["zeta"].iloc[0]
+    assert f"\u03b6 {zeta:.4f} ({0.98 * zeta:.4f} to {1.02 * zeta:.4f})" in told
+    assert "Fig. S7" in told
+    maps = next(one for one in figures() if one.file("poppy_LP") == "figures/alpha_maps_poppy_LP")
+    told = maps.caption_of(results, "poppy_LP")
+    assert "poppy seeds, loose: 89 of 91 cells" in told
+    assert "glass" not in told
+
+
+@pytest.mark.parametrize("one", figures(), ids=lambda one: one.run)
+def test_a_caption_without_tables_stands_without_numbers(one: Declared) -> None:
+    results = memory({}, [*reference.MEDIA, *reference.SANDS])
+    for medium in one.media(results.campaign):
+        told = one.caption_of(results, medium)
+        assert told
+        assert not set(told) & set("{}*")
+
+
+def test_pages_are_written_beside_one_another(tmp_path: Path) -> None:
+    one = style.missing("nothing")
+    names = save_pages([one, one], tmp_path, "results/quality/glass0.3mm_LP")
+    stems = ("glass0.3mm_LP", "glass0.3mm_LP_page2")
+    assert names == [f"results/quality/{stem}.{ending}" for stem in stems for ending in FORMATS]
+    assert all((tmp_path / name).is_file() for name in names)
+    assert save_pages(one, tmp_path, "a") == [f"a.{ending}" for ending in FORMATS]
 
 
 def test_every_medium_has_its_own_look() -> None:
@@ -271,13 +373,12 @@ def test_numbers_are_written_with_a_true_minus() -> None:
     assert style.degrees(90.0) == "90\u00b0"
 
 
-def test_figures_need_neither_pyplot_nor_scipy() -> None:
+def test_declarations_load_neither_matplotlib_nor_pandas() -> None:
     script = (
-        "import sys, rftfit, rftfit.report;"
-        "assert 'matplotlib' not in sys.modules;"
-        "import rftfit.figures.quality, rftfit.figures.generic, rftfit.figures.plates;"
-        "import rftfit.figures.style, rftfit.page.workbooks, rftfit.figures.protocol;"
-        "bad = {'matplotlib.pyplot', 'scipy', 'xlsxwriter'} & set(sys.modules);"
-        "assert not bad, bad"
+        "import sys; from rftfit.figures.registry import figures; figures();"
+        "bad = {'matplotlib', 'pandas', 'scipy', 'numba'} & set(sys.modules); assert not bad, bad;"
+        "from rftfit.figures.style import missing, save; save(missing('x'), sys.argv[1]);"
+        "bad = {'matplotlib.pyplot', 'scipy'} & set(sys.modules); assert not bad, bad"
     )
-    subprocess.run([sys.executable, "-c", script], check=True)
+    with TemporaryDirectory() as folder:
+        subprocess.run([sys.executable, "-c", script, f"{folder}/x"], check=True)

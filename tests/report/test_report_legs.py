@@ -9,14 +9,15 @@ import pandas as pd
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
+from memory import Memory, memory, of_runs
 
 from rftfit import reference
 from rftfit.campaign.config import Leg
-from rftfit.errors import InputError
 from rftfit.figures import leg_panels
-from rftfit.figures.leg_panels import leg_line, model_legs
-from rftfit.figures.legs import draw_generic_forces, draw_leg_media, draw_legs, draw_peak_errors
-from rftfit.figures.sands import draw_penetration
+from rftfit.figures.leg_panels import leg_line
+from rftfit.figures.legs import forces_over_zeta, legs, legs_by_medium, legs_in_sands, peak_errors
+from rftfit.figures.registry import figures
+from rftfit.figures.sands import penetration as draw_penetration
 from rftfit.figures.style import save
 from rftfit.model.fourier import TERMS
 from rftfit.model.motion import THETA_DEG, sweep
@@ -24,12 +25,13 @@ from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
     from pathlib import Path
 
     from matplotlib.figure import Figure
     from matplotlib.transforms import Bbox
 
+    from rftfit.campaign.config import Config
     from rftfit.conventions import FloatArray
     from rftfit.model.profiles import Profile
 
@@ -88,7 +90,7 @@ def penetration() -> pd.DataFrame:
     return pd.DataFrame([{"method": "lsq", "medium": m, "zeta": z} for m, z in zetas.items()])
 
 
-def sand_tables() -> tuple[pd.DataFrame, dict[str, str], pd.DataFrame]:
+def sand_tables() -> tuple[pd.DataFrame, pd.DataFrame]:
     samples = reference.load("fig_s11")
     samples = samples[samples["medium"].isin(SANDS)]
     end = samples["medium"].map(STATED_CM)
@@ -101,11 +103,11 @@ def sand_tables() -> tuple[pd.DataFrame, dict[str, str], pd.DataFrame]:
             depth, stress = (part[n].to_numpy(float) for n in ("depth_cm", "stress_z_N_per_cm2"))
             alpha = float(depth @ stress / (depth @ depth))
             rows.append(
-                {"medium": medium, "window": window, "linear_to_cm": to, "alpha_z_N_per_cm3": alpha,
-                 "lo": 0.95 * alpha, "hi": 1.05 * alpha}
+                {"medium": medium, "run_id": f"{medium}_down", "window": window, "linear_to_cm": to,
+                 "alpha_z_N_per_cm3": alpha, "lo": 0.95 * alpha, "hi": 1.05 * alpha}
             )  # fmt: skip
-    media_of = {f"{medium}_down": medium for medium in SANDS}
-    return samples.drop(columns="medium"), media_of, pd.DataFrame(rows)
+    empty = ("path_cm", "stress_x_N_per_cm2", "tare_z_N_per_cm2", "tare_x_N_per_cm2")
+    return samples.assign(**dict.fromkeys(empty, 0.0)), pd.DataFrame(rows)
 
 
 def errors() -> pd.DataFrame:
@@ -122,14 +124,41 @@ def errors() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def results(
+    media: Iterable[str] = MEDIA, legs: dict[str, Leg] | None = None, **tables: pd.DataFrame
+) -> Memory:
+    """Results of these media, with tables of one's own in place of the usual ones."""
+    usual = {"predicted": predicted, "legs/{medium}": measured, "penetration": penetration,
+             "leg_errors": errors}  # fmt: skip
+    own = {name: tables[name] if name in tables else make() for name, make in usual.items()}
+    if "measured" in tables:
+        own["legs/{medium}"] = tables["measured"]
+    settings = {} if legs is None else {"intruders": legs}
+    return memory({f"{name}.csv": table for name, table in own.items()}, media, **settings)
+
+
+def pushed(samples: pd.DataFrame, sands: pd.DataFrame) -> Memory:
+    """Results of penetration tests."""
+    fits = samples[["run_id", "medium"]].drop_duplicates().assign(direction="intrusion")
+    found = of_runs(samples.drop(columns="medium"), fits)
+    found.sands = tuple(SANDS)
+    found.tables["sands.csv"] = sands
+    return found
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "legs": lambda: draw_legs(predicted(), measured(), "poppy_LP"),
-    "s5": lambda: draw_leg_media(predicted(), measured(), MEDIA),
-    "s12": lambda: draw_leg_media(predicted(), measured(), SANDS, profile="generic"),
-    "s8": lambda: draw_generic_forces(predicted(), measured(), penetration()),
-    "s11": lambda: draw_penetration(*sand_tables()),
-    "peaks": lambda: draw_peak_errors(errors()),
+    "legs": lambda: legs(results(), "poppy_LP"),
+    "legs_by_medium": lambda: legs_by_medium(results()),
+    "legs_in_sands": lambda: legs_in_sands(results(SANDS)),
+    "forces_over_zeta": lambda: forces_over_zeta(results()),
+    "penetration": lambda: draw_penetration(pushed(*sand_tables())),
+    "peak_errors": lambda: peak_errors(results()),
 }
+
+
+@cache
+def drawn(name: str) -> Figure:
+    return FIGURES[name]()
 
 
 def words(figure: Figure) -> list[str]:
@@ -143,21 +172,24 @@ def panels(figure: Figure) -> list[str]:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_the_same_tables_give_the_same_bytes(name: str, tmp_path: Path) -> None:
-    one, other = (save(FIGURES[name](), tmp_path / folder / name) for folder in ("one", "other"))
+    one, other = (
+        save(figure, tmp_path / folder / name)
+        for folder, figure in (("one", drawn(name)), ("other", FIGURES[name]()))
+    )
     for first, second in zip(one, other, strict=True):
         assert first.read_bytes() == second.read_bytes(), first.suffix
 
 
 def test_the_order_of_rows_does_not_matter(tmp_path: Path) -> None:
-    shuffled = [t.sample(frac=1, random_state=1) for t in (predicted(), measured())]
-    one = save(draw_legs(predicted(), measured(), "poppy_LP"), tmp_path / "one")
-    other = save(draw_legs(shuffled[0], shuffled[1], "poppy_LP"), tmp_path / "other")
+    ours, theirs = (t.sample(frac=1, random_state=1) for t in (predicted(), measured()))
+    one = save(legs(results(), "poppy_LP"), tmp_path / "one")
+    other = save(legs(results(predicted=ours, measured=theirs), "poppy_LP"), tmp_path / "other")
     assert [path.read_bytes() for path in one] == [path.read_bytes() for path in other]
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_axis_label_has_a_unit(name: str) -> None:
-    figure = FIGURES[name]()
+    figure = drawn(name)
     found = {axes.get_xlabel() for axes in figure.axes} | {a.get_ylabel() for a in figure.axes}
     found.discard("")
     assert found
@@ -175,7 +207,7 @@ def boxes(figure: Figure) -> list[tuple[str, Bbox]]:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_no_text_leaves_the_figure_or_touches_another(name: str) -> None:
-    figure = FIGURES[name]()
+    figure = drawn(name)
     found = boxes(figure)
     width, height = figure.get_size_inches() * figure.dpi
     for i, (text, box) in enumerate(found):
@@ -186,7 +218,7 @@ def test_no_text_leaves_the_figure_or_touches_another(name: str) -> None:
 
 
 def test_the_curves_drawn_are_those_of_the_tables() -> None:
-    figure = draw_legs(predicted(), measured(), "poppy_LP", profiles=["table"])
+    figure = legs(results(), "poppy_LP")
     seen = measured().query("medium == 'poppy_LP' and leg == 'c_leg'")
     ours = predicted().query("medium == 'poppy_LP' and leg == 'c_leg' and profile == 'table'")
     # a sketch, then F_z and F_x, for each leg; the first line of a panel is that of zero
@@ -196,7 +228,7 @@ def test_the_curves_drawn_are_those_of_the_tables() -> None:
 
 
 def test_a_depth_only_peak_beyond_the_panel_is_told() -> None:
-    figure = draw_legs(predicted(), measured(), "poppy_LP")
+    figure = legs(results(), "poppy_LP")
     rows = predicted().query(
         "medium == 'poppy_LP' and leg == 'reversed_c_leg' and profile == 'depth_only'"
     )
@@ -208,11 +240,11 @@ def test_a_depth_only_peak_beyond_the_panel_is_told() -> None:
 
 
 def test_a_leg_that_is_not_measured_is_told_in_its_panels() -> None:
-    without = measured().query("leg != 'flat_leg'")
+    without = results(measured=measured().query("leg != 'flat_leg'"))
     for figure, count in (
-        (draw_legs(predicted(), without, "poppy_LP"), 2),
-        (draw_leg_media(predicted(), without, MEDIA), len(MEDIA)),
-        (draw_generic_forces(predicted(), without, penetration()), 2),
+        (legs(without, "poppy_LP"), 2),
+        (legs_by_medium(without), len(MEDIA)),
+        (forces_over_zeta(without), 2),
     ):
         assert sum("not measured" in text for text in panels(figure)) == count
 
@@ -222,39 +254,21 @@ def test_a_prediction_without_numbers_is_told_with_its_reason() -> None:
     bad = (table["leg"] == "c_leg") & (table["profile"] == "table")
     table.loc[bad, [name for name in table if str(name).startswith("force")]] = np.nan
     table.loc[bad, "reason"] = "cell (30, 45) is missing"
-    for figure in (
-        draw_legs(table, measured(), "poppy_LP"),
-        draw_leg_media(table, measured(), ["poppy_LP"]),
-    ):
+    lost = results(predicted=table)
+    for figure in (legs(lost, "poppy_LP"), legs_by_medium(lost)):
         told = " ".join(panels(figure)).replace("\n", " ")
         assert "no prediction (cell (30, 45) is missing)" in told
 
 
 def test_a_medium_without_any_data_has_a_row_that_says_so() -> None:
-    figure = draw_leg_media(predicted(), measured(), ["poppy_LP", "moon dust"])
+    figure = legs_by_medium(results(["poppy_LP", "poppy_CP"]))
     empty = [text for text in panels(figure) if "not measured" in text and "no prediction" in text]
     assert len(empty) == len(reference.LEGS)
-    assert "moon dust" in words(figure)
-    with pytest.raises(InputError, match="moon dust"):
-        draw_legs(predicted(), measured(), "moon dust")
-
-
-def test_empty_tables_are_refused() -> None:
-    none, nothing = predicted().iloc[:0], measured().iloc[:0]
-    with pytest.raises(InputError, match="no medium"):
-        draw_leg_media(none, nothing)
-    with pytest.raises(InputError, match="zeta"):
-        draw_generic_forces(none, nothing, penetration().iloc[:0])
-    with pytest.raises(InputError, match="no natural sand"):
-        draw_penetration(sand_tables()[0], {}, sand_tables()[2].iloc[:0])
-    with pytest.raises(InputError, match="leg errors"):
-        draw_peak_errors(errors().iloc[:0])
-    with pytest.raises(InputError, match="no profile"):
-        draw_leg_media(predicted(), measured(), profile="tabel")
+    assert "poppy seeds, close" in words(figure)
 
 
 def test_generic_forces_collapse_on_the_sweep_of_the_printed_coefficients() -> None:
-    figure = draw_generic_forces(predicted(), measured(), penetration())
+    figure = forces_over_zeta(results())
     expected = sweep(FourierProfile(nine("generic")), model_leg("c_leg")).force_z_N
     np.testing.assert_allclose(
         np.asarray(figure.axes[0].lines[1].get_ydata(), dtype=float), expected, atol=1e-12
@@ -262,21 +276,24 @@ def test_generic_forces_collapse_on_the_sweep_of_the_printed_coefficients() -> N
 
 
 def test_a_medium_without_zeta_is_named_in_the_panels() -> None:
-    table = penetration()
+    table = penetration().assign(reason="no fit")
     table.loc[table["medium"] == "poppy_LP", "zeta"] = np.nan
-    figure = draw_generic_forces(predicted(), measured(), table)
-    assert all("no curve: poppy_LP" in text for text in panels(figure))
+    figure = forces_over_zeta(results(penetration=table))
+    assert all("no curve: poppy seeds, loose" in text.replace("\n", " ") for text in panels(figure))
+    figure = forces_over_zeta(results(penetration=table.assign(zeta=np.nan)))
+    assert "glass3mm_CP: no fit" in words(figure)
 
 
 def test_penetration_marks_the_detected_end_and_says_what_is_missing() -> None:
-    samples, media_of, sands = sand_tables()
-    figure = draw_penetration(samples, media_of, sands)
+    samples, sands = sand_tables()
+    figure = draw_penetration(pushed(samples, sands))
     ends = [set(np.ravel(line.get_xdata())) for line in figure.axes[0].lines]
     assert {1.2 * STATED_CM["yuma"]} in ends
     assert panels(figure) == ["", ""]
     part = sands[(sands["medium"] != "yuma") | (sands["window"] != "detected")]
-    figure = draw_penetration(samples[samples["run_id"] != "palms29_down"], media_of, part)
-    assert panels(figure) == ["no fit over the detected window", "no penetration test"]
+    samples.loc[samples["medium"] == "palms29", "stress_z_N_per_cm2"] = np.nan
+    figure = draw_penetration(pushed(samples, part))
+    assert panels(figure) == ["no fit over the detected window", "no stress in this test"]
 
 
 def test_peak_errors_are_ratios_and_missing_ones_are_told() -> None:
@@ -288,18 +305,23 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told() -> None:
     second = (table["medium"] == "glass3mm_CP") & (table["profile"] == "fourier")
     table.loc[second, numbers] = np.nan
     table = table[(table["medium"] != "yuma") | (table["leg"] != "flat_leg")]
-    figure = draw_peak_errors(table, media=["poppy_LP", "glass3mm_CP", "yuma"])
-    assert panels(figure)[0] == "no value: no measured curve\nno value: nine-term fit"
-    assert panels(figure)[1] == "no value: nine-term fit\nnothing predicted"
+    table = table[table["medium"] != "palms29"]
+    figure = peak_errors(results(leg_errors=table))
+    told = [set(text.split("\n")) for text in panels(figure)]
+    assert told[0] == {"no value: no measured curve", "no value: nine-term fit"}
+    assert told[1] == {"no value: nine-term fit", "nothing predicted"}
     own = table.query("medium == 'poppy_LP' and leg == 'flat_leg' and profile == 'table'").iloc[0]
     ratio = own["peak_predicted_N"] / own["peak_measured_N"]
     drawn = [float(np.ravel(line.get_xdata())[0]) for line in figure.axes[1].lines]
     assert any(abs(x - ratio) < 1e-12 for x in drawn)
+    assert any(
+        "no leg was measured" in text for text in words(peak_errors(results(leg_errors=table[:0])))
+    )
 
 
 def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge() -> None:
     table = errors().query("medium == 'yuma' and leg == 'flat_leg'")
-    figure = draw_peak_errors(table.assign(peak_predicted_lo_N=-1.0), legs=["flat_leg"])
+    figure = peak_errors(results(leg_errors=table.assign(peak_predicted_lo_N=-1.0)))
     bar: Any = figure.axes[0].collections[0]
     (start, _), (end, _) = bar.get_segments()[0]
     assert start == figure.axes[0].get_xlim()[0]
@@ -313,26 +335,27 @@ def test_gaps_and_new_runs_break_the_line() -> None:
     np.testing.assert_array_equal(force, [0, 1, np.nan, 2, 3, np.nan, 4, 5])
 
 
-def test_the_sketch_puts_axle_and_tip_where_the_design_says() -> None:
-    for leg in model_legs().values():
+def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config: Config) -> None:
+    for leg in (one for one in paper_config.intruders.values() if isinstance(one, Leg)):
         line = leg_line(leg, -60.0)
         np.testing.assert_allclose(line[0], [0, 2], atol=0.02)
         tip = [7.62 * np.sin(np.radians(60)), 2 - 7.62 * np.cos(np.radians(60))]
         np.testing.assert_allclose(line[-1], tip, atol=0.03)
 
 
-def test_legs_of_the_config_are_drawn_in_its_order_and_unknown_shapes_are_told() -> None:
+def test_legs_are_those_of_the_config() -> None:
     own = Leg(shape="leg", curvature_times_R=0.5, max_length_cm=6, width_cm=2, thickness_cm=0.5,
               hip_height_cm=1)  # fmt: skip
     one = predicted().query("medium == 'poppy_LP' and leg == 'c_leg'")
     table = pd.concat([one, one.assign(leg="half $ leg")])
-    figure = draw_legs(table, measured(), "poppy_LP", legs={"half $ leg": own})
+    figure = legs(results(predicted=table, legs={"half $ leg": own}), "poppy_LP")
     assert any(r"half \$ leg" in text for text in words(figure))
-    figure = draw_legs(table, measured(), "poppy_LP")
-    assert any("shape of this leg not given" in text for text in words(figure))
+    assert len(figure.axes) == 3
 
 
-def test_generic_forces_without_any_zeta() -> None:
-    lost = penetration().assign(zeta=np.nan)
-    with pytest.raises(InputError, match="no medium has a zeta of method 'lsq': forces cannot be"):
-        draw_generic_forces(predicted(), measured(), lost)
+def test_captions_tell_the_peak_errors() -> None:
+    found = results(leg_errors=errors().assign(peak_error_percent=-4.5))
+    told = next(one for one in figures() if one.name == "legs").caption_of(found, "poppy_LP")
+    assert "interpolated table: c-leg \u22124.5 %, flat leg \u22124.5 %" in told
+    told = next(one for one in figures() if one.name == "legs_by_medium").caption_of(found)
+    assert "within 10 % in 6 and within 33 % in 6 of 6 cases" in told

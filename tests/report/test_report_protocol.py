@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import chain_tables as chain
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.text import Text
+from memory import Memory, memory, of_runs
 
-from rftfit.errors import InputError
-from rftfit.figures.plates import DrawnTrace, by_run, draw_linearity, runs_of_cells, thin
-from rftfit.figures.protocol import Protocol, draw_protocol
+from rftfit.campaign.config import Fit
+from rftfit.figures import protocol, style
+from rftfit.figures.plates import CELLS, linearity, runs_of_cells
+from rftfit.figures.protocol import Column
+from rftfit.figures.traces import by_run, thin
+from rftfit.measure import pairs
 
-CELLS = ((0.0, 90.0), (30.0, 0.0))
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from rftfit.figures.traces import Trace
 
 
 def words(figure: object) -> list[str]:
     return [text.get_text() for text in figure.findobj(Text)]  # type: ignore[attr-defined]
 
 
-def recording(kind: str) -> DrawnTrace:
+def recording(kind: str) -> Trace:
     time = np.linspace(-4, 10, 800)
     path = np.clip(time, 0, 8)
     force = {"force_z_N": path, "force_x_N": -0.5 * path}
@@ -28,29 +37,32 @@ def recording(kind: str) -> DrawnTrace:
     return {"time_s": time, "depth_cm": path, "x_cm": 4 - path, **force}
 
 
-def column(kind: str, tare: bool = True) -> Protocol:
+def column(kind: str, tare: bool = True) -> Column:
     trace, fit = chain.one_run("r", kind, 5.08, 0.35, 0.1, np.random.default_rng(2), 400)
-    names = ["depth_cm", "path_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "in_window"]
-    result = by_run(trace, names)["r"]
+    result = by_run(trace)["r"]
     if kind == "rotation":
         theta = np.arange(-135.0, 136.0)
         result = {"theta_deg": theta, "force_z_N": 5 * np.exp(-((theta + 40) ** 2) / 900),
                   "force_x_N": -2 * np.exp(-((theta - 9) ** 2) / 900)}  # fmt: skip
         fit = {}
-    empty: DrawnTrace = {}
-    return Protocol(
-        kind, "held somehow", recording(kind), recording(kind) if tare else empty,
+    return Column(
+        kind, "held somehow", recording(kind), recording(kind) if tare else {},
         {"pause": (-2.0, 0.0), "stroke": (0.0, 8.0)}, result, {str(key): cell for key, cell in fit.items()},
     )  # fmt: skip
 
 
-def test_protocol_has_a_column_for_each_kind_with_units() -> None:
+def drawn(monkeypatch: pytest.MonkeyPatch, *columns: Column) -> Figure:
+    monkeypatch.setattr(protocol, "columns_of", lambda *_: list(columns))
+    return protocol.protocol(memory({}, fit=Fit(confidence=0.9)), "poppy_LP")
+
+
+def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch: pytest.MonkeyPatch) -> None:
     kinds = ["intrusion", "extraction", "horizontal", "rotation"]
-    figure = draw_protocol([column(kind) for kind in kinds], "poppy $eeds", 0.9)
+    figure = drawn(monkeypatch, *(column(kind) for kind in kinds))
     text = words(figure)
     assert len(figure.axes) == 12
-    assert "poppy \\$eeds" in text
-    assert [line for line in text if line in {f"{a}  {k}" for a, k in zip("ABCD", kinds)}]  # noqa: B905
+    assert "poppy seeds, loose" in text
+    assert {f"{letter}  {kind}" for letter, kind in zip("ABCD", kinds, strict=True)} <= set(text)
     for wanted in ("position (cm)", "force on intruder (N)", r"stress (N/cm$^2$)", "depth (cm)",
                    r"$\theta$ (degrees)", "force, tare taken off (N)", "distance travelled (cm)",
                    "90 % interval of a fit"):  # fmt: skip
@@ -59,8 +71,10 @@ def test_protocol_has_a_column_for_each_kind_with_units() -> None:
     assert any("peak $F_x$ = \u22122.00 N at $\\theta$ = 9\u00b0" in line for line in text)
 
 
-def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs() -> None:
-    figure = draw_protocol([column("intrusion"), column("horizontal")], "m")
+def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    figure = drawn(monkeypatch, column("intrusion"), column("horizontal"))
     slanted, flat = figure.axes[2], figure.axes[5]
     # zero, then for z and x the samples and the fit
     line = slanted.lines[2].get_xydata()
@@ -75,67 +89,64 @@ def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs() -> None:
     assert across.min() == -4.0
 
 
-def test_protocol_says_what_is_missing() -> None:
-    lost = column("intrusion", tare=False)
-    assert "no tare" in words(draw_protocol([lost], "m"))
-    with pytest.raises(InputError, match="no run of which"):
-        draw_protocol([], "m")
+def test_protocol_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "no tare" in words(drawn(monkeypatch, column("intrusion", tare=False)))
+    assert any("no run of which" in line for line in words(drawn(monkeypatch)))
 
 
-def tables() -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Traces, fits and alpha of two media; glass has lost its horizontal runs."""
+def test_clocks_that_were_not_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pairs, "load_pairs", lambda *_: iter(()))
+    (told,) = words(protocol.clocks(memory({}), "poppy_LP"))
+    assert told == "poppy_LP: no run whose clocks were estimated"
+
+
+def small(poppy: float = 0.35) -> Memory:
+    """Two media at the angles shown; glass has lost its horizontal runs."""
     rng = np.random.default_rng(4)
     traces, fits, cells = [], [], []
-    for medium, slope in (("poppy_LP", 0.35), ("glass3mm_CP", -0.02)):
-        levels = (2.54, 5.08, 7.62) if medium == "poppy_LP" else ()
-        runs = [("v", "intrusion", 0.0)] + [
-            (f"h{i}", "horizontal", d) for i, d in enumerate(levels)
-        ]
-        for name, kind, level in runs:
-            trace, fit = chain.one_run(f"{medium}_{name}", kind, level, slope, 0.1, rng, 300)
-            traces.append(trace)
-            fits.append(fit | {"medium": medium})
-        for (beta, gamma), ids in zip(CELLS, (runs[:1], runs[1:]), strict=True):
-            value = slope if ids else np.nan
-            row = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma,
-                   "run_ids": " ".join(f"{medium}_{name}" for name, *_ in ids)}  # fmt: skip
-            for c, alpha in (("z", value), ("x", 0.1 if ids else np.nan)):
+    for medium, slope in (("poppy_LP", poppy), ("glass3mm_CP", -0.02)):
+        for beta, gamma in CELLS:
+            levels = (0.0,) if gamma else (2.54, 5.08, 7.62)[: 3 if medium == "poppy_LP" else 0]
+            kind = "horizontal" if not gamma else "intrusion" if gamma > 0 else "extraction"
+            ids = [f"{medium}_{beta:g}_{gamma:g}_{level}" for level in levels]
+            for name, level in zip(ids, levels, strict=True):
+                trace, fit = chain.one_run(name, kind, level, slope, 0.1, rng, 200)
+                traces.append(trace)
+                fits.append(fit | {"medium": medium})
+            row = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma, "run_ids": " ".join(ids)}
+            for c, alpha in (("z", slope if ids else np.nan), ("x", 0.1 if ids else np.nan)):
                 row |= {f"alpha_{c}_N_per_cm3": alpha, f"alpha_{c}_lo_N_per_cm3": alpha - 0.002,
                         f"alpha_{c}_hi_N_per_cm3": alpha + 0.002}  # fmt: skip
             cells.append(row)
-    return pd.concat(traces, ignore_index=True), pd.DataFrame(fits), pd.DataFrame(cells)
+    results = of_runs(pd.concat(traces, ignore_index=True), pd.DataFrame(fits))
+    results.tables["alpha/{medium}.csv"] = pd.DataFrame(cells)
+    return results
 
 
 def test_linearity_draws_slopes_points_and_gaps() -> None:
-    traces, fits, alpha = tables()
-    figure = draw_linearity(traces, fits, alpha, CELLS, chain.TITLES)
+    figure = linearity(small())
     text = words(figure)
     assert "depth (cm)" in text
     assert "vertical stress\n$\\sigma_z$ (N/cm$^2$)" in text
     assert {"poppy seeds, loose", "3 mm glass, close", "95 % interval"} <= set(text)
     assert sum("no usable run:\n3 mm glass, close" in line for line in text) == 2
-    # a sketch and two panels for each cell
-    flat = figure.axes[4]
-    points = [line for line in flat.lines if line.get_marker() == "o"]
+    # a sketch and two panels for each cell; the third is of horizontal runs
+    flat = figure.axes[7]
+    marker = style.medium_looks(["poppy_LP"])["poppy_LP"][1]
+    points = [line for line in flat.lines if line.get_marker() == marker]
     depths = sorted(float(np.asarray(line.get_xdata())[0]) for line in points)
     assert depths == pytest.approx([2.54, 5.08, 7.62])
     for line in points:
         x, y = (float(np.asarray(values)[0]) for values in line.get_data())
         assert y == pytest.approx(0.35 * x)
     slanted = figure.axes[1]
-    ends = [np.asarray(line.get_ydata())[-1] for line in slanted.lines if line.get_marker() == "o"]
+    ends = [np.asarray(one.get_ydata())[-1] for one in slanted.lines if one.get_marker() == marker]
     assert ends == pytest.approx([0.35 * 6.5])
 
 
-def test_linearity_needs_a_medium() -> None:
-    traces, fits, alpha = tables()
-    with pytest.raises(InputError, match="no medium"):
-        draw_linearity(traces, fits, alpha.iloc[:0], CELLS)
-
-
 def test_runs_of_cells_are_those_of_the_alpha_table() -> None:
-    alpha = tables()[2]
-    assert runs_of_cells(alpha, CELLS[:1]) == {"poppy_LP_v", "glass3mm_CP_v"}
+    alpha = small().joined("alpha/{medium}.csv")
+    assert runs_of_cells(alpha, CELLS[:1]) == {"poppy_LP_0_90_0.0", "glass3mm_CP_0_90_0.0"}
     assert runs_of_cells(alpha, [(60.0, 45.0)]) == set()
 
 

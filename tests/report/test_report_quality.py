@@ -9,12 +9,13 @@ import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.text import Text
+from memory import of_runs
 
 from rftfit.figures import style
 from rftfit.figures.maps import along_motion, edges, half_width, pivot, refine
-from rftfit.figures.plates import filed, nice, span, thin, trouble
-from rftfit.figures.quality import draw_quality, lay_out
+from rftfit.figures.quality import draw_quality, lay_out, quality
 from rftfit.figures.style import save
+from rftfit.figures.traces import filed, nice, span, stress_samples, thin, trouble
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -71,6 +72,24 @@ def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(
     (other,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), "poppy")
     for first, second in zip(save(one, tmp_path / "a"), save(other, tmp_path / "b"), strict=True):
         assert first.read_bytes() == second.read_bytes(), first.suffix
+
+
+def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(
+    medium: tuple[pd.DataFrame, pd.DataFrame],
+) -> None:
+    traces, fits = medium
+    some = fits["run_id"].iloc[:12]
+    traces, fits = traces[traces["run_id"].isin(some)], fits[fits["run_id"].isin(some)]
+    results = of_runs(traces, fits)
+    tared, windows = (results.table(f"{p}/poppy_LP.parquet") for p in ("tared", "windows"))
+    samples = stress_samples(results.campaign, tared, windows)
+    for name in ("stress_z_N_per_cm2", "tare_x_N_per_cm2", "in_window"):
+        np.testing.assert_allclose(samples[name], traces[name])
+    (figure,) = quality(results, "poppy_LP")
+    assert "poppy seeds, loose: 12 plate runs, 0 marked" in words(figure)
+    results.tables["fits/{medium}.csv"] = fits.iloc[:0]
+    (figure,) = quality(results, "poppy_LP")
+    assert words(figure) == ["poppy_LP: no plate run to draw"]
 
 
 def test_repeats_and_gaps_of_the_grid(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
@@ -187,5 +206,5 @@ def test_alpha_that_pushes_along_the_motion_is_positive() -> None:
 
 
 def test_marks_stand_out_from_the_data() -> None:
-    used = {*style.COMPONENT_COLOURS.values(), *style.TARE_COLOURS.values()}
+    used = {*style.COMPONENT_COLOURS.values(), *style.PALE_COLOURS.values()}
     assert style.MARK not in used

@@ -166,6 +166,6 @@ def trouble(fit: Row) -> str:
     """Say what is wrong with a run, in few words; empty if nothing is."""
     parts = [str(fit[name]) for name in ("reason", "flags") if isinstance(fit[name], str)]
     text = "; ".join(part for part in parts if part)
-    if not text and not np.isfinite([alpha_of(fit, c)[0] for c in "zx"]).all():
+    if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in "zx"]).all():
         return "no alpha"
     return text

@@ -1,0 +1,90 @@
+"""Results whose tables are at hand instead of in files, for tests of what is made from them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from rftfit import reference
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import Campaign
+from rftfit.errors import InputError
+from rftfit.measure.ledger import Why
+from rftfit.results import Results
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import pandas as pd
+
+CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
+PLATE_CM2 = 3.81 * 2.54
+
+
+class Memory(Results):
+    """Tables by their names; one of several media stands under ``folder/{medium}.csv``."""
+
+    def __init__(self, campaign: Campaign, tables: dict[str, pd.DataFrame]) -> None:
+        super().__init__(campaign)
+        self.tables = tables
+
+    def table(self, name: str) -> pd.DataFrame:
+        for pattern, table in self.tables.items():
+            head, _, tail = pattern.partition("{medium}")
+            if name == pattern:
+                return table.copy(deep=False)
+            if tail and name.startswith(head) and name.endswith(tail):
+                medium = name.removeprefix(head).removesuffix(tail)
+                own = table[table["medium"] == medium]
+                return own.drop(columns="medium") if tail == ".parquet" else own
+        raise InputError(f"{name}: there is no such table")
+
+
+def memory(
+    tables: dict[str, pd.DataFrame],
+    media: Iterable[str] = reference.MEDIA,
+    runs: Iterable[Any] = (),
+    **settings: Any,
+) -> Memory:
+    """The demonstration campaign with these media and tables, its settings changed by section."""
+    config = Config(**yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
+    config = config.model_copy(update=settings)
+    every = [*runs] or [
+        run(f"{medium}_{kind}", medium, kind) for medium in media for kind in ("plate", "leg")
+    ]
+    here = Path()
+    return Memory(Campaign(here, here, here, config, tuple(every)), tables)
+
+
+def run(run_id: str, medium: str, kind: str = "plate", direction: str = "intrusion") -> Any:
+    """A row of the run sheet."""
+    return SimpleNamespace(
+        run_id=run_id, medium=medium, kind=kind, direction=direction, tare_run="",
+        intruder={"leg": "c_leg"}.get(kind, kind),
+        beta_deg=0.0, gamma_deg=90.0,
+    )  # fmt: skip
+
+
+def of_runs(traces: pd.DataFrame, fits: pd.DataFrame, **settings: Any) -> Memory:
+    """Results of plate runs: their samples as the tare and slope stages leave them.
+
+    `traces`: Stress in the lab frame, as `chain_tables.one_run` makes it.
+    """
+    medium = traces["run_id"].map(fits.drop_duplicates("run_id").set_index("run_id")["medium"])
+    tared = traces[["run_id", "depth_cm", "path_cm"]].assign(medium=medium)
+    for c in "zx":
+        tared[f"force_{c}_N"] = traces[f"stress_{c}_N_per_cm2"] * PLATE_CM2
+        tared[f"tare_{c}_N"] = traces[f"tare_{c}_N_per_cm2"] * PLATE_CM2
+    windows = traces[["run_id"]].assign(medium=medium, why=int(Why.ABOVE))
+    windows["why"] = windows["why"].where(~traces["in_window"], int(Why.GOOD))
+    rows = fits.drop_duplicates("run_id").to_dict("records")
+    runs = [run(str(r["run_id"]), str(r["medium"]), direction=str(r["direction"])) for r in rows]
+    tables = {
+        "tared/{medium}.parquet": tared,
+        "windows/{medium}.parquet": windows,
+        "fits/{medium}.csv": fits,
+    }
+    return memory(tables, runs=runs, **settings)
