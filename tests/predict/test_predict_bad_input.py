@@ -12,8 +12,9 @@ from rigroom import Room
 
 from rftfit import reference
 from rftfit.measure.alpha import column
-from rftfit.store import read_csv, write_csv
-from rftfit.workflow.validate import trials
+from rftfit.results import open_results
+from rftfit.store import write_csv
+from rftfit.workflow.validate import legs_predicted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,14 +47,11 @@ def alpha_of(medium: str) -> pd.DataFrame:
 
 
 def on_trial(room: Room, alpha: pd.DataFrame, legs: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
-    """Predicted curves and errors, through the files of the workflow."""
-    folder, config = room.folder, room.write()
-    names = ("alpha", "legs", "predicted", "errors")
-    paths = {name: folder / f"{name}.csv" for name in names}
-    write_csv(alpha, paths["alpha"])
-    write_csv(legs, paths["legs"])
-    trials(config, [paths["alpha"]], [], [paths["legs"]], paths["predicted"], paths["errors"])
-    return read_csv(paths["predicted"]), read_csv(paths["errors"])
+    """Predicted curves and errors, from the files of the earlier stages."""
+    room.write()
+    for part, table in (("alpha", alpha), ("legs", legs)):
+        write_csv(table, room.folder / "results" / part / "poppy_LP.csv")
+    return legs_predicted(open_results(room.folder))
 
 
 def of_c_leg(table: pd.DataFrame, profile: str = "table") -> pd.DataFrame:
