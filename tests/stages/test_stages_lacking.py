@@ -11,7 +11,6 @@ import pytest
 from rftfit.results import Tables, open_results
 from rftfit.store import read_csv, write_csv
 from rftfit.workflow.run_stage import run_stage
-from rftfit.workflow.run_stage import run_stage
 
 if TYPE_CHECKING:
     from pathlib import Path
