@@ -15,6 +15,7 @@ import yaml
 
 from rftfit.campaign.config import Config
 from rftfit.lab import reenact
+from rftfit.workflow.plan import Plan
 
 PROJECT = Path(__file__).resolve().parents[2]
 
@@ -35,18 +36,15 @@ class Folder:
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr
 
-    def jobs(self) -> dict[str, list[str]]:
-        """Rules that would run now, with the media they would run for."""
-        text = self.run("--dry-run", "--quiet", "host")
-        found: dict[str, list[str]] = {}
-        rule = ""
-        for line in text.splitlines():
-            words = line.split()
-            if line.startswith(("rule ", "localrule ")):
-                rule = words[1].rstrip(":")
-                found.setdefault(rule, [])
-            elif rule and line.strip().startswith("wildcards: medium="):
-                found[rule].append(line.split("medium=")[1].strip())
+    @property
+    def config(self) -> Path:
+        return self.root / "config" / "config.yaml"
+
+    def stale(self) -> dict[str, set[str]]:
+        """Stages whose tasks are not as recorded by now, with the keys of these tasks."""
+        found: dict[str, set[str]] = {}
+        for one in Plan(self.config).all_findings():
+            found.setdefault(one.stage, set()).add(one.key)
         return found
 
     def table(self, name: str) -> Any:

@@ -8,12 +8,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from light_campaign import alpha_frame
 from rigroom import Room
 
 from rftfit import reference
-from rftfit.measure.alpha import column
-from rftfit.store import read_csv, write_csv
-from rftfit.workflow.validate import trials
+from rftfit.results import open_results
+from rftfit.store import write_csv
+from rftfit.workflow.validate import legs_predicted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,24 +37,15 @@ def room(tmp_path: Path) -> Room:
 
 def alpha_of(medium: str) -> pd.DataFrame:
     """Alpha table as the slope stage writes it, of the published values."""
-    beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
-    table = pd.DataFrame({"medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel()})
-    for component, alpha in zip("zx", reference.alpha_grid(medium), strict=True):
-        for quantity, add in (("", 0.0), ("_lo", -0.01), ("_hi", 0.01)):
-            table[column(component, quantity)] = alpha.ravel() + add
-        table[column(component, "_se")] = 0.005
-    return table.assign(reason="")
+    return alpha_frame(medium, reference.alpha_grid(medium))
 
 
 def on_trial(room: Room, alpha: pd.DataFrame, legs: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
-    """Predicted curves and errors, through the files of the workflow."""
-    folder, config = room.folder, room.write()
-    names = ("alpha", "legs", "predicted", "errors")
-    paths = {name: folder / f"{name}.csv" for name in names}
-    write_csv(alpha, paths["alpha"])
-    write_csv(legs, paths["legs"])
-    trials(config, [paths["alpha"]], [], [paths["legs"]], paths["predicted"], paths["errors"])
-    return read_csv(paths["predicted"]), read_csv(paths["errors"])
+    """Predicted curves and errors, from the files of the earlier stages."""
+    room.write()
+    for part, table in (("alpha", alpha), ("legs", legs)):
+        write_csv(table, room.folder / "results" / part / "poppy_LP.csv")
+    return legs_predicted(open_results(room.folder))
 
 
 def of_c_leg(table: pd.DataFrame, profile: str = "table") -> pd.DataFrame:
@@ -138,7 +130,8 @@ def test_leg_log_that_breaks_off(room: Room, run: str, kinds: tuple[str, ...]) -
     # another leg has a curve, so that the trial is held at all
     other = pd.DataFrame({
         "medium": "poppy_LP", "leg": "flat_leg", "run_id": "other", "theta_deg": [0.0],
-        "force_z_N": 1.0, "force_x_N": 1.0,
+        "samples": 9, "force_z_N": 1.0, "force_x_N": 1.0, "zero_se_z_N": 0.0, "zero_se_x_N": 0.0,
+        "spread_z_N": 0.0, "spread_x_N": 0.0, "flags": "",
     })  # fmt: skip
     _, errors = on_trial(room, alpha_of("poppy_LP"), other)
     rows = of_c_leg(errors)

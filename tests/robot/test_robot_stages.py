@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from light_campaign import alpha_frame
 
 from rftfit import reference
 from rftfit.__main__ import main
@@ -19,12 +20,14 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.errors import InputError
 from rftfit.lab.tracks import TRIALS, plan_trials, write_tracks
 from rftfit.model.profiles import FourierProfile, TableProfile
+from rftfit.results import Results, open_results
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import SPEED
 from rftfit.robot.intervals import WIDTH_COLUMNS as WIDTHS
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import run_all, speed_table
-from rftfit.store import read_csv, write_csv
+from rftfit.store import write_csv
+from rftfit.workflow import robot as stages
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.robot import (
     SWEEPS,
@@ -35,8 +38,10 @@ from rftfit.workflow.robot import (
     key,
     robot_measured,
     robot_profile,
-    robot_tables,
+    robot_sweep,
+    swept,
 )
+from rftfit.workflow.run_stage import run_stage
 
 if TYPE_CHECKING:
     from rftfit.robot.run import RobotRun
@@ -67,9 +72,11 @@ def root(made_once: Path, tmp_path: Path) -> Path:
 
 
 def measured(root: Path) -> tuple[Any, Any, Any]:
-    out = [root / "results" / f"{name}.csv" for name in ("tracks", "measured", "ledger")]
-    robot_measured(root / "config" / "config.yaml", *out)
-    trials, speeds, ledger = (read_csv(path) for path in out)
+    """Tables of tracks, of speeds and of where the rows went, as they are in the files."""
+    assert run_stage(root / "config" / "config.yaml", "robot_measured") == 1
+    results = open_results(root)
+    names = ("robot/tracks.csv", "robot/measured.csv", "ledger/robot.csv")
+    trials, speeds, ledger = (results.table(name) for name in names)
     return trials, speeds, ledger
 
 
@@ -149,16 +156,22 @@ def test_without_tracks_the_figure_stands_in(root: Path) -> None:
 def test_a_campaign_without_a_robot(root: Path) -> None:
     edit(root)
     plan = Plan(root / "config" / "config.yaml")
-    assert (plan.robot_medium, plan.robot_files) == ("", [])
+    assert (plan.campaign.robot_medium, plan.robot_digests) == ("", {})
+    assert plan.stages["robot_measured"] == plan.stages["robot_sweep"] == []
     with pytest.raises(InputError, match="no section robot"):
-        measured(root)
+        robot_measured(open_results(root))
 
 
 def test_what_the_workflow_reads(root: Path) -> None:
     plan = Plan(root / "config" / "config.yaml")
-    assert plan.robot_medium == "poppy_LP"
-    assert len(plan.robot_files) == 1 + 42 * TRIALS
-    assert all((root / file).is_file() for file in plan.robot_files)
+    assert plan.campaign.robot_medium == "poppy_LP"
+    assert len(plan.robot_digests) == 1 + 42 * TRIALS
+    assert all((root / file).is_file() for file in plan.robot_digests)
+    assert measured(root)
+    track = next(root / file for file in plan.robot_digests if "tracks/" in file)
+    track.write_bytes(track.read_bytes() + b"# end\n")
+    found = Plan(root / "config" / "config.yaml").all_findings()
+    assert [one.what for one in found if one.stage == "robot_measured"] == ["robot files"]
 
 
 @pytest.mark.parametrize(
@@ -187,6 +200,10 @@ def test_an_own_robot_is_not_calibrated(root: Path) -> None:
 
 # --- the sweep ---------------------------------------------------------------------------------------
 
+MEASURED = (
+    "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_sd_Hz", "speed_cm_per_s",
+    "speed_sd_cm_per_s", "trials", "calibrated", "source", "reason",
+)  # fmt: skip
 FEW = [Condition(5.0, k, phase) for k in (0.6, 0.8) for phase in (0.0, 1 / 3)]
 
 
@@ -249,25 +266,40 @@ def test_conditions_of_the_sweeps() -> None:
         conditions_of("half", table)
 
 
-def test_tables(root: Path, straight: tuple[FourierProfile, list[RobotRun]]) -> None:
-    out = root / "results"
+def with_alpha(
+    root: Path, values: tuple[np.ndarray, np.ndarray] | None = None, **fourier: object
+) -> Results:
+    """The campaign with an alpha table of its medium: the paper's, or another."""
+    if fourier:
+        path = root / "config" / "config.yaml"
+        data = yaml.safe_load(path.read_text("utf-8"))
+        data["fourier"] |= fourier
+        path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    table = alpha_frame("poppy_LP", values or reference.alpha_grid("poppy_LP"))
+    write_csv(table, root / "results" / "alpha" / "poppy_LP.csv")
+    return open_results(root)
+
+
+def test_tables(
+    root: Path, straight: tuple[FourierProfile, list[RobotRun]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results = with_alpha(root)
     seen = pd.DataFrame(
         {"condition": ["a", "b"], "medium": "poppy_LP", "curvature_times_R": [0.6, 0.9],
          "frequency_Hz": 5.0, "frequency_sd_Hz": np.nan, "speed_cm_per_s": [50.0, 60.0],
          "speed_sd_cm_per_s": 1.0, "trials": 3, "calibrated": ["yes", "no"],
          "source": "marker tracks", "reason": ""}
     )  # fmt: skip
-    write_csv(seen, out / "measured.csv")
+    write_csv(seen, root / "results" / "robot" / "measured.csv")
     table = speed_table(straight[1])
     table.insert(0, "profile", "table")
     table.insert(1, "medium", "poppy_LP")
-    write_csv(table, out / "runs.csv")
-    widths = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "")], columns=WIDTHS)
-    write_csv(widths, out / "intervals.csv")
-    paths = [out / f"{name}.csv" for name in ("speed", "optimum", "errors")]
-    robot_tables(root / "config" / "config.yaml", out / "measured.csv", [out / "runs.csv"],
-                 out / "intervals.csv", *paths)  # fmt: skip
-    speed, optimum, errors = (read_csv(path) for path in paths)
+    half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "")], columns=WIDTHS)
+    monkeypatch.setattr(stages, "PROFILES", ("table",))
+    monkeypatch.setattr(stages, "swept", lambda *_: table)
+    monkeypatch.setattr(stages, "robot_intervals", lambda *_: half)
+    runs, widths, speed, optimum, errors = robot_sweep(results, 1)
+    assert (runs is table, widths is half) == (True, True)
     assert list(speed["calibrated"]) == ["yes", "yes", "no", "no"]
     assert optimum.empty  # two curvatures are no sweep
     mean = np.mean([run.speed_cm_per_s for run in straight[1][:2]])
@@ -278,52 +310,68 @@ def test_tables(root: Path, straight: tuple[FourierProfile, list[RobotRun]]) -> 
     assert errors["reason"].iloc[1] == "this condition was not simulated"
 
 
+def test_finished_runs_are_kept_below_a_name_that_tells_the_profile(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So that a sweep goes on with the same alpha, and begins again with another."""
+    monkeypatch.setattr(stages, "conditions_of", lambda *_: FEW[:1])
+    parts = root / "results" / "robot" / "parts"
+    write_csv(pd.DataFrame({name: [] for name in MEASURED}), parts.parent / "measured.csv")
+    told: list[tuple[int, int]] = []
+
+    def sweep(results: Results) -> list[str]:
+        told.clear()
+        swept(results, "table", "robot", 1, lambda *how_far: told.append(how_far))
+        return [path.name for path in parts.iterdir()]
+
+    first = sweep(with_alpha(root))
+    assert told == [(0, 1), (1, 1)]
+    assert sweep(with_alpha(root)) == first
+    assert told == [(1, 1)]
+    z, x = reference.alpha_grid("poppy_LP")
+    other = sweep(with_alpha(root, (1.1 * z, x)))
+    assert told == [(0, 1), (1, 1)]
+    assert (len(first), len(other)) == (1, 1)
+    assert first != other
+
+
 # --- profiles ------------------------------------------------------------------------------------------
 
 
-def tables() -> tuple[pd.DataFrame, pd.DataFrame]:
-    alpha = reference.load("table_s5")
-    alpha = alpha[alpha["medium"] == "poppy_LP"].assign(reason="")
-    rows = [
-        ("lsq", medium, term, value, True, "")
-        for medium in ("poppy_LP", "generic")
-        for term, value in reference.coefficients(medium).items()
-        if term != "zeta"
-    ]
-    names = ["method", "medium", "coefficient", "value_N_per_cm3", "kept", "reason"]
-    return alpha, pd.DataFrame(rows, columns=names)
-
-
-def test_profiles_from_the_tables() -> None:
-    alpha, values = tables()
+def test_profiles_from_the_tables(root: Path) -> None:
+    results = with_alpha(root)
     beta, gamma = np.radians([0.0, 30.0]), np.radians([90.0, 45.0])
-    table = robot_profile("table", "poppy_LP", alpha, values, "lsq")
     np.testing.assert_allclose(
-        table.alpha(beta, gamma), TableProfile.published("poppy_LP").alpha(beta, gamma)
+        robot_profile(results, "table").alpha(beta, gamma),
+        TableProfile.published("poppy_LP").alpha(beta, gamma),
     )
-    own = robot_profile("fourier", "poppy_LP", alpha, values, "lsq")
-    generic = robot_profile("generic", "poppy_LP", alpha, values, "lsq")
-    np.testing.assert_allclose(
-        generic.alpha(0, np.pi / 2)[0], own.alpha(0, np.pi / 2)[0], rtol=0.01
-    )
-    depth = robot_profile("depth_only", "poppy_LP", alpha, values, "lsq")
-    assert depth.alpha(0, np.pi / 2)[1] == pytest.approx(0)
-    with pytest.raises(InputError, match="allowed: table, generic, depth_only, fourier"):
-        robot_profile("tabel", "poppy_LP", alpha, values, "lsq")
+    # of one medium alone, the generic profile is its own
+    own = robot_profile(results, "fourier").alpha(beta, gamma)
+    np.testing.assert_allclose(robot_profile(results, "generic").alpha(beta, gamma), own, rtol=1e-6)
+    assert robot_profile(results, "depth_only").alpha(0, np.pi / 2)[1] == pytest.approx(0)
+    with pytest.raises(
+        InputError, match="found 'tabel'; allowed: table, fourier, generic, depth_only"
+    ):
+        robot_profile(results, "tabel")
 
 
-def test_a_missing_fit_is_a_reason_not_a_number() -> None:
-    alpha, values = tables()
-    lost = robot_profile("generic", "poppy_LP", alpha, values[values["medium"] == "generic"], "lsq")
+def test_a_missing_fit_is_a_reason_not_a_number(root: Path) -> None:
+    z, x = (part.copy() for part in reference.alpha_grid("poppy_LP"))
+    z[2, 3] = x[2, 3] = np.nan
+    lost = robot_profile(with_alpha(root, (z, x), method="dft-index"), "generic")
     assert np.isnan(lost.alpha(0, 1)[0])
-    assert lost.reason == "no nine-term fit (lsq) of poppy_LP"
-    values.loc[values["coefficient"] == "B01", "kept"] = False
-    less = robot_profile("fourier", "poppy_LP", alpha, values, "lsq")
-    assert less.alpha(0, np.pi / 2)[0] < 0.2
+    assert "1 of 91 cells have no alpha" in lost.reason
+
+
+def test_a_dropped_term_is_not_in_the_profile(root: Path) -> None:
+    less = robot_profile(with_alpha(root, threshold=0.9), "fourier")
+    full = robot_profile(with_alpha(root, threshold=0.0), "fourier")
+    assert len(set(less.parameters[0].ravel()) - {0.0}) < 9
+    assert less.alpha(0, np.pi / 2)[0] != pytest.approx(full.alpha(0, np.pi / 2)[0])
 
 
 def test_stages_can_be_started_by_name(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = [f"{name}={root / 'r' / name}.csv" for name in ("trials", "measured", "ledger")]
-    assert main(["robot_measured", f"config={root / 'config' / 'config.yaml'}", *words]) == 0
-    assert main(["robot_sweep", "profile=table"]) == 2
-    assert "must be given once" in capsys.readouterr().err
+    assert main(["robot_measured", "--config", str(root / "config" / "config.yaml")]) == 0
+    assert (root / "results" / "robot" / "measured.csv").is_file()
+    assert main(["robot_sweeps", "--config", str(root / "config" / "config.yaml")]) == 2
+    assert "no stage 'robot_sweeps'; allowed: ingest" in capsys.readouterr().err

@@ -466,4 +466,4 @@ def test_odd_names_pass_through_the_workflow(tmp_path: Path) -> None:
     # a log whose name Snakemake cannot be given is watched by its content
     log = next(path for path in sheet.parent.rglob("{medium}.csv"))
     log.write_bytes(log.read_bytes().rstrip(b"\n").rpartition(b"\n")[0] + b"\n")
-    assert "ingest" in folder.jobs()
+    assert "ingest" in folder.stale()

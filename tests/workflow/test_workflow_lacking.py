@@ -132,7 +132,7 @@ def test_the_only_medium_without_a_cell(tmp_path: Path) -> None:
     run(folder.root)
     assert folder.table("coefficients.csv")["reason"].notna().all()
     # what is missing is said where it would be drawn
-    for name in ("fig_2b_stress", "fig_s6_fit", "fig_s1_protocol_poppy_LP", "tare_poppy_LP"):
+    for name in ("stress_of_runs", "fit_maps", "protocol_poppy_LP", "tare_poppy_LP"):
         assert (folder.root / "results" / "figures" / f"{name}.png").is_file()
 
 

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-import json
-import os
 import random
-from pathlib import Path
-from typing import TYPE_CHECKING
+import shutil
+import subprocess
+import sys
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from campaigns import make_campaign
 
-from rftfit.workflow.provenance import unpacked
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import Campaign
+from rftfit.figures.registry import figures
+from rftfit.results import open_results
+from rftfit.workflow import run_stage
+from rftfit.workflow.plan import Plan
+from rftfit.workflow.stages import ALL, STAGES
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
     from campaigns import Folder
 
 pytestmark = pytest.mark.slow
@@ -22,53 +31,85 @@ pytestmark = pytest.mark.slow
 MEDIA = ("poppy_LP", "yuma")
 
 
-RECORDER = Path(__file__).parents[1] / "helpers" / "section_recorder"
-
-
 @pytest.fixture(scope="module")
-def sections(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder for what the stages of the run read of the configuration."""
-    return tmp_path_factory.mktemp("sections")
-
-
-@pytest.fixture(scope="module")
-def small(tmp_path_factory: pytest.TempPathFactory, sections: Path) -> Folder:
+def small(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     folder = make_campaign(tmp_path_factory.mktemp("small") / "campaign", MEDIA)
-    before = os.environ.get("PYTHONPATH", "")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RFTFIT_SECTIONS", str(sections))
-        patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, (str(RECORDER), before))))
-        folder.run()
+    folder.run()
     return folder
 
 
+SECTIONS = frozenset(Config.model_fields)
+LISTS = ("runs_of", "of_role", "with_legs")
+"""Which media there are decides on a task's files, which are recorded by name."""
 UNREAD = {
     # where the logs lie; read while the campaign is loaded
     "ingest": {"raw"},
+    "clocks": {"raw"},
     # in-air runs that no leg names, of which this campaign has none, are read there
     "ledger": {"raw", "dialect", "force_log", "motion_log", "media"},
 }
-"""Sections that a rule names and this run does not read."""
+"""Sections that are declared and that this run does not read."""
 
 
-def test_rules_name_the_sections_that_stages_read(small: Folder, sections: Path) -> None:
-    """So that a changed value reruns what it must, and no more."""
-    text = (small.root / "results" / "provenance.json").read_text(encoding="utf-8")
-    graph = unpacked(json.loads(text))
-    read: dict[str, set[str]] = {}
-    for path in sections.glob("*.json"):
-        job = json.loads(path.read_text(encoding="utf-8"))
-        if job["words"][0] == "provenance":
-            continue  # the record itself is no step of the record
-        # a stage's last word is what it writes
-        rule, _ = graph.makers[job["words"][-1].partition("=")[2]]
-        read.setdefault(rule, set()).update(job["read"])
-    assert len(read) == len(graph.steps) >= 35
-    for name, found in sorted(read.items()):
-        named = set(graph.steps[name].settings)
-        assert found <= named, f"rule {name} does not name {', '.join(sorted(found - named))}"
-        if name != "page":  # it prints whatever there is
-            assert named - found == UNREAD.get(name, set()), f"rule {name} names more than it reads"
+@pytest.fixture
+def read(monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """Sections of the configuration that are read outside of `LISTS`."""
+    found: set[str] = set()
+    deep = 0
+    plain = Config.__getattribute__
+
+    def look(self: Config, name: str) -> Any:
+        if not deep and name in SECTIONS:
+            found.add(name)
+        elif not deep and name in ("__dict__", "model_dump"):
+            found.update(SECTIONS)
+        return plain(self, name)
+
+    def hidden(function: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*words: Any, **more: Any) -> Any:
+            nonlocal deep
+            deep += 1
+            try:
+                return function(*words, **more)
+            finally:
+                deep -= 1
+
+        return call
+
+    for name in LISTS:
+        monkeypatch.setattr(Campaign, name, hidden(getattr(Campaign, name)))
+    monkeypatch.setattr(Config, "__getattribute__", look)
+    return found
+
+
+def test_stages_declare_the_sections_that_they_read(
+    small: Folder, read: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So that a changed value makes what it must again, and no more; and twice the same bytes."""
+    declared = {stage.name: {*stage.settings} for stage in STAGES}
+    declared |= {figure.run: {*figure.settings} for figure in figures()}
+    plan = Plan(small.config)
+    results = open_results(small.root)
+    # looked up once, and by name only
+    assert results.media
+    assert results.campaign.robot_medium
+    monkeypatch.setattr(run_stage, "_results", lambda _: results)
+    seen: dict[str, set[str]] = {}
+    for stage in plan.default:
+        for task in plan.stages[stage]:
+            read.clear()
+            written = run_stage.do_task(small.config, task, 2)
+            assert written == plan.records(stage).tasks[task.key].writes, task
+            name = stage if stage in declared else task.run
+            seen.setdefault(name, set()).update(read)
+    assert len(seen) >= 35
+    for name, found in seen.items():
+        named = declared[name]
+        if ALL in named:
+            continue
+        assert found <= named, f"{name} does not declare {', '.join(sorted(found - named))}"
+        short = name.rpartition(":")[2]
+        assert named - found == UNREAD.get(short, set()), f"{name} declares more than it reads"
 
 
 def test_same_bytes_whatever_the_circumstances(small: Folder, tmp_path: Path) -> None:
@@ -121,10 +162,6 @@ def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
 
 def test_a_disk_that_refuses_is_told(small: Folder, tmp_path: Path) -> None:
     """A file-size limit stops the writing of the traces as a full disk would."""
-    import subprocess
-    import sys
-
-    target = tmp_path / "traces.parquet"
     script = (
         "import resource, signal, sys\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
@@ -132,12 +169,14 @@ def test_a_disk_that_refuses_is_told(small: Folder, tmp_path: Path) -> None:
         "from rftfit.__main__ import main\n"
         "sys.exit(main(sys.argv[1:]))\n"
     )
-    words = ["ingest", f"config={small.root / 'config' / 'config.yaml'}", "medium=yuma",
-             f"traces={target}", f"runs={tmp_path / 'runs.csv'}", f"ledger={tmp_path / 'l.csv'}"]  # fmt: skip
+    root = tmp_path / "campaign"
+    for part in ("config", "raw"):
+        shutil.copytree(small.root / part, root / part)
+    words = ["ingest", "--config", str(root / "config" / "config.yaml")]
     done = subprocess.run(
         [sys.executable, "-c", script, *words], capture_output=True, text=True, check=False
     )
     assert done.returncode == 3
-    assert "traces.parquet: cannot write" in done.stderr
+    assert "poppy_LP.parquet: cannot write" in done.stderr
     assert "Traceback" not in done.stderr
-    assert list(tmp_path.iterdir()) == []
+    assert list((root / "results").rglob("*.*")) == []

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import re
 import time
 from typing import TYPE_CHECKING
 
@@ -12,14 +10,14 @@ import numpy as np
 import pytest
 from dictionary_check import check_results
 
+from rftfit.figures.registry import figures
 from rftfit.measure.alpha import column, grid
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED
 from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load
+from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from campaigns import Folder
 
 pytestmark = pytest.mark.slow
@@ -123,16 +121,9 @@ def test_every_promised_file_is_there(whole: Folder) -> None:
     results = whole.root / "results"
     promised = [f"alpha/{medium}.csv" for medium in (*MEDIA, *SANDS)]
     promised += ["alpha_tables.xlsx", "coefficients.csv", "coefficients.xlsx", "penetration.csv"]
-    figures = [
-        "fig_s1_protocol_poppy_LP",
-        "fig_s2_linearity",
-        "fig_2b_stress",
-        "fig_2cd_maps_poppy_LP",
-        "fig_s4_maps",
-        "fig_s6_fit",
-        "fig_s7_generic",
-    ]
-    promised += [f"figures/{name}.{end}" for name in figures for end in ("png", "pdf", "svg")]
+    names = ["protocol_poppy_LP", "linearity", "stress_of_runs", "alpha_maps_poppy_LP",
+             "alpha_maps", "fit_maps", "generic_profile"]  # fmt: skip
+    promised += [f"figures/{name}.{end}" for name in names for end in ("png", "pdf", "svg")]
     promised += [f"quality/{m}.{end}" for m in (*MEDIA, *SANDS) for end in ("png", "pdf", "svg")]
     assert [name for name in promised if not (results / name).stat().st_size > 500] == []
 
@@ -142,28 +133,10 @@ def test_every_file_and_column_is_in_the_dictionary(whole: Folder) -> None:
 
 
 def test_nothing_is_done_twice(whole: Folder) -> None:
-    assert whole.jobs() == {}
-
-
-def test_snakemakes_own_report_tells_the_runs_numbers(whole: Folder, tmp_path: Path) -> None:
-    page = tmp_path / "report.html"
-    whole.run("--report", str(page))
-    text = page.read_text(encoding="utf-8")
-    start = text.index("{", text.index('<script id="results">'))
-    items = json.JSONDecoder().raw_decode(text, start)[0]
-    assert 30 < len(items) < 60
-    for name, item in items.items():
-        assert re.search(r"\d", item["caption"]), name
-        assert "system-message" not in item["caption"], name
-    penetration = whole.table("penetration.csv").query("method == 'lsq'")
-    caption = items["results/figures/fig_s7_generic.png"]["caption"]
-    for zeta, chi in zip(penetration["zeta"], penetration["chi"], strict=True):
-        assert f"zeta {zeta:.4f}" in caption
-        assert f"chi {chi:.4f}" in caption
-    runs = whole.table("ledger.csv")["run_id"].nunique()
-    assert f"{runs} runs were used and 0 dropped" in items["results/ledger.csv"]["caption"]
-    # a report leaves nothing to be done again
-    assert whole.jobs() == {}
+    assert whole.stale() == {}
+    before = whole.digests()
+    assert "Nothing to be done" in whole.run()
+    assert whole.digests() == before
 
 
 def test_one_changed_log_reruns_its_medium_only(whole: Folder) -> None:
@@ -174,12 +147,11 @@ def test_one_changed_log_reruns_its_medium_only(whole: Folder) -> None:
         log.write_bytes(content[: content.rstrip().rfind(b"\n") + 1])
         later = time.time() + 2
         os.utime(log, (later, later))
-        jobs = whole.jobs()
+        stale = whole.stale()
     finally:
         log.write_bytes(content)
-    assert jobs["ingest"] == ["poppy_CP"]
-    assert jobs["tare"] == ["poppy_CP"]
-    assert jobs["slopes"] == ["poppy_CP"]
+    # the ledger and the figures follow where the tables of the medium come out changed
+    assert stale == {"ingest": {"poppy_CP"}, "provenance": {""}}
 
 
 def test_a_changed_setting_reruns_what_depends_on_it(whole: Folder) -> None:
@@ -187,12 +159,13 @@ def test_a_changed_setting_reruns_what_depends_on_it(whole: Folder) -> None:
     before = path.read_text(encoding="utf-8")
     try:
         path.write_text(before.replace("threshold: 0.05", "threshold: 0.06"), encoding="utf-8")
-        jobs = whole.jobs()
+        stale = whole.stale()
     finally:
         path.write_text(before, encoding="utf-8")
-    assert "fourier" in jobs
-    assert "scaling" in jobs
-    assert not {"ingest", "tare", "slopes"} & set(jobs)
+    named = {stage.name for stage in STAGES if {"fourier", ALL} & {*stage.settings}}
+    drawn = {one.name for one in figures() if "fourier" in one.settings}
+    assert {*stale} == {*named - {*ON_DEMAND}, "figures"}
+    assert stale["figures"] == {f"figures/{name}" for name in drawn}
 
 
 def test_a_changed_row_of_the_sheet_reruns_its_medium_only(whole: Folder) -> None:
@@ -206,8 +179,9 @@ def test_a_changed_row_of_the_sheet_reruns_its_medium_only(whole: Folder) -> Non
         cells[header.index("excluded")], cells[header.index("reason")] = "yes", "dust on the plate"
         lines[place] = ",".join(cells)
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        jobs = whole.jobs()
+        stale = whole.stale()
     finally:
         path.write_text(before, encoding="utf-8")
-    assert jobs["ingest"] == ["poppy_CP"]
-    assert jobs["slopes"] == ["poppy_CP"]
+    for stage in ("ingest", "tare", "slopes", "legs"):
+        assert stale[stage] == {"poppy_CP"}
+    assert not {"fourier", "scaling", "legs_predicted", "figures", "quality"} & {*stale}

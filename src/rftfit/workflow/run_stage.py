@@ -27,6 +27,8 @@ def run_stage(config: Path, stage: str, threads: int = 1) -> int:
 
     Returns how many tasks were done; the others were up to date already.
     """
+    # the process may have run a stage on other settings or tables before
+    _results.cache_clear()
     plan = Plan(config)
     if stage not in plan.stages:
         raise InputError(f"no stage {stage!r}; allowed: {', '.join(plan.stages)}")
