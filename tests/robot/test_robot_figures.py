@@ -10,6 +10,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 from memory import memory
+from rftfit.robot.calibrate import NAMED
 
 from rftfit.compare.robot import optima
 from rftfit.figures.registry import figures
@@ -25,7 +26,6 @@ from rftfit.figures.robot import (
 )
 from rftfit.figures.style import save
 from rftfit.model.profiles import TableProfile
-from rftfit.robot.calibrate import NAMED
 from rftfit.robot.config import paper_robot
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.workflow.robot import last_strides
