@@ -215,13 +215,15 @@ def test_a_pose_without_a_number_says_why(results: rftfit.Results) -> None:
 def test_problems_of_a_campaign(results: rftfit.Results, tmp_path: Path) -> None:
     found = rftfit.check(results.root)
     assert {problem.severity for problem in found} == {"warning"}
-    assert {(problem.row, problem.column) for problem in found} >= {(2, "force_log")}
+    assert {(problem.place.row, problem.place.column) for problem in found} >= {(2, "force_log")}
     sheet = results.root / "config" / "runs.csv"
     whole = sheet.read_text()
     try:
         sheet.write_text(whole.replace("poppy_LP,plate,poppy", "poppy_LP,plait,poppy"))
         errors = [one for one in rftfit.check(results.root) if one.severity == "error"]
-        assert [(one.row, one.column, one.nearest) for one in errors] == [(2, "kind", "plate")]
+        assert [(one.place.row, one.place.column, one.nearest) for one in errors] == [
+            (2, "kind", "plate")
+        ]
     finally:
         sheet.write_text(whole)
     with pytest.raises(rftfit.RftfitError, match=r"no config/config\.yaml there"):

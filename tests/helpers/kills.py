@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import psutil  # type: ignore[import-untyped]
 
-from rftfit.__main__ import STAGES
 from rftfit.store.files import is_rest
 
 if TYPE_CHECKING:
@@ -94,10 +93,10 @@ def living(child: subprocess.Popen[Any]) -> Living:
             words = process.cmdline()
         except psutil.Error:
             continue
-        if words[1:3] == ["-m", "snakemake"]:
+        if words[1:4] == ["-P", "-m", "snakemake"]:
             snakemake = process
-        elif words[1:3] == ["-m", "rftfit"] and words[3] in STAGES:
-            stages[process] = words[3]
+        elif words[1:4] == ["-P", "-m", "rftfit"]:
+            stages[process] = words[4]
     return Living(top, snakemake, stages)
 
 

@@ -12,7 +12,7 @@ from rftfit import reference
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.errors import InputError
-from rftfit.measure.ledger import Why
+from rftfit.measure.ledger import RowStatus
 from rftfit.results import Results
 
 if TYPE_CHECKING:
@@ -78,8 +78,8 @@ def of_runs(traces: pd.DataFrame, fits: pd.DataFrame, **settings: Any) -> Memory
     for c in "zx":
         tared[f"force_{c}_N"] = traces[f"stress_{c}_N_per_cm2"] * PLATE_CM2
         tared[f"tare_{c}_N"] = traces[f"tare_{c}_N_per_cm2"] * PLATE_CM2
-    windows = traces[["run_id"]].assign(medium=medium, why=int(Why.ABOVE))
-    windows["why"] = windows["why"].where(~traces["in_window"], int(Why.GOOD))
+    windows = traces[["run_id"]].assign(medium=medium, why=int(RowStatus.ABOVE))
+    windows["why"] = windows["why"].where(~traces["in_window"], int(RowStatus.GOOD))
     rows = fits.drop_duplicates("run_id").to_dict("records")
     runs = [run(str(r["run_id"]), str(r["medium"]), direction=str(r["direction"])) for r in rows]
     tables = {

@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 import yaml
 from chain_tables import MISSING, alpha_table
-from rftfit.robot.calibrate import NAMED
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Leg
@@ -30,6 +29,7 @@ from rftfit.model.scaling import generic, published, scale_new_medium, vertical_
 from rftfit.outputs.dictionary import describe
 from rftfit.results import Results
 from rftfit.robot.speeds import published_speeds, speed_errors
+from rftfit.robot.sweep import CALIBRATED_ON
 from rftfit.store import write_csv
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ def curves(config: Config, name: str, profile: Profile, medium: str) -> pd.DataF
 
 def write_robot(results: Results) -> None:
     """Simulated speeds at fixed ratios to the measured ones, and pictures of two runs."""
-    measured = published_speeds("poppy_LP", list(NAMED.values()))
+    measured = published_speeds("poppy_LP", list(CALIBRATED_ON.values()))
     simulated, sweeps = [], []
     for name, factor in (("table", 1.1), ("depth_only", 2.0)):
         speed = factor * measured["speed_cm_per_s"]

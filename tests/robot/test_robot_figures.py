@@ -10,7 +10,6 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 from memory import memory
-from rftfit.robot.calibrate import NAMED
 
 from rftfit.compare.robot import optima
 from rftfit.figures.registry import figures
@@ -28,6 +27,7 @@ from rftfit.figures.style import save
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
 from rftfit.robot.speeds import published_speeds, speed_errors
+from rftfit.robot.sweep import CALIBRATED_ON
 from rftfit.workflow.robot import last_strides
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def speeds() -> pd.DataFrame:
 
 
 def compared() -> pd.DataFrame:
-    measured = published_speeds("poppy_LP", list(NAMED.values()))
+    measured = published_speeds("poppy_LP", list(CALIBRATED_ON.values()))
     parts = []
     for profile in PROFILES:
         speed = measured["speed_cm_per_s"] * 1.1
@@ -130,7 +130,7 @@ def test_speeds_are_those_of_the_tables(profiles: tuple[str, ...]) -> None:
         assert len(drawn) == len(own) == 42
         assert sum(hollow for *_, hollow in drawn) == 3
         hollow = {round(float(x), 3) for x, _, white in drawn if white}
-        assert hollow == {round(f, 3) for _, f in NAMED.values()}
+        assert hollow == {round(f, 3) for _, f in CALIBRATED_ON.values()}
         texts = [text.get_text() for text in axes.texts]
         assert "within 20 %: 42 of 42\nwithin 35 %: 42 of 42" in texts
         curve = next(line for line in axes.lines if xy(line).shape[1] == 4)

@@ -9,7 +9,7 @@ from memory import Memory
 
 from rftfit.campaign.load import load_campaign
 from rftfit.figures.protocol import Column, columns_of, protocol
-from rftfit.workflow.measure import fit_medium
+from rftfit.measure.fits import fit_medium
 
 if TYPE_CHECKING:
     from rigroom import Room

@@ -20,7 +20,7 @@ import chain_tables as chain
 import pytest
 import yaml
 from campaigns import PROJECT, make_campaign
-from page_inputs import NASTY, page_inputs
+from page_inputs import NASTY, page_results
 
 from rftfit.__main__ import main as stage
 from rftfit.campaign import rows
@@ -28,7 +28,7 @@ from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.load import check_campaign
 from rftfit.figures.maps import draw_maps
 from rftfit.figures.style import save
-from rftfit.page.page import render
+from rftfit.page.page import page as write
 from rftfit.store import read_csv
 
 CONFIG = """\
@@ -377,8 +377,8 @@ def test_no_cell_of_a_csv_is_a_formula(room: Room, tmp_path: Path, name: str) ->
 # --- what is drawn and shown ------------------------------------------------------------------------
 
 
-def test_script_in_names_and_notes_is_text_in_the_page() -> None:
-    page = render(page_inputs(nasty=True))
+def test_script_in_names_and_notes_is_text_in_the_page(tmp_path: Path) -> None:
+    page = write(page_results(tmp_path, nasty=True))
     assert NASTY not in page
     policy = re.search(r'http-equiv="Content-Security-Policy"\s+content="([^"]*)"', page)
     assert policy is not None
