@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.results import Tables, open_results
+from rftfit.figures.plates import stress_of_runs
+from rftfit.results import Results, open_results
 from rftfit.store import read_csv, write_csv
 from rftfit.workflow.run_stage import run_stage
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 TEST = "yuma_bp00_g90_in"
 
 
-def made(room: Room, *more: str) -> Tables:
+def made(room: Room, *more: str) -> Results:
     """Measure, and do some more stages; the results."""
     config = room.write()
     for stage in ("ingest", "tare", "slopes", *more):
@@ -47,6 +48,15 @@ def test_a_penetration_test_that_gave_nothing(
 def test_a_medium_of_legs_alone_has_a_quality_sheet_that_says_so(room: Room) -> None:
     sheet = made(room.add("poppy_LP_c_leg"), "quality").path("quality/poppy_LP.svg")
     assert "no plate run to draw" in sheet.read_text(encoding="utf-8")
+
+
+def test_a_stress_figure_without_a_run_names_the_reasons(room: Room) -> None:
+    run = "poppy_LP_bp00_g90_in"
+    room.add(run).set(run, excluded="yes", reason="bed was disturbed")
+    figure = stress_of_runs(made(room))
+    words = " ".join(" ".join(text.get_text() for text in figure.texts).split())
+    assert run in words
+    assert "bed was disturbed" in words
 
 
 def test_a_table_without_rows_joins_as_numbers(tmp_path: Path) -> None:

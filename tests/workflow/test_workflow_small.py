@@ -6,6 +6,7 @@ import random
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from campaigns import make_campaign
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.figures.registry import figures
-from rftfit.results import open_results
+from rftfit.results import Results
 from rftfit.workflow import run_stage
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.stages import ALL, STAGES
@@ -89,14 +90,16 @@ def test_stages_declare_the_sections_that_they_read(
     declared = {stage.name: {*stage.settings} for stage in STAGES}
     declared |= {figure.run: {*figure.settings} for figure in figures()}
     plan = Plan(small.config)
-    results = open_results(small.root)
-    # looked up once, and by name only
-    assert results.media
-    assert results.campaign.robot_medium
-    monkeypatch.setattr(run_stage, "_results", lambda _: results)
+    campaign = plan.campaign
+    lists = {name: getattr(campaign, name) for name in ("media_with_runs", "robot_medium")}
+    assert all(lists.values())
     seen: dict[str, set[str]] = {}
     for stage in plan.default:
         for task in plan.stages[stage]:
+            # nothing is at hand from another task
+            fresh = Results(replace(campaign))
+            fresh.campaign.__dict__.update(lists)
+            monkeypatch.setattr(run_stage, "_results", lambda _, results=fresh: results)
             read.clear()
             written = run_stage.do_task(small.config, task, 2)
             assert written == plan.records(stage).tasks[task.key].writes, task

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from dictionary_check import check_results
 
+from rftfit.campaign.load import load_campaign
 from rftfit.figures.registry import figures
 from rftfit.measure.alpha import column, grid
 from rftfit.model.fourier import TERMS
@@ -150,7 +151,7 @@ def test_one_changed_log_reruns_its_medium_only(whole: Folder) -> None:
         stale = whole.stale()
     finally:
         log.write_bytes(content)
-    # the ledger and the figures follow where the tables of the medium come out changed
+    # the others follow where what they read comes out changed
     assert stale == {"ingest": {"poppy_CP"}, "provenance": {""}}
 
 
@@ -159,13 +160,19 @@ def test_a_changed_setting_reruns_what_depends_on_it(whole: Folder) -> None:
     before = path.read_text(encoding="utf-8")
     try:
         path.write_text(before.replace("threshold: 0.05", "threshold: 0.06"), encoding="utf-8")
+        campaign = load_campaign(path)
         stale = whole.stale()
     finally:
         path.write_text(before, encoding="utf-8")
     named = {stage.name for stage in STAGES if {"fourier", ALL} & {*stage.settings}}
-    drawn = {one.name for one in figures() if "fourier" in one.settings}
-    assert {*stale} == {*named - {*ON_DEMAND}, "figures"}
-    assert stale["figures"] == {f"figures/{name}" for name in drawn}
+    drawn = {
+        (one.group, one.file(medium))
+        for one in figures()
+        if "fourier" in one.settings and one.group not in ON_DEMAND
+        for medium in one.media(campaign)
+    }
+    assert {*stale} == (named - {*ON_DEMAND}) | {group for group, _ in drawn}
+    assert {(group, key) for group, _ in drawn for key in stale[group]} == drawn
 
 
 def test_a_changed_row_of_the_sheet_reruns_its_medium_only(whole: Folder) -> None:

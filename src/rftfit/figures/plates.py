@@ -105,10 +105,11 @@ def stress_of_runs(results: Results) -> Figure:
     slanted = sorted(
         run for run in samples if run in fits and fits[run]["direction"] != "horizontal"
     )
-    # a run that was refused has nothing to draw; the quality sheet and the ledger say why
+    # a run that was refused has nothing to draw
     drawn = [run for run in chosen if run in slanted] or slanted[:1]
     if not drawn:
-        return style.missing("no run has a tared stroke to draw against depth")
+        why = [f"{run}: {fits[run]['reason']}" for run in chosen if run in fits]
+        return style.missing("no run has a tared stroke to draw against depth", why)
     across = min(len(drawn), _ACROSS)
     down = -(-len(drawn) // _ACROSS)
     # one run alone gets the width of two

@@ -107,7 +107,18 @@ class Plan:
             media = self.names[stage.each] if stage.each else ("",)
             if stage.robot and not self.names["robot"]:
                 media = ()
-            add(stage.name, [self._task(stage, medium, written) for medium in media])
+            tasks = [self._task(stage, medium, written) for medium in media]
+            if "*" in stage.reads:
+                # it tells what all others depend on, also where their results come out the same
+                others = [
+                    [str(task), task.depends]
+                    for name, done in found.items()
+                    if name not in ON_DEMAND
+                    for task in done
+                ]
+                for task in tasks:
+                    task.depends["stages"] = digest_of(others)
+            add(stage.name, tasks)
         return found
 
     @cached_property
