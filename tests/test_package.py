@@ -83,7 +83,7 @@ def documented_lab_rooms() -> set[str]:
 
 
 def room_of(path: Path) -> str:
-    """First name below the package: rftfit/logs/rig.py is in logs, rftfit/stages.py in stages."""
+    """First name below the package: rftfit/logs/rig.py is in logs, rftfit/results.py in results."""
     first = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
     return "cli" if first == "__main__" else first
 
@@ -116,6 +116,8 @@ def test_imports_run_downward() -> None:
     problems = []
     for path in MODULES:
         here = room_of(path)
+        if here == "__init__":  # the public API names what is in any room
+            continue
         if here not in rank and here != "lab":
             problems.append(f"{relative(path)}: room {here} is not in docs/architecture.md")
             continue
@@ -123,7 +125,7 @@ def test_imports_run_downward() -> None:
             if here == "lab":
                 allowed = room in lab
             elif room == "lab":
-                allowed = here in {"cli", "stages"}
+                allowed = here == "cli"
             else:
                 allowed = room == here or rank.get(room, 99) < rank[here]
             if not allowed:
@@ -131,13 +133,7 @@ def test_imports_run_downward() -> None:
     assert not problems, report(problems)
 
 
-# --- sizes and the lock file ---------------------------------------------------------------------
-
-
-def test_modules_are_short() -> None:
-    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in MODULES}
-    problems = [f"{relative(path)}: {n} lines" for path, n in lengths.items() if n > 350]
-    assert not problems, report(problems)
+# --- tracked files and the lock file ---------------------------------------------------------------------
 
 
 def test_tracked_files_are_small() -> None:
@@ -160,141 +156,3 @@ def test_lock_file_has_hashes_and_no_addresses() -> None:
     problems = [entry for entry in entries if not re.match(r"[\w.-]+==\S+ .*--hash=sha256:", entry)]
     problems += re.findall(r".*(?:https?:|file:|--index-url|--extra-index|--find-links).*", text)
     assert not problems, report(problems)
-
-
-# --- docstrings ----------------------------------------------------------------------------------
-
-
-def section(docstring: str, title: str) -> set[str]:
-    """Names that a numpydoc section describes; those of one line are split at commas."""
-    names: set[str] = set()
-    inside = False
-    lines = docstring.splitlines()
-    for line, after in pairwise([*lines, ""]):
-        if after and set(after) == {"-"}:
-            inside = line == title
-        elif inside and line and not line[0].isspace() and set(line) != {"-"}:
-            names |= {name.strip().lstrip("*") for name in line.split(" : ")[0].split(",")}
-    return names
-
-
-def parameters(function: Function) -> set[str]:
-    args = function.args
-    named = [*args.posonlyargs, *args.args, *args.kwonlyargs]
-    named += [arg for arg in (args.vararg, args.kwarg) if arg]
-    return {arg.arg for arg in named if arg.arg not in {"self", "cls"} and arg.arg[0] != "_"}
-
-
-def decorators(node: Function | ast.ClassDef) -> list[str]:
-    return [ast.unparse(decorator) for decorator in node.decorator_list]
-
-
-def is_command(path: Path, function: Function) -> bool:
-    """Tell a command of the shell: its text is shown by --help and its options say what they are."""
-    marks = [*decorators(function), ast.unparse(function.args)]
-    return room_of(path) == "cli" and any(
-        word in mark for mark in marks for word in (".command", ".callback", "typer.")
-    )
-
-
-def is_derived(function: Function) -> bool:
-    """Overloads, properties' setters and overriding methods repeat what another docstring says."""
-    return any(mark.endswith(("overload", ".setter", "override")) for mark in decorators(function))
-
-
-def check(where: str, node: Function | ast.ClassDef, wanted: set[str]) -> Iterator[str]:
-    docstring = ast.get_docstring(node) or ""
-    if not docstring:
-        yield f"{where}: no docstring"
-        return
-    described = section(docstring, "Parameters")
-    if isinstance(node, ast.ClassDef):
-        described |= section(docstring, "Attributes") & wanted
-    if missing := sorted(wanted - described):
-        yield f"{where}: Parameters lacks {', '.join(missing)}"
-    if unknown := sorted(described - wanted):
-        yield f"{where}: Parameters describes {', '.join(unknown)}, which it does not take"
-
-
-def fields(node: ast.ClassDef) -> set[str]:
-    """Public fields of a dataclass or named tuple that no text of their own follows."""
-    bases = [ast.unparse(base) for base in node.bases]
-    if not any("dataclass" in mark for mark in decorators(node)) and "NamedTuple" not in bases:
-        return set()
-    found = set()
-    for statement, after in pairwise([*node.body, ast.Pass()]):
-        told = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
-        if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
-            name = statement.target.id
-            if not told and not name.startswith("_") and "ClassVar" not in ast.unparse(statement):
-                found.add(name)
-    return found
-
-
-def check_class(where: str, node: ast.ClassDef) -> Iterator[str]:
-    wanted = fields(node)
-    for member in node.body:
-        if not isinstance(member, Function):
-            continue
-        if member.name == "__init__":
-            wanted |= parameters(member)
-        elif not member.name.startswith("_") and not is_derived(member):
-            yield from check(f"{where}.{member.name}", member, parameters(member))
-    yield from check(where, node, wanted)
-
-
-def test_public_interface_is_documented() -> None:
-    problems: list[str] = []
-    checked = 0
-    for path in MODULES:
-        for node in parse(path).body:
-            if not isinstance(node, Function | ast.ClassDef) or node.name.startswith("_"):
-                continue
-            where = f"{relative(path)}:{node.lineno} {node.name}"
-            checked += 1
-            if isinstance(node, ast.ClassDef):
-                problems += check_class(where, node)
-            elif not is_command(path, node) and not is_derived(node):
-                problems += check(where, node, parameters(node))
-    assert checked > 20
-    assert not problems, report(problems)
-
-
-SAMPLE = '''
-def right(a, b, *, c=1, **rest):
-    """One.
-
-    Parameters
-    ----------
-    a, b : float
-        Two.
-    c : int
-    **rest
-        Passed on.
-
-    Returns
-    -------
-    float
-    """
-def wrong(a, b):
-    """One.
-
-    Parameters
-    ----------
-    a : float
-    z : float
-    """
-def bare(a): ...
-'''
-
-
-def test_the_docstring_check_itself() -> None:
-    found: list[str] = []
-    for node in ast.parse(SAMPLE).body:
-        assert isinstance(node, Function)
-        found += check(node.name, node, parameters(node))
-    assert found == [
-        "wrong: Parameters lacks b",
-        "wrong: Parameters describes z, which it does not take",
-        "bare: no docstring",
-    ]

@@ -149,7 +149,7 @@ def test_plot(rftfit: Callable[..., Said], campaign: Path) -> None:
 
 
 def test_panels() -> None:
-    from rftfit.cli.inspect_log import draw_log
+    from rftfit.figures.log_plot import draw_log
 
     columns = {"time": np.array([5.0, 6.0]), "F1": np.array([1.0, 2.0]), "F2": np.array([3.0, 4])}
     figure = draw_log(Log(Path("a.csv"), columns, {"time": "s", "F1": "N", "F2": "N"}, 2))
@@ -159,7 +159,7 @@ def test_panels() -> None:
 
 
 def test_no_line_over_a_gap() -> None:
-    from rftfit.cli.inspect_log import draw_log
+    from rftfit.figures.log_plot import draw_log
 
     time = np.array([0.0, 1, 2, 3, 30, 31])
     log = Log(Path("a.csv"), {"time": time, "F1": time + 1}, {"time": "s", "F1": "N"}, 6)

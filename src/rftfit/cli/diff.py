@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from rftfit.cli.output import count, say, table
@@ -43,7 +43,7 @@ def diff(
         shown = differences if all_ else differences[:_MOST]
         rows = [
             [one.file, one.row, one.quantity, f"{one.was:.6g}", f"{one.now:.6g}",
-             f"{one.half_widths:.2g}" if np.isfinite(one.half_widths) else ""]
+             f"{one.half_widths:.2g}" if math.isfinite(one.half_widths) else ""]
             for one in shown
         ]  # fmt: skip
         say(table(["table", "row", "quantity", "A", "B", "half widths"], rows))

@@ -6,31 +6,18 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError
-from rftfit.figures import style
-from rftfit.figures.style import FORMATS, content
-from rftfit.logs.base import Log, join_blocks
-from rftfit.logs.inspect import GAP_STEPS
-from rftfit.store import write_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
-    from matplotlib.figure import Figure
-
-    from rftfit.conventions import FloatArray
     from rftfit.logs.base import LogError, Reader
     from rftfit.logs.inspect import Clock, Survey
 
 _MOST_GAPS = 10
-_PANEL_CM = 3.0
-
-MOST_ROWS = 200_000
-"""Rows that are drawn of a long log."""
 
 
 def inspect_log(
@@ -60,6 +47,8 @@ def inspect_log(
     surveys, refused = survey_file(reader, log)
     say(describe(reader, surveys, refused, text, others))
     if plot is not None:
+        from rftfit.figures.log_plot import plot_log
+
         plot_log(reader, surveys, plot)
         say(f"\nDrawing: {plot}")
 
@@ -68,7 +57,6 @@ def _reader(
     path: Path, name: str | None, options: Sequence[str]
 ) -> tuple[Reader, dict[str, Any] | None, list[str]]:
     """Find the reader of a file; its format where it is just delimited text; who else claims it."""
-    from rftfit.errors import InputError
     from rftfit.logs.inspect import as_text, refusal, tried
     from rftfit.logs.registry import claimants, dialect, head_of
 
@@ -201,77 +189,3 @@ def _clock_lines(clock: Clock | None, unit: str) -> list[str]:
 
 def _short(number: float) -> str:
     return f"{number:.6g}" if math.isfinite(number) else "-"
-
-
-# --- All columns of a log against time, one panel each
-
-
-def plot_log(reader: Reader, surveys: Sequence[Survey], target: Path) -> None:
-    """Draw a log into a file, whose ending is the format, one of `FORMATS`."""
-    ending = target.suffix.lower().removeprefix(".")
-    if ending not in FORMATS:
-        raise InputError(
-            f"{target}: found the ending {target.suffix!r}; allowed: .{', .'.join(FORMATS)}"
-        )
-    logs = []
-    for found in surveys:
-        names = [column.name for column in found.columns]
-        own = reader if len(surveys) == 1 else reader.only(names)
-        logs.append(thinned(own.stream(found.path), found.used))
-    figure = draw_log(*logs, time_name=surveys[0].quantities.get("time", "time"))
-    write_bytes(target, content(figure, ending))
-
-
-def thinned(blocks: Iterable[Log], rows: int) -> Log:
-    """Keep every k-th of so many rows, so that a long log can be drawn in bounded memory."""
-    every = max(1, math.ceil(rows / MOST_ROWS))
-    note = (f"every {every}. row is drawn",) if every > 1 else ()
-    parts = []
-    for log in blocks:
-        columns = {name: values[::every].copy() for name, values in log.columns.items()}
-        size = next(iter(columns.values())).size
-        parts.append(Log(log.path, columns, log.units, size, notes=note))
-    return join_blocks(parts)
-
-
-@style.styled
-def draw_log(*logs: Log, time_name: str = "time") -> Figure:
-    """Draw one panel for each column of a log, or of the logs of each clock of a file.
-
-    Where no column has the name of the time, rows are counted.
-    """
-    panels_of = [(log, n) for log in logs for n in _drawn(log, time_name)]
-    figure = style.new_figure(style.DOUBLE_CM, _PANEL_CM * len(panels_of) + 1.5)
-    figure.set_layout_engine("constrained")
-    panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
-    # counted from the first row: clocks run since midnight
-    first = _time(logs[0], time_name)[:1]
-    for panel, (log, name) in zip(panels, panels_of, strict=True):
-        time = _time(log, time_name)
-        panel.plot(*_broken(time - first if first.size else time, log.columns[name]), linewidth=0.7)
-        unit = log.units.get(name, "")
-        panel.set_ylabel(f"{name} ({unit})" if unit else name)
-    unit = logs[0].units.get(time_name, "s" if time_name in logs[0].columns else "rows")
-    start = f", counted from {first[0]:.10g} {unit}" if first.size else ""
-    panels[-1].set_xlabel(f"time ({unit}){start}")
-    thin = [note for note in logs[0].notes if "drawn" in note]
-    panels[0].set_title("; ".join([logs[0].path.name, *thin]))
-    return figure
-
-
-def _drawn(log: Log, time_name: str) -> list[str]:
-    return [name for name in log.columns if name != time_name] or list(log.columns)
-
-
-def _time(log: Log, name: str) -> FloatArray:
-    return log.columns[name] if name in log.columns else np.arange(log.size, dtype=float)
-
-
-def _broken(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Break a curve where rows are missing: a line there would be an invention."""
-    steps = np.diff(time)
-    forward = steps[steps > 0]
-    if not forward.size:
-        return time, values
-    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(forward)) + 1
-    return np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan)

@@ -68,22 +68,22 @@ class Workflow:
     def run(self) -> Progress:
         """Make all results that are missing or out of date."""
         _refuse_packages(self.root)
-        findings = list(self.plan.all_findings())
+        findings = self._findings()
         self.plan.save()
         for line in changes(findings):
             self.say(line)
-        if not findings and not self.targets and not self.words:
+        if not findings and self._whole:
             return Progress(nothing_to_do=True)
         self._clear_lock_of_the_dead()
         return self._watch(self._command(findings), self.root / LOG)
 
     def dry_run(self) -> tuple[Progress, Counter[str]]:
         """Find what would be done. Returns the jobs, and how many tasks of each are out of date by now."""
-        findings = list(self.plan.all_findings())
+        findings = self._findings()
         for line in changes(findings):
             self.say(line)
         tasks = Counter(stage for stage, _ in {(one.stage, one.key) for one in findings})
-        if not findings and not self.targets and not self.words:
+        if not findings and self._whole:
             return Progress(nothing_to_do=True), tasks
         return self._watch([*self._command(findings), "--dry-run"], None), tasks
 
@@ -97,6 +97,14 @@ class Workflow:
         lines: list[str] = []
         if listen([*self._command([]), "--unlock"], None, lines.append):
             raise WorkflowError("the lock cannot be cleared: " + " ".join(lines[-3:]))
+
+    @property
+    def _whole(self) -> bool:
+        """Whether it is the program's own workflow that is asked for, and all of it."""
+        return not (self.targets or self.words or self.snakefile)
+
+    def _findings(self) -> list[Finding]:
+        return [] if self.snakefile else list(self.plan.all_findings())
 
     def _command(self, findings: Sequence[Finding]) -> list[str]:
         source = (self.snakefile or find_snakefile()).resolve()
