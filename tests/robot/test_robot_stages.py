@@ -319,15 +319,18 @@ def test_finished_runs_are_kept_below_a_name_that_tells_the_profile(
     write_csv(pd.DataFrame({name: [] for name in MEASURED}), parts.parent / "measured.csv")
     told: list[tuple[int, int]] = []
 
+    tables: list[pd.DataFrame] = []
+
     def sweep(results: Results) -> list[str]:
         told.clear()
-        swept(results, "table", "robot", 1, lambda *how_far: told.append(how_far))
+        tables.append(swept(results, "table", "robot", 1, lambda *how_far: told.append(how_far)))
         return [path.name for path in parts.iterdir()]
 
     first = sweep(with_alpha(root))
     assert told == [(0, 1), (1, 1)]
     assert sweep(with_alpha(root)) == first
     assert told == [(1, 1)]
+    pd.testing.assert_frame_equal(*tables, check_exact=True)
     z, x = reference.alpha_grid("poppy_LP")
     other = sweep(with_alpha(root, (1.1 * z, x)))
     assert told == [(0, 1), (1, 1)]

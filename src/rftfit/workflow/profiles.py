@@ -44,7 +44,7 @@ def symmetry(results: Results) -> pd.DataFrame:
 
     parts = []
     for medium in results.laboratory:
-        table = results[medium].alpha
+        table = results.alpha_table(medium)
         pair = symmetrise(grid(table, column("z")), grid(table, column("x")))
         gamma, alpha_z, alpha_x = extend(np.radians(GAMMA_DEG), *pair)
         beta_deg, gamma_deg = np.meshgrid(BETA_DEG, np.degrees(gamma), indexing="ij")

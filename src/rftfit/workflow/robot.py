@@ -411,7 +411,8 @@ def swept(
     store = Store.load(folder / f"{profile}-{digest}")
     fill(store, robot, made, conditions, threads, on_done or log)
     forget_others(store.folder)
-    table = store.table(conditions)
+    # as they are kept: a sweep that was interrupted gives the same bytes as one that was not
+    table = Store.load(store.folder).table(conditions)
     table.insert(0, "profile", profile)
     table.insert(1, "medium", section.medium)
     return table

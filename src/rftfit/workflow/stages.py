@@ -119,7 +119,7 @@ STAGES = (
     ),
     Stage(
         "robot_motion", f"{_ROBOT}:robot_motion", robot=True,
-        settings=("fit", "fourier", "media", "robot"), reads=("alpha/{laboratory}.csv",),
+        settings=("fourier", "media", "robot"), reads=("alpha/{laboratory}.csv",),
         writes=("robot/motion.csv", "robot/frames.json"),
     ),
     Stage(
