@@ -330,7 +330,7 @@ def test_finished_runs_are_kept_below_a_name_that_tells_the_profile(
     assert told == [(0, 1), (1, 1)]
     assert sweep(with_alpha(root)) == first
     assert told == [(1, 1)]
-    pd.testing.assert_frame_equal(*tables, check_exact=True)
+    pd.testing.assert_frame_equal(tables[0], tables[1], check_exact=True)
     z, x = reference.alpha_grid("poppy_LP")
     other = sweep(with_alpha(root, (1.1 * z, x)))
     assert told == [(0, 1), (1, 1)]
