@@ -38,7 +38,7 @@ shell.prefix(SHELL_PREFIX)
 CONFIG = config.get("campaign", "config/config.yaml")
 PLAN = Plan(CONFIG)
 STAGE = (
-    f"python -P -m rftfit {{rule}} --config {quote(CONFIG)} --threads {{threads}}"
+    f"python -P -m rftfit {{params.stage}} --config {quote(CONFIG)} --threads {{threads}}"
     " 2> {log:q}"
 )
 

@@ -13,6 +13,7 @@ rule ingest:
         "../envs/rftfit.yaml"
     threads: workflow.cores
     params:
+        stage="ingest",
         state=PLAN.state("ingest"),
     shell:
         STAGE
@@ -29,6 +30,7 @@ rule tare:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="tare",
         state=PLAN.state("tare"),
     shell:
         STAGE
@@ -45,6 +47,7 @@ rule slopes:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="slopes",
         state=PLAN.state("slopes"),
     shell:
         STAGE
@@ -61,6 +64,7 @@ rule legs:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="legs",
         state=PLAN.state("legs"),
     shell:
         STAGE
@@ -77,6 +81,7 @@ rule ledger:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="ledger",
         state=PLAN.state("ledger"),
     shell:
         STAGE

@@ -12,6 +12,7 @@ rule symmetry:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="symmetry",
         state=PLAN.state("symmetry"),
     shell:
         STAGE
@@ -28,6 +29,7 @@ rule fourier:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="fourier",
         state=PLAN.state("fourier"),
     shell:
         STAGE
@@ -44,6 +46,7 @@ rule scaling:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="scaling",
         state=PLAN.state("scaling"),
     shell:
         STAGE
@@ -60,6 +63,7 @@ rule legs_predicted:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="legs_predicted",
         state=PLAN.state("legs_predicted"),
     shell:
         STAGE
@@ -76,6 +80,7 @@ rule natural_sands:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="natural_sands",
         state=PLAN.state("natural_sands"),
     shell:
         STAGE
@@ -92,6 +97,7 @@ rule validate:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="validate",
         state=PLAN.state("validate"),
     shell:
         STAGE

@@ -12,6 +12,7 @@ rule figures:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="figures",
         state=PLAN.state("figures"),
     shell:
         STAGE
@@ -28,6 +29,7 @@ rule quality:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="quality",
         state=PLAN.state("quality"),
     shell:
         STAGE
@@ -44,6 +46,7 @@ rule robot_figures:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="robot_figures",
         state=PLAN.state("robot_figures"),
     shell:
         STAGE
@@ -60,6 +63,7 @@ rule workbooks:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="workbooks",
         state=PLAN.state("workbooks"),
     shell:
         STAGE
@@ -76,6 +80,7 @@ rule page:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="page",
         state=PLAN.state("page"),
     shell:
         STAGE
@@ -92,6 +97,7 @@ rule provenance:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="provenance",
         state=PLAN.state("provenance"),
     shell:
         STAGE

@@ -12,6 +12,7 @@ rule robot_measured:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="robot_measured",
         state=PLAN.state("robot_measured"),
     shell:
         STAGE
@@ -29,6 +30,7 @@ rule robot_sweep:
         "../envs/rftfit.yaml"
     threads: workflow.cores
     params:
+        stage="robot_sweep",
         state=PLAN.state("robot_sweep"),
     shell:
         STAGE
@@ -45,6 +47,7 @@ rule robot_motion:
     conda:
         "../envs/rftfit.yaml"
     params:
+        stage="robot_motion",
         state=PLAN.state("robot_motion"),
     shell:
         STAGE
