@@ -112,7 +112,7 @@ def test_stages_declare_the_sections_that_they_read(
         named = declared[name]
         if ALL in named:
             continue
-        unread = UNREAD.get(name.rpartition(":")[2], set())
+        unread = UNREAD.get(name, set())
         if found - named or named - found != unread:
             wrong[name] = {"not declared": found - named, "not read": named - found - unread}
     assert wrong == {}
