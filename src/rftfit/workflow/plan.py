@@ -265,7 +265,7 @@ class Plan:
             for what in dict.fromkeys([*record.depends, *task.depends])
             if (was := record.depends.get(what, "")) != task.depends.get(what, "")
         ]
-        if list(record.reads) != list(task.reads) or set(task.writes) - set(record.writes):
+        if set(record.reads) != set(task.reads) or set(task.writes) - set(record.writes):
             found.append(Finding(task.stage, task.key, "changed", "files", ""))
         found += [
             Finding(task.stage, task.key, "input", path, digest)
