@@ -143,7 +143,7 @@ def _chain(plan: Plan, name: str, stale: dict[Task, list[Finding]], most: int) -
         keys = [task.key for task in own if task.key]
         lines.append(f"    {stage}{' of ' + _listed(keys, most) if keys else ''}")
     media = dict.fromkeys(task.medium for task in tasks if "logs" in task.depends)
-    logs = [log for medium in media for log in plan.logs(medium)]
+    logs = list(dict.fromkeys(log for medium in media for log in plan.logs(medium)))
     runs = {run.run_id for medium in media if medium for run in plan.campaign.runs_of(medium)}
     depends = dict.fromkeys(what for task in tasks for what in task.depends)
     lines += [

@@ -72,4 +72,4 @@ class Records:
     def save(self) -> None:
         """Write the records of the tasks there are."""
         data = {key: asdict(self.tasks[key]) for key in sorted(self.tasks)}
-        write_text(self.path, json.dumps(data, indent=1) + "\n")
+        write_text(self.path, json.dumps(data, indent=1, sort_keys=True) + "\n")
