@@ -290,8 +290,9 @@ def test_tare_figure_shades_the_valid_range() -> None:
     force = pd.Series(depth).where(good)
     tared = pd.DataFrame({"run_id": "a", "depth_cm": depth, "tare_z_N": force, "tare_x_N": -force})
     tares = pd.DataFrame(
-        {"run_id": ["a"], "abscissa": ["depth_cm"], "valid_to": [7.0], "tare_run": ["$run_3"]}
-    )
+        {"run_id": ["a"], "abscissa": ["depth_cm"], "valid_to": [7.0], "tare_run": ["$run_3"],
+         "reason": [""]}
+    )  # fmt: skip
     names = "tares/poppy_LP.csv", "tared/poppy_LP.parquet"
     figure = tare(memory(dict(zip(names, (tares, tared), strict=True))), "poppy_LP")
     text = words(figure)

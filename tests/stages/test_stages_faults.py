@@ -32,7 +32,7 @@ FORCE = f"poppy_LP/{RUN}_force.csv"
 REFUSED = {
     "missing_log": rf"{FORCE}: log missing",
     "empty": rf"{FORCE}: the file is empty",
-    "header_only": rf"{FORCE}: a header row and no data",
+    "header_only": rf"{FORCE}: a header and no data",
     "wrong_delimiter": rf"{FORCE}: the header row is separated by semicolons; .* wants commas",
     "wrong_unit": rf"{RUN}_force\.csv: F1 in lbf, but the config says N",
     "never_touches": r"surface not reached: the lowest point of the path is z = \+\d\.\d\d cm",

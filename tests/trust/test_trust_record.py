@@ -240,7 +240,7 @@ def test_the_papers_robot_counts_as_code(tmp_path: Path, monkeypatch: pytest.Mon
     assert paper_robot_path() in read
     before = (
         digests.code_digest("rftfit.workflow.robot"),
-        digests.code_digest("rftfit.workflow.profiles"),
+        digests.code_digest("rftfit.model.fourier"),
     )
     (tmp_path / "config").mkdir()
     changed = paper_robot_path().read_bytes().replace(b"mass_g: 150", b"mass_g: 151")
@@ -249,7 +249,7 @@ def test_the_papers_robot_counts_as_code(tmp_path: Path, monkeypatch: pytest.Mon
     digests._source_digest.cache_clear()
     after = (
         digests.code_digest("rftfit.workflow.robot"),
-        digests.code_digest("rftfit.workflow.profiles"),
+        digests.code_digest("rftfit.model.fourier"),
     )
     digests._source_digest.cache_clear()
     assert after[0] != before[0]
