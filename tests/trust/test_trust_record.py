@@ -146,6 +146,8 @@ def test_no_import_is_overlooked() -> None:
     for path in modules:
         name = ".".join(["rftfit", *path.relative_to(PACKAGE).with_suffix("").parts])
         name = name.removesuffix(".__init__")
+        if name == "rftfit":  # the public names are found when they are asked for
+            continue
         wanted: set[str] = set()
         for node in ast.walk(ast.parse(path.read_bytes())):
             if isinstance(node, ast.Import):

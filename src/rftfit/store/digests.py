@@ -254,9 +254,10 @@ def _source_digest(module: str) -> bytes:
 def _imports(module: str) -> frozenset[str]:
     """Modules of this package that a module's source imports, with the packages around them."""
     path = _path(module)
-    if path is None or path.suffix != ".py":
-        return frozenset()
     package = module.split(".", maxsplit=1)[0]
+    # the package itself offers names of every room, and imports none of them
+    if path is None or path.suffix != ".py" or module == package:
+        return frozenset()
     names: set[str] = set()
     for home, chosen, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
         if whole:
