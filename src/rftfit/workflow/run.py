@@ -64,10 +64,10 @@ class Workflow:
     def __post_init__(self) -> None:
         self.plan = Plan(self.config)
         self.root = self.plan.root
+        _refuse_packages(self.root)
 
     def run(self) -> Progress:
         """Make all results that are missing or out of date."""
-        _refuse_packages(self.root)
         findings = self._findings()
         self.plan.save()
         for line in changes(findings):
@@ -100,11 +100,25 @@ class Workflow:
 
     @property
     def _whole(self) -> bool:
-        """Whether it is the program's own workflow that is asked for, and all of it."""
-        return not (self.targets or self.words or self.snakefile)
+        """Whether the program's own workflow is asked for, and nothing of Snakemake itself."""
+        return not (self.words or self.snakefile)
 
     def _findings(self) -> list[Finding]:
-        return [] if self.snakefile else list(self.plan.all_findings())
+        """What is out of date of the stages that the targets need, or of all."""
+        if self.snakefile:
+            return []
+        found = list(self.plan.all_findings())
+        if not self.targets:
+            return found
+        needed: set[str] = set()
+        waiting = [path for path in self.targets if path in self.plan.maker]
+        waiting += [path for stage in self.targets for path in self.plan.outputs(stage)]
+        while waiting:
+            task = self.plan.maker[waiting.pop()]
+            if task.stage not in needed:
+                needed.add(task.stage)
+                waiting += self.plan.inputs(task.stage)
+        return [finding for finding in found if finding.stage in needed]
 
     def _command(self, findings: Sequence[Finding]) -> list[str]:
         source = (self.snakefile or find_snakefile()).resolve()
@@ -113,7 +127,7 @@ class Workflow:
             where = _cluster_words(self.cluster, source, self.cores)
         config = self.config.absolute().parent.resolve() / self.config.name
         # Snakemake would see a changed digest, but not that a result was edited
-        stale = list(dict.fromkeys(finding.stage for finding in findings))
+        stale = list(dict.fromkeys(one.stage for one in findings if one.sort != "new"))
         return [
             *self.targets,
             *("--snakefile", str(source), "--directory", str(self.root), *where),
