@@ -101,7 +101,8 @@ class Workflow:
     @property
     def _whole(self) -> bool:
         """Whether the program's own workflow is asked for, and nothing of Snakemake itself."""
-        return not (self.words or self.snakefile)
+        known = (self.plan.maker.keys() | self.plan.stages.keys()) >= set(self.targets)
+        return known and not (self.words or self.snakefile)
 
     def _findings(self) -> list[Finding]:
         """What is out of date of the stages that the targets need, or of all."""
