@@ -255,7 +255,7 @@ def test_a_log_and_its_slope(tmp_path: Path) -> None:
         rftfit.fit_slope(depth, np.where(depth == 1, np.nan, stress))
     with pytest.raises(rftfit.RftfitError, match=r"text: .*delimiter"):
         rftfit.read_log(path, text={"delimiter": "comma"})
-    with pytest.raises(rftfit.RftfitError, match="no log dialect 'rigg'"):
+    with pytest.raises(rftfit.RftfitError, match=r"log dialect: found 'rigg'.*did you mean 'rig'"):
         rftfit.read_log(path, "rigg")
     path.write_bytes(b"\x00\x01\x02\x03" * 50)
     with pytest.raises(rftfit.RftfitError, match="no dialect reads"):
