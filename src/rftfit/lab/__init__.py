@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["FAULTS", "Fault", "Run", "Summary", "plan_runs", "reenact"]
 
 _HOME = {
-    "FAULTS": "faults",
-    "Fault": "faults",
+    "FAULTS": "rig",
+    "Fault": "rig",
     "Run": "plan",
     "Summary": "enact",
     "plan_runs": "plan",
