@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rftfit import __version__
 from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError
 
@@ -115,9 +116,10 @@ def _write(
     resolve(faults, {run.run_id: run for run in runs}, chosen[0])
     earlier = find_earlier(places.raw, places.sheet)
 
-    what = f"seed {seed}, media: {', '.join(chosen)}, faults: {', '.join(faults) or 'none'}"
+    made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, media: {', '.join(chosen)}, "
+    made_by += f"faults: {', '.join(faults) or 'none'}"
     if spread:
-        what += f", run-to-run spread: {spread:g} N/cm^3"
+        made_by += f", run-to-run spread: {spread:g} N/cm^3"
     logs = [places.raw / name for run in runs for name in (run.force_log, run.motion_log)]
     if places.config.robot is not None and places.config.robot.medium in chosen:
         logs += track_files(places.config, places.raw, seed)
@@ -125,12 +127,12 @@ def _write(
     if earlier:
         say(f"{count(len(earlier), 'file')} of the earlier re-enactment cleared.")
     say(f"Writing the logs of {count(len(runs), 'run')} into {_from_root(places, places.raw)} ...")
-    write_marker(places.raw, [*logs, places.sheet], what, complete=False)
+    write_marker(places.raw, [*logs, places.sheet], made_by, complete=False)
     done = enact(
         places.config, places.raw, places.sheet,
         seed=seed, media=media, faults=faults, workers=workers, spread=spread,
     )  # fmt: skip
-    write_marker(places.raw, [*logs, places.sheet], what, complete=True)
+    write_marker(places.raw, [*logs, places.sheet], made_by, complete=True)
     say(
         f"{count(done.n_runs, 'run')}, {count(done.n_files, 'file')}, {megabytes(done.bytes)}, "
         f"{done.seconds:.1f} s, seed {seed}; run sheet: {_from_root(places, places.sheet)}"

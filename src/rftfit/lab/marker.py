@@ -8,7 +8,6 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import rftfit
 from rftfit.errors import InputError, OutputError
 from rftfit.reference import CITATION
 from rftfit.store import write_text
@@ -24,11 +23,11 @@ _PART = re.compile(r"^\.(?P<stem>.+)\.\d+\.part(?P<suffix>\.\w+)?$")
 _MOST_SHOWN = 5
 
 
-def write_marker(raw: Path, names: Iterable[Path], what: str, *, complete: bool) -> None:
+def write_marker(raw: Path, names: Iterable[Path], made_by: str, *, complete: bool) -> None:
     """Say in the raw folder what its logs are, and which files belong to the re-enactment.
 
-    `names`: All files, the run sheet included. `what`: Seed, media and faults. `complete`: False
-    before the first log is written: the sizes are not known then.
+    `names`: All files, the run sheet included. `made_by`: Version, seed, media and faults.
+    `complete`: False before the first log is written: the sizes are not known then.
     """
     lines = []
     for path in sorted(set(names)):
@@ -41,7 +40,7 @@ def write_marker(raw: Path, names: Iterable[Path], what: str, *, complete: bool)
         "The logs in this folder are re-enacted: computed from published results, for\n"
         "demonstration and tests. They are not original recordings.\n\n"
         f"Published in: {CITATION}.\n"
-        f"Made by: rftfit {rftfit.__version__}, rftfit reenact, {what}.\n\n"
+        f"Made by: {made_by}.\n\n"
         "rftfit reenact clears and rewrites the files of this list and touches no others.\n"
     )
     write_text(raw / MARKER, f"{text}{_LIST}\n" + "\n".join(lines) + "\n")
