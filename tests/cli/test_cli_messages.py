@@ -18,8 +18,8 @@ from light_campaign import LABORATORY, SAND, alpha_frame, make_campaign, one_cel
 from rftfit.__main__ import main as stage
 from rftfit.cli import example
 from rftfit.cli.main import CRASH_FILE, crash_message
-from rftfit.cli.reenact import MARKER, Earlier, clear, find_earlier
 from rftfit.errors import InputError, OutputError
+from rftfit.lab.marker import MARKER, clear, find_earlier
 from rftfit.workflow import plates
 
 from .test_cli_predict import here, results
@@ -145,7 +145,7 @@ def test_earlier_logs_that_cannot_be_touched(here: Path, monkeypatch: pytest.Mon
         find_earlier(here / "raw", here / "runs.csv")
     monkeypatch.setattr(Path, "unlink", refuse)
     with pytest.raises(OutputError, match=r"a.csv: cannot be removed: Permission denied"):
-        clear(Earlier((here / "raw" / "a.csv",)))
+        clear([here / "raw" / "a.csv"])
     monkeypatch.setattr(
         os,
         "walk",

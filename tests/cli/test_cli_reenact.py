@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rftfit.cli.reenact import MARKER
+from rftfit.lab.marker import MARKER
 from rftfit.lab.rig import FAULTS
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from ensembles import AREA_CM2, RUN_TO_RUN, one_log
 
-from rftfit.compare.legs import leg_errors, leg_prediction
+from rftfit.compare.legs import bed_spread, leg_errors, leg_prediction
 from rftfit.measure.alpha import column, grid
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
@@ -37,7 +37,6 @@ from rftfit.robot.intervals import (
 )
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import optimum
-from rftfit.workflow.validate import bed_spread
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -12,7 +12,7 @@ from campaigns import PROJECT
 from light_campaign import results_of
 
 from rftfit.campaign.config import Config, Leg
-from rftfit.compare.legs import leg_errors, leg_prediction
+from rftfit.compare.legs import PREDICTED_COLUMNS, leg_errors, leg_prediction, predicted_curves
 from rftfit.compare.published import leg_claims
 from rftfit.measure.alpha import column
 from rftfit.model.draws import measured_profile
@@ -20,7 +20,6 @@ from rftfit.model.motion import sweep
 from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import TableProfile
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, alpha_grid, load
-from rftfit.workflow.validate import PREDICTED_COLUMNS, predicted_curves
 
 SE = 0.001
 

@@ -6,7 +6,7 @@ import math
 
 import pandas as pd
 
-from rftfit.compare.legs import _compare
+from rftfit.compare.legs import leg_errors
 from rftfit.compare.published import DIFFERS, compare
 
 
@@ -16,7 +16,9 @@ def test_a_number_that_the_campaign_does_not_have() -> None:
 
 
 def test_curves_that_share_no_angle() -> None:
-    measured = pd.DataFrame({"theta_deg": [0.0], "force_z_N": [1.0]})
-    predicted = pd.DataFrame({"theta_deg": [90.0], "force_z_N": [1.0], "reason": [""]})
-    row = _compare(measured, predicted, "z", 0.0, 0.95)
-    assert row["reason"] == "measured and predicted curve share no theta"
+    names = {"medium": "sand", "leg": "flat", "force_z_N": 1.0, "force_x_N": 1.0}
+    measured = pd.DataFrame([{**names, "theta_deg": 0.0}])
+    predicted = pd.DataFrame([{**names, "theta_deg": 90.0, "profile": "table", "reason": ""}])
+    for row in leg_errors(measured, predicted).to_dict("records"):
+        assert "no theta" in row["reason"]
+        assert math.isnan(row["rms_error_N"])

@@ -1,4 +1,4 @@
-"""Predicted beside measured forces on legs: peaks, errors over theta, what the paper says of them."""
+"""Predicted beside measured forces on legs: curves, peaks and errors over theta."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.campaign.config import Leg
+from rftfit.measure.alpha import column
+from rftfit.measure.slopes import student_quantile
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import leg_outline
 from rftfit.model.prediction import predict
@@ -17,9 +20,25 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.campaign.config import Config, Leg
+    from rftfit.campaign.config import Config
     from rftfit.conventions import FloatArray
     from rftfit.model.profiles import Profile
+    from rftfit.results import Medium
+
+PREDICTED_COLUMNS = [
+    "medium", "leg", "profile", "theta_deg", "force_z_N", "force_z_lo_N", "force_z_hi_N",
+    "force_x_N", "force_x_lo_N", "force_x_hi_N", "moment_N_cm", "reason",
+]  # fmt: skip
+COMPONENTS = ("z", "x")
+NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
+           "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "rms_error_N",
+           "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
+COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "reason"]
+FULL_RANGE_DEG = 240.0
+"""The published curves span 250 to 260 degrees: a shorter one stopped early."""
+
+_ZERO_DOF = 24
+"""Of the zeros of a leg's run and of its tare, twelve each (`rftfit.measure.slopes.COSINES`)."""
 
 HALF_WIDTH_DEG = 5.0
 """Of the parabola: the published curves are one within 0.5 % of their peaks."""
@@ -27,6 +46,50 @@ HALF_WIDTH_DEG = 5.0
 _SMOOTH = 7
 _BLOCK = 3
 _LEAST = 6
+
+
+def leg_prediction(profile: Profile, leg: Leg, config: Config) -> pd.DataFrame:
+    """Force on a turning leg against theta, one row per degree, with the intervals of the profile."""
+    motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
+    level = config.fit.confidence
+    # of the moment nothing is measured
+    return predict(profile, leg_outline(leg), motion, level, quantities=("force_z_N", "force_x_N"))
+
+
+def predicted_curves(medium: Medium) -> pd.DataFrame:
+    """Predict the force on all legs in one medium by every profile that it has.
+
+    A natural sand has the generic one alone, and none where its penetration test gives no number,
+    which the penetration table says. A medium without a nine-term fit has no profile that needs one.
+    """
+    import pandas as pd
+
+    config, sand = medium.results.config, medium.name in medium.results.sands
+    legs = {name: one for name, one in config.intruders.items() if isinstance(one, Leg)}
+    parts = []
+    for kind in ("generic",) if sand else medium.kinds:
+        profile = medium.profile(kind)
+        if profile.reason and kind not in ("table", "depth_only"):
+            continue
+        for name, leg in legs.items():
+            curve = leg_prediction(profile, leg, config)
+            parts.append(curve.assign(medium=medium.name, leg=name, profile=kind))
+    if not parts:
+        return pd.DataFrame(columns=PREDICTED_COLUMNS)
+    curves = pd.concat(parts, ignore_index=True)[PREDICTED_COLUMNS]
+    if sand:
+        curves.loc[curves["reason"] == "", "reason"] = medium.results.reference().note
+    return curves
+
+
+def bed_spread(table: pd.DataFrame) -> float:
+    """Relative spread of forces from one prepared bed of a medium to the next; 0 where not known.
+
+    A bed is looser or denser as a whole: its spread is that of alpha_z(0, 90 deg), relative.
+    """
+    cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
+    ratio = float(cell.get("run_to_run_z_N_per_cm3", 0.0)) / float(cell[column("z")])
+    return ratio if ratio > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -42,19 +105,14 @@ class Peak:
 
 
 def extreme(force: FloatArray, component: str) -> int:
-    """Place of the largest lift, or of the largest horizontal force of either sign.
-
-    `force`: shape (n,). `component`: ``z`` or ``x``.
-    """
+    """Place of the largest lift (component ``z``), or horizontal force (``x``) of either sign."""
     return int(np.argmax(force if component == "z" else np.abs(force)))
 
 
 def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> Peak:
     """Fit a parabola around the highest reading and take its highest point: the reading is too high.
 
-    `theta_deg`, `force_N`: shape (n,); One reading a degree, in order. `component`: ``z``, or
-    ``x``, whose peak is the largest force of either sign. Returns the highest reading itself where
-    fewer than 6 lie around it.
+    One reading a degree, in order. Where fewer than 6 lie around the highest, it is the peak itself.
     """
     at = extreme(force_N, component)
     if force_N.size >= 2 * _SMOOTH:
@@ -100,26 +158,6 @@ def _long_run_variance(force: FloatArray) -> float:
     return _BLOCK * (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20
 
 
-def leg_prediction(profile: Profile, leg: Leg, config: Config) -> pd.DataFrame:
-    """Force on a turning leg against theta, one row per degree, with the intervals of the profile."""
-    motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
-    level = config.fit.confidence
-    # of the moment nothing is measured
-    return predict(profile, leg_outline(leg), motion, level, quantities=("force_z_N", "force_x_N"))
-
-
-COMPONENTS = ("z", "x")
-NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
-           "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "rms_error_N",
-           "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
-COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "reason"]
-FULL_RANGE_DEG = 240.0
-"""The published curves span 250 to 260 degrees: a shorter one stopped early."""
-
-_ZERO_DOF = 24
-"""Of the zeros of a leg's run and of its tare, twelve each (`measure.autocorrelation`)."""
-
-
 def leg_errors(
     measured: pd.DataFrame,
     predicted: pd.DataFrame,
@@ -128,14 +166,14 @@ def leg_errors(
 ) -> pd.DataFrame:
     """Compare every predicted curve with its measured one, over the theta that both have.
 
+    A predicted curve without a measured one has a reason instead of numbers, and one that stopped
+    early near its highest point has no peak. The interval of the peak error has the errors of alpha,
+    of the leg's readings, of their zero and of the parabola through its peak, and the spread of its
+    bed: a leg is measured in one bed.
+
     `measured`: Curves of the leg stage. `predicted`: Curves of the prediction stage. `bed_spread`:
-    By how much the force differs from one prepared bed of a medium to the next, as a relative
-    standard deviation: a leg is measured in one bed. Default: not known, taken as 0. `confidence`:
-    Level of the interval of the peak error; that of the predicted curves. Returns one row per
-    medium, leg, profile and component; a predicted curve without a measured one has a reason
-    instead of numbers, and one that stopped early near its highest point has no peak. The interval
-    of the peak error has the errors of alpha, of the leg's readings, of their zero and of the
-    parabola through its peak, and the spread of its bed.
+    By medium, relative (see `bed_spread`); 0 where not known. `confidence`: Level of the intervals
+    of predicted curves and peak errors.
     """
     import pandas as pd
 
@@ -144,34 +182,32 @@ def leg_errors(
     rows = []
     for (medium, leg, profile), part in predicted.groupby([*keys, "profile"], sort=True):
         own = curves.get((medium, leg))
-        name = {"medium": medium, "leg": leg, "profile": profile}
+        both = None if own is None else own.merge(part, on="theta_deg", suffixes=("_measured", ""))
+        flags: list[str] = []
+        if own is not None and "flags" in own:
+            flags = [str(flag) for flag in own["flags"].unique() if str(flag)]
+        spread = (bed_spread or {}).get(str(medium), 0.0)
         for component in COMPONENTS:
-            spread = (bed_spread or {}).get(str(medium), 0.0)
-            found = _compare(own, part, component, spread, confidence)
-            if own is not None and "flags" in own:
-                flags = [str(flag) for flag in own["flags"].unique() if str(flag)]
-                found["reason"] = "; ".join(filter(None, (str(found["reason"]), *flags)))
-            rows.append(name | {"component": component} | found)
+            found = _compare(both, component, spread, confidence)
+            reason = "; ".join(filter(None, (str(found.get("reason", "")), *flags)))
+            name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
+            rows.append(name | found | {"reason": reason})
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _compare(
-    measured: pd.DataFrame | None,
-    predicted: pd.DataFrame,
-    component: str,
-    spread: float,
-    confidence: float,
+    both: pd.DataFrame | None, component: str, spread: float, confidence: float
 ) -> dict[str, float | str]:
-    row: dict[str, float | str] = dict.fromkeys(NUMBERS, math.nan) | {"reason": ""}
-    if measured is None:
-        return row | {"reason": "no measured curve"}
-    both = measured.merge(predicted, on="theta_deg", suffixes=("_measured", ""))
-    ours = both[f"force_{component}_N"].to_numpy(float)
-    truth = both[f"force_{component}_N_measured"].to_numpy(float)
-    theta = both["theta_deg"].to_numpy(float)
-    if theta.size == 0:
-        return row | {"reason": "measured and predicted curve share no theta"}
-    row |= {"theta_from_deg": float(theta.min()), "theta_to_deg": float(theta.max())}
+    """Errors of one component of a predicted curve, whose rows stand beside those measured."""
+    if both is None:
+        return {"reason": "no measured curve"}
+    if both.empty:
+        return {"reason": "measured and predicted curve share no theta"}
+    theta, ours, truth = _curves(both, component)
+    row: dict[str, float | str] = {
+        "theta_from_deg": float(theta.min()),
+        "theta_to_deg": float(theta.max()),
+    }
     if not np.isfinite(ours).all():
         why = [str(reason) for reason in both["reason"].unique() if str(reason)]
         return row | {"reason": "; ".join(why) or "the prediction has no number"}
@@ -183,6 +219,13 @@ def _compare(
         row["reason"] = f"the measured curve has only theta {theta.min():g} to {theta.max():g} deg"
         if _at_an_end(theta, ours, component) or _at_an_end(theta, truth, component):
             return row | {"reason": f"{row['reason']}, which may leave out its peak"}
+    return row | _peak_errors(both, component, rms, spread, confidence)
+
+
+def _peak_errors(
+    both: pd.DataFrame, component: str, rms: float, spread: float, confidence: float
+) -> dict[str, float]:
+    theta, ours, truth = _curves(both, component)
     at, found = extreme(ours, component), measured_peak(theta, truth, component)
     peak, best = found.force_N, float(ours[at])
     ends = [float(both[f"force_{component}_{end}_N"].iloc[at]) for end in ("lo", "hi")]
@@ -191,7 +234,7 @@ def _compare(
     shape = (measured_peak(theta, ours, component).force_N / best - 1) * peak if best else 0.0
     error = math.hypot(found.se_N, zero, spread * peak, shape)
     lo, hi = _error_interval(best, ends, peak, error, confidence)
-    return row | {
+    return {
         "peak_measured_N": peak,
         "peak_predicted_N": best,
         "peak_predicted_lo_N": ends[0],
@@ -201,6 +244,12 @@ def _compare(
         "peak_error_hi_percent": hi,
         "rms_relative_to_peak": rms / abs(peak) if peak else math.nan,
     }
+
+
+def _curves(both: pd.DataFrame, component: str) -> list[FloatArray]:
+    """Theta, deg, with predicted and measured force, N."""
+    names = ("theta_deg", f"force_{component}_N", f"force_{component}_N_measured")
+    return [both[name].to_numpy(float) for name in names]
 
 
 def _at_an_end(theta: FloatArray, force: FloatArray, component: str) -> bool:
@@ -213,8 +262,6 @@ def _error_interval(
     predicted: float, ends: list[float], peak: float, error: float, confidence: float
 ) -> tuple[float, float]:
     """Interval of 100 (predicted / peak - 1), from the errors of both as independent ones."""
-    from rftfit.measure.slopes import student_quantile
-
     if not peak or not predicted:
         return math.nan, math.nan
     ratio = predicted / peak

@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-# --- One line of the reproduction table, and how its verdict comes about.
-
-
 SAME, DIFFERS, INCONSISTENT = "same", "differs", "paper inconsistent"
 
 
@@ -56,10 +53,9 @@ def compare(
     item: str, where: str, paper: float, ours: float, tolerance: float,
     interval: tuple[float, float] = (math.nan, math.nan), note: str = "",
 ) -> Item:  # fmt: skip
-    """Compare two numbers: the same within a stated tolerance, or within our interval.
+    """Compare two numbers: the same within a tolerance for rounding, or within our own interval.
 
-    `tolerance`: Difference that rounding and repeatability explain. `interval`: Our interval.
-    `note`: Put behind the reason. Returns differs, with that reason, where ours is not a number.
+    `note` is put behind the reason.
     """
     lo, hi = interval
     if not math.isfinite(ours):
@@ -73,10 +69,7 @@ def compare(
     return Item(item, where, paper, ours, lo, hi, verdict, f"{why}; {note}" if note else why)
 
 
-# --- The paper's own slips: listed, not copied (each checked against its tables and equations).
-
-
-_SLIPS = (
+_DISCREPANCIES = (
     (
         "unit of the number zeta",
         "supplement, scaling",
@@ -109,18 +102,12 @@ _SLIPS = (
 )
 
 
-def slips() -> list[Item]:
-    """Slips of the paper that no measurement can settle.
-
-    Returns all with the verdict that the paper is inconsistent.
-    """
+def discrepancies() -> list[Item]:
+    """Statements of the paper that contradict its own tables and equations; nothing can settle them."""
     return [
         Item(item, where, paper, ours, math.nan, math.nan, INCONSISTENT, why)
-        for item, where, paper, ours, why in _SLIPS
+        for item, where, paper, ours, why in _DISCREPANCIES
     ]
-
-
-# --- Tables S5, S2 and S3 beside this campaign's.
 
 
 REPEATABILITY = 0.005
@@ -132,10 +119,9 @@ _RECIPE = "by the transform inferred from the paper's own numbers, with the term
 
 
 def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, str]) -> list[Item]:
-    """Compare measured alpha with Table S5.
+    """Compare alpha tables by medium with Table S5: share within its repeatability, and worst point.
 
-    `tables`: Alpha table by medium. `published`: Medium to its key in the published tables.
-    Returns share of the points within the paper's repeatability, and the worst point, per medium.
+    `published`: Medium to its key in the published tables.
     """
     items = []
     for medium, table in tables.items():
@@ -147,23 +133,16 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         # a cell without a run is not a cell that agrees
         share = 100 * float(np.mean(np.nan_to_num(off, nan=np.inf) <= REPEATABILITY))
         worst = float(np.nanmax(off)) if np.isfinite(off).any() else np.nan
-        where = "Table S5"
-        items.append(
-            compare(f"{medium}: alpha within {REPEATABILITY} N/cm^3, % of {off.size}", where, 100.0,
-                    share, 5.0, note="the paper's own repeatability")
-        )  # fmt: skip
-        items.append(
-            compare(f"{medium}: largest difference of alpha, N/cm^3", where, 0.0, worst, 0.01)
-        )
+        items += [
+            compare(f"{medium}: alpha within {REPEATABILITY} N/cm^3, % of {off.size}", "Table S5",
+                    100.0, share, 5.0, note="the paper's own repeatability"),
+            compare(f"{medium}: largest difference of alpha, N/cm^3", "Table S5", 0.0, worst, 0.01),
+        ]  # fmt: skip
     return items
 
 
 def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> list[Item]:
-    """Compare Fourier coefficients with Table S2.
-
-    `values`: Coefficient table with M0. Returns one per printed coefficient, zeta of every medium,
-    and M0.
-    """
+    """Compare the table of Fourier coefficients, M0 and every zeta with Table S2."""
     items = []
     ours = values[values["method"] == AS_PRINTED]
     for medium in ours["medium"].unique():
@@ -217,29 +196,24 @@ def _zeta(medium: str, printed: Mapping[str, float], part: pd.DataFrame) -> Item
 
 
 def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> list[Item]:
-    """Compare vertical penetration with Table S3, and mean chi with the text.
-
-    `table`: Penetration table.
-    """
+    """Compare the table of vertical penetration with Table S3, and mean chi with the text."""
     printed = load("table_s3").set_index(["medium", "quantity"])["value"].astype(float)
     ours = table[table["method"] == AS_PRINTED]
     items = []
-    names = {
-        "alpha_z_measured_N_per_cm3": ("alpha_z measured, N/cm^3", 0.0051),
-        "alpha_z_fit_N_per_cm3": ("alpha_z fit, N/cm^3", 0.0051),
-        "chi": ("chi", 0.02),
-    }
+    quantities = (
+        ("alpha_z_measured", "_N_per_cm3", "alpha_z measured, N/cm^3", 0.0051),
+        ("alpha_z_fit", "_N_per_cm3", "alpha_z fit, N/cm^3", 0.0051),
+        ("chi", "", "chi", 0.02),
+    )
     for _, row in ours.iterrows():
         key = published.get(str(row["medium"]))
         if key is None:
             continue
-        for quantity, (label, tolerance) in names.items():
-            stem = quantity.removesuffix("_N_per_cm3")
-            unit = quantity.removeprefix(stem)
+        for stem, unit, label, tolerance in quantities:
+            ends = (float(row[f"{stem}_lo{unit}"]), float(row[f"{stem}_hi{unit}"]))
             items.append(
-                compare(f"{row['medium']}: {label}", "Table S3", float(printed[key, quantity]),
-                        float(row[quantity]), tolerance,
-                        (float(row[f"{stem}_lo{unit}"]), float(row[f"{stem}_hi{unit}"])))
+                compare(f"{row['medium']}: {label}", "Table S3", float(printed[key, stem + unit]),
+                        float(row[stem + unit]), tolerance, ends)
             )  # fmt: skip
     if len(ours):
         items += _mean_chi(table, printed)
@@ -267,19 +241,16 @@ def _mean_chi(table: pd.DataFrame, printed: pd.Series[float]) -> list[Item]:
     return items
 
 
-# --- What the paper says of forces on legs, beside what its own measurements and this model give.
-
-
 C_LEG, FLAT, REVERSED = "c_leg", "flat_leg", "reversed_c_leg"
 
 
 def leg_claims(
     errors: pd.DataFrame, measured: pd.DataFrame, chi_of: str = "this campaign's"
 ) -> list[Item]:
-    """Compare the paper's statements on leg forces with this campaign.
+    """Compare the paper's statements on leg forces with this campaign, as far as its media can meet them.
 
-    `errors`: Of the trials stage. `measured`: Measured leg curves. `chi_of`: Whose chi the natural
-    sands were scaled with. Returns only the statements that the media of this campaign can meet.
+    `errors`: Of `compare.legs.leg_errors`. `measured`: Measured leg curves. `chi_of`: Whose chi the
+    natural sands were scaled with.
     """
     lift = errors[(errors["component"] == "z") & errors["peak_error_percent"].notna()]
     by_profile = {str(name): part for name, part in lift.groupby("profile")}

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 
-# --- What the paper says of the robot, beside what this campaign gives.
-
-
 PAPER_SHARES = {20: 90.0, 35: 100.0}
 """Share of the measured speeds, %, that the paper's simulation meets within so many per cent."""
 
@@ -41,10 +38,9 @@ _SPEED_TOLERANCE, _CURVATURE_TOLERANCE = 0.1, 0.04
 
 
 def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame) -> list[Item]:
-    """Compare the paper's statements on the robot with this campaign.
+    """Compare the paper's statements on the robot with this campaign, as far as it can meet them.
 
-    `errors`: Of the robot's tables: a row a condition and profile. `optimum`: Best curvature by
-    profile and frequency. Returns none where nothing was measured and the sweep has no 5 Hz.
+    `errors`: A row a condition and profile. `optimum`: Best curvature by profile and frequency.
     """
     items: list[Item] = []
     for profile, part in errors.groupby("profile", sort=False):
@@ -115,13 +111,10 @@ def _best(row: dict[Any, Any]) -> list[Item]:
     return [curvature, fastest]
 
 
-# --- The leg curvature that runs fastest, with its interval, at every stride frequency of a sweep.
-
-
 COLUMNS = [
     "medium", "profile", "frequency_Hz", "best_curvature_times_R", "best_curvature_lo",
-    "best_curvature_hi", "reading_lo", "reading_hi", "speed_cm_per_s", "fastest_curvature_times_R", "fastest_speed_cm_per_s",
-    "curvatures", "calibrated", "reason",
+    "best_curvature_hi", "reading_lo", "reading_hi", "speed_cm_per_s", "fastest_curvature_times_R",
+    "fastest_speed_cm_per_s", "curvatures", "calibrated", "reason",
 ]  # fmt: skip
 """Columns of the table of optima: lo and hi are the interval that follows from the errors of alpha, the
 reading is the range within which the points of the sweep leave the top."""
@@ -138,7 +131,7 @@ def optima(
     confidence: float = 0.95,
     widths: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
-    """Find the best curvature at every frequency that has enough curvatures.
+    """Find the leg curvature that runs fastest at every stride frequency with enough curvatures.
 
     The best curvature is the top of the parabola through the points within 0.2 of the fastest one
     (`rftfit.robot.sweep.best_curvature`). Its interval is that of the errors of alpha
@@ -152,8 +145,7 @@ def optima(
     `speed`: A row a run: `medium, profile`, and the columns of `rftfit.robot.sweep.speed_table`.
     `calibrated`: Frequencies (Hz) whose optimum, on the profile ``table``, the robot was
     calibrated on. `confidence`: Of the bootstrap. `widths`: Half widths of the intervals, columns
-    `rftfit.robot.intervals.WIDTH_COLUMNS`; without them the intervals are empty. Returns columns
-    `COLUMNS`.
+    `rftfit.robot.intervals.WIDTH_COLUMNS`; without them the intervals are empty.
     """
     import pandas as pd
 
@@ -205,10 +197,9 @@ def _optimum(
 def reading(
     curvature: FloatArray, speeds: list[FloatArray], best: float, confidence: float = 0.95
 ) -> tuple[float, float]:
-    """Range within which the best curvature is read, see `optima`.
+    """Range within which the `best` curvature is read (see `optima`).
 
-    `curvature`: shape (n,); In order. `speeds`: Of the starting phases, at each curvature. `best`:
-    From `rftfit.robot.sweep.best_curvature`.
+    `curvature`: shape (n,); In order. `speeds`: Of the starting phases, at each curvature.
     """
     mean = np.array([values.mean() for values in speeds])
     top = int(np.argmax(mean))

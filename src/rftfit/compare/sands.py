@@ -4,28 +4,35 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rftfit.measure.slopes import (
     Spread,
+    fit_slope,
     mean_of_repeats,
     spread_of_runs,
     student_quantile,
     zero_intercept,
 )
+from rftfit.measure.strokes import split_runs
+from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.model.scaling import scale_new_medium
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     import pandas as pd
 
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
     from rftfit.conventions import FloatArray
 
-
-# --- Penetration of natural sands: where the linear regime ends, and the slope up to there.
-
+SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3", "lo", "hi", "bend",
+                "zeta", "zeta_lo", "zeta_hi", "reason"]  # fmt: skip
+CORRECTION_COLUMNS = ["medium", "model", "factor_z", "factor_x", "rms_fit_N", "rms_cv_N",
+                      "gain_cv_percent", "earns_its_place"]  # fmt: skip
 
 BEND = 0.10
 """Largest bend of a regime that is called linear: see `bend_of`."""
@@ -37,7 +44,7 @@ STEP_CM = 0.05
 def bend_of(depth: FloatArray, stress: FloatArray) -> float:
     """Bend of a curve through zero: how far a parabola leaves the line at the end, relative to it.
 
-    `depth`, `stress`: shape (n,); cm, N/cm^2. Returns positive where the curve steepens.
+    Positive where the curve steepens.
     """
     design = np.stack([depth, depth**2], axis=1)
     (slope, curve), *_ = np.linalg.lstsq(design, stress, rcond=None)
@@ -47,12 +54,10 @@ def bend_of(depth: FloatArray, stress: FloatArray) -> float:
 
 
 def linear_end(depth: FloatArray, stress: FloatArray, bend: float = BEND) -> float:
-    """Find the depth to which a penetration curve is linear.
+    """Find the depth, cm, to which a tared penetration curve is linear.
 
-    The regime grows from `SHALLOWEST_CM` as long as its bend stays within `bend`.
-
-    `depth`, `stress`: shape (n,); cm, N/cm^2; tared. Returns cm; NaN if even the shallowest part
-    is bent more, or there are too few samples.
+    The regime grows from `SHALLOWEST_CM` as long as its bend stays within `bend`; NaN if even the
+    shallowest part is bent more, or there are too few samples.
     """
     good = np.isfinite(stress) & (depth > 0)
     depth, stress = depth[good], stress[good]
@@ -65,55 +70,111 @@ def linear_end(depth: FloatArray, stress: FloatArray, bend: float = BEND) -> flo
     return found
 
 
-# --- A step past the paper: factors on the scaled generic profile in angular sands, on trial.
+def penetration_rows(
+    campaign: Campaign, tared: pd.DataFrame, runs: pd.DataFrame, chi: FloatArray
+) -> list[dict[str, object]]:
+    """Slope and zeta of every penetration test of a natural sand over its linear regime.
+
+    Two rows a test, one for the stated and one for the detected regime; one with the reason for a
+    test that has no tared stroke. `tared` and `runs` are the sand's tables of the tare and ingest
+    stages, `chi` that of the reference media.
+    """
+    facts = {str(row["run_id"]): row for row in runs.to_dict("records")}
+    where = split_runs(tared)
+    rows: list[dict[str, object]] = []
+    lost: list[dict[str, object]] = []
+    for name in sorted(facts):
+        run = campaign.by_id[name]
+        if (run.kind, run.direction, run.beta_deg, run.gamma_deg) != ("plate", "intrusion", 0, 90):
+            continue
+        if name in where:
+            rows += _windows(campaign, run, tared.iloc[where[name]], facts, chi)
+            continue
+        reason = facts[name]["reason"]
+        reason = reason or f"it has no stroke, or its tare {run.tare_run} is of no use"
+        lost.append({"medium": run.medium, "run_id": name, "window": "stated", "reason": reason})
+    return rows + lost
+
+
+def _windows(
+    campaign: Campaign, run: Run, samples: pd.DataFrame, facts: Mapping[str, Any], chi: FloatArray
+) -> list[dict[str, object]]:
+    """Fit one penetration test over the stated and over the detected linear regime."""
+    plate = campaign.config.intruders[run.intruder]
+    assert plate.shape != "leg"
+    depth = samples["depth_cm"].to_numpy(float)
+    stress = samples["force_z_N"].to_numpy(float) / plate.area_cm2
+    pair = [facts[name] for name in (run.run_id, run.tare_run) if name]
+    variance = np.array([[fact["zero_var_z_N2"]] for fact in pair], dtype=float)
+    zero = (variance / plate.area_cm2**2, np.array([[fact["zero_dof"]] for fact in pair]))
+    stated = campaign.config.media[run.medium].linear_to_cm
+    ends = {"stated": math.nan if stated is None else stated, "detected": linear_end(depth, stress)}
+    rows = []
+    for window, end in ends.items():
+        row: dict[str, object] = {"medium": run.medium, "run_id": run.run_id, "window": window}
+        part = np.isfinite(stress) & (depth > 0) & (depth <= end)
+        row |= {"linear_to_cm": end} | _slope(campaign, depth[part], stress[part], zero, chi)
+        if not run.tare_run:
+            row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))
+        rows.append(row)
+    return rows
+
+
+def _slope(
+    campaign: Campaign,
+    depth: FloatArray,
+    stress: FloatArray,
+    zero: tuple[FloatArray, FloatArray],
+    chi: FloatArray,
+) -> dict[str, object]:
+    """Slope over one linear regime, and zeta from it."""
+    fit = campaign.config.fit
+    if depth.size < fit.min_points:
+        return {"reason": "no linear regime with enough samples"}
+    slope = fit_slope(depth, stress[None], *zero)
+    alpha, (lo, hi) = float(slope.alpha[0]), slope.interval(fit.confidence)
+    row = {"alpha_z_N_per_cm3": alpha, "lo": lo[0], "hi": hi[0], "bend": bend_of(depth, stress)}
+    try:
+        scaled = scale_new_medium(alpha, float(slope.se[0]), chi, np.zeros(9), fit.confidence)
+    except ValueError as error:
+        return {**row, "reason": str(error)}
+    ends = {"zeta": scaled.zeta, "zeta_lo": scaled.zeta_lo, "zeta_hi": scaled.zeta_hi}
+    return {**row, **ends, "reason": ""}
 
 
 MODELS = ("none", "one factor", "factors for z and x")
 WORTH = 0.10
-"""A model earns its place by an error at least this much smaller in cross-validation."""
+"""A model is worth its factors if its error is at least this much smaller in cross-validation."""
 
 
 def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
-    """Fit and cross-validate every model in every medium.
+    """Fit factors on the scaled generic profile in every natural sand, and cross-validate them.
 
-    `measured`: Leg curves of the natural sands. `predicted`: Their predictions by the scaled
-    generic profile. Returns `medium, model, factor_z, factor_x, rms_fit_N, rms_cv_N,
-    gain_cv_percent, earns_its_place`. A medium with fewer than three legs has no cross-validation:
-    NaN.
+    `measured` and `predicted` are leg curves of the natural sands and their predictions by the
+    scaled generic profile. With fewer than three legs there is no cross-validation: NaN.
     """
     import pandas as pd
 
-    columns = ["medium", "model", "factor_z", "factor_x", "rms_fit_N", "rms_cv_N",
-               "gain_cv_percent", "earns_its_place"]  # fmt: skip
     if measured.empty or predicted.empty:
-        return pd.DataFrame(columns=columns)
+        return pd.DataFrame(columns=CORRECTION_COLUMNS)
     both = measured.merge(
         predicted, on=["medium", "leg", "theta_deg"], suffixes=("_measured", "")
     ).dropna(subset=["force_z_N", "force_x_N"])
-    rows: list[dict[str, object]] = []
+    rows = []
     for medium, part in both.groupby("medium", sort=True):
         legs = [_pair(leg) for _, leg in part.groupby("leg", sort=True)]
-        plain = _rms(legs, [np.ones(2)] * len(legs))
+        unchanged = _rms(legs, [np.ones(2)] * len(legs))
         for model in MODELS:
             factors = _fit(legs, model)
-            crossed = np.nan
+            crossed = math.nan
             if len(legs) >= 3:
                 held_out = [_fit(legs[:i] + legs[i + 1 :], model) for i in range(len(legs))]
                 crossed = _rms(legs, held_out)
-            gain = 1 - crossed / plain if plain else np.nan
-            rows.append(
-                {
-                    "medium": medium,
-                    "model": model,
-                    "factor_z": factors[0],
-                    "factor_x": factors[1],
-                    "rms_fit_N": _rms(legs, [factors] * len(legs)),
-                    "rms_cv_N": crossed,
-                    "gain_cv_percent": 100 * gain,
-                    "earns_its_place": bool(model != "none" and gain >= WORTH),
-                }
-            )
-    return pd.DataFrame(rows, columns=columns)
+            gain = 1 - crossed / unchanged if unchanged else math.nan
+            worth = bool(model != "none" and gain >= WORTH)
+            rms = _rms(legs, [factors] * len(legs))
+            rows.append((medium, model, *factors, rms, crossed, 100 * gain, worth))
+    return pd.DataFrame(rows, columns=CORRECTION_COLUMNS)
 
 
 def _pair(leg: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
@@ -138,9 +199,6 @@ def _rms(legs: list[tuple[FloatArray, FloatArray]], factors: list[FloatArray]) -
     squares = [((factor[:, None] * ours - true) ** 2).ravel()
                for (true, ours), factor in zip(legs, factors, strict=True)]  # fmt: skip
     return float(np.sqrt(np.mean(np.concatenate(squares))))
-
-
-# --- Repeated penetrations with plates of several sizes: alpha of each, and what RFT takes for granted.
 
 
 @dataclass(frozen=True)
@@ -174,11 +232,7 @@ class PlateResult:
 
 
 def depth_exponent(depth: FloatArray, stress: FloatArray) -> float:
-    """Exponent n of stress = k depth^n, least squares of logarithms.
-
-    `depth`: shape (n,); cm, positive. `stress`: shape (n,); N/cm^2. Returns naN with fewer than
-    eight positive samples.
-    """
+    """Exponent n of stress = k depth^n, least squares of logarithms; NaN below eight positive samples."""
     good = (depth > 0) & (stress > 0)
     if np.count_nonzero(good) < 8:
         return math.nan
@@ -192,10 +246,10 @@ def by_plate(
     exponents: Mapping[str, FloatArray],
     confidence: float,
 ) -> tuple[dict[str, PlateResult], Spread]:
-    """Combine the runs of each plate.
+    """Combine the runs of each plate; the spread from run to run is pooled over the plates.
 
-    `alphas`: By plate; arrays of shape (runs,), N/cm^3. `exponents`: By plate. Returns `spread`:
-    From run to run, pooled over the plates.
+    `alphas`: By plate: alpha, standard error (N/cm^3) and degrees of freedom of its runs.
+    `exponents`: By plate: `depth_exponent` of its runs.
     """
     spread = spread_of_runs([(alpha, se) for alpha, se, _ in alphas.values()], None)
     results = {}
@@ -213,8 +267,7 @@ def by_plate(
 def size_exponent(size_cm: Sequence[float], alpha: Sequence[float], confidence: float) -> Estimate:
     """Exponent m of alpha ~ size^m over all runs; 0 where stress does not depend on the size.
 
-    `size_cm`, `alpha`: One entry a run: cm, N/cm^3. Returns naN throughout with fewer than three
-    runs or one size only.
+    NaN throughout with fewer than three runs or one size only.
     """
     x, y = np.log(np.asarray(size_cm, float)), np.log(np.asarray(alpha, float))
     if x.size < 3 or np.ptp(x) == 0:

@@ -1,4 +1,7 @@
-"""Re-enact the campaign: write every log and the run sheet."""
+"""Re-enact the campaign: write every log and the run sheet.
+
+Also a program of its own, which writes the logs of a pickled job: so several work at once.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ from rftfit.errors import OutputError, RftfitError
 from rftfit.lab.plan import media_of, plan_runs
 from rftfit.lab.rig import Fault, damage_recording, damage_text, record, resolve
 from rftfit.lab.tracks import write_tracks
-from rftfit.lab.write import force_text, log_texts, sheet_text
+from rftfit.lab.write import force_text, motion_text, sheet_text
 from rftfit.store import write_bytes, write_text
 from rftfit.store.environment import child_environment
 
@@ -25,128 +28,6 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.config import Config
     from rftfit.lab.plan import Run
-
-
-# --- Writes the logs of a list of runs; also a program of its own, so that several work at once.
-
-
-@dataclass(frozen=True)
-class Job:
-    """Runs to write.
-
-    `raw`: Folder of the logs.
-    `seed`: Of the random numbers; those of a run depend on it and on the run_id alone.
-    `runs`: Each run with the names of its faults.
-    `spread`: Standard deviation of alpha from one prepared bed to the next, N/cm^3.
-    """
-
-    config: Config
-    raw: Path
-    seed: int
-    runs: tuple[tuple[Run, tuple[str, ...]], ...]
-    spread: float = 0.0
-
-
-def run_logs(
-    run: Run, config: Config, seed: int, faults: tuple[str, ...] = (), spread: float = 0.0
-) -> dict[str, bytes | None]:
-    """Make the two logs of a run.
-
-    `spread`: Standard deviation of alpha from one prepared bed to the next, N/cm^3. Returns path
-    relative to raw, and content; None where a fault takes the file away.
-    """
-    recording = record(run, config, seed, raised="never_touches" in faults, spread=spread)
-    if faults:
-        recording = damage_recording(faults, recording, config)
-    force, motion = log_texts(run, recording, config)
-    if "wrong_unit" in faults:
-        unit = "N" if config.transducer.force_unit == "lbf" else "lbf"
-        force = force_text(run, recording, unit)
-    damaged = damage_text(faults, force) if faults else force
-    return {
-        run.force_log: None if damaged is None else damaged.encode(),
-        run.motion_log: None if "missing_tare" in faults else motion.encode(),
-    }
-
-
-def _remove(path: Path) -> None:
-    try:
-        path.unlink(missing_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"{path}: cannot be removed: {error.strerror or error}; allow writing there or close it in "
-            "other programs"
-        ) from error
-
-
-def write_runs(job: Job) -> tuple[int, int]:
-    """Write the logs of a job."""
-    files = size = 0
-    for run, faults in job.runs:
-        for name, content in run_logs(run, job.config, job.seed, faults, job.spread).items():
-            if content is None:
-                _remove(job.raw / name)
-                continue
-            write_bytes(job.raw / name, content)
-            files += 1
-            size += len(content)
-    return files, size
-
-
-def _elsewhere(job: Job) -> tuple[int, int]:
-    """Do a job in a Python of its own.
-
-    A plain child process, not multiprocessing: that one imports the caller's script again, which
-    then needs a ``__main__`` guard, or forks a process that may have threads.
-    """
-    environment = child_environment(PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
-    done = subprocess.run(
-        [sys.executable, "-m", "rftfit.lab.enact"],
-        input=pickle.dumps(job),
-        capture_output=True,
-        env=environment,
-        check=False,
-    )
-    if done.returncode:
-        told = done.stderr.decode(errors="replace").strip().splitlines()
-        raise RftfitError(f"writing the logs stopped: {told[-1] if told else done.returncode}")
-    result = pickle.loads(done.stdout)
-    if isinstance(result, RftfitError):
-        raise result
-    files, size = result
-    return int(files), int(size)
-
-
-def write_all(job: Job, workers: int) -> tuple[int, int]:
-    """Write the logs of a job with several workers at once; the bytes do not depend on how many.
-
-    `workers`: 1 stays in this process.
-    """
-    workers = max(1, min(workers, len(job.runs) // 20))
-    if workers == 1 or not sys.executable:
-        return write_runs(job)
-    shares = [replace(job, runs=job.runs[number::workers]) for number in range(workers)]
-    with ThreadPoolExecutor(workers) as pool:
-        counts = list(pool.map(_elsewhere, shares))
-    return sum(files for files, _ in counts), sum(size for _, size in counts)
-
-
-def main() -> None:
-    """Read a pickled job from standard input, do it, write the pickled counts (or the error)."""
-    job = pickle.load(sys.stdin.buffer)
-    result: tuple[int, int] | RftfitError
-    try:
-        result = write_runs(job)
-    except RftfitError as error:
-        result = error
-    sys.stdout.buffer.write(pickle.dumps(result))
-
-
-if __name__ == "__main__":
-    main()
-
-
-# --- Re-enact the campaign: write every log and the run sheet.
 
 
 @dataclass(frozen=True)
@@ -165,6 +46,23 @@ class Summary:
     bytes: int
     seconds: float
     faults: tuple[Fault, ...] = ()
+
+
+@dataclass(frozen=True)
+class Job:
+    """Runs to write.
+
+    `raw`: Folder of the logs.
+    `seed`: Of the random numbers; those of a run depend on it and on the run_id alone.
+    `runs`: Each run with the names of its faults.
+    `spread`: Standard deviation of alpha from one prepared bed to the next, N/cm^3.
+    """
+
+    config: Config
+    raw: Path
+    seed: int
+    runs: tuple[tuple[Run, tuple[str, ...]], ...]
+    spread: float = 0.0
 
 
 def reenact(
@@ -208,3 +106,95 @@ def reenact(
     write_text(sheet, text)
     seconds = time.perf_counter() - began
     return Summary(len(runs), n_files + 1, n_bytes + len(text.encode()), seconds, tuple(found))
+
+
+def write_all(job: Job, workers: int) -> tuple[int, int]:
+    """Write the logs of a job and count files and bytes, which do not depend on the number of workers."""
+    workers = max(1, min(workers, len(job.runs) // 20))
+    if workers == 1 or not sys.executable:
+        return write_runs(job)
+    shares = [replace(job, runs=job.runs[number::workers]) for number in range(workers)]
+    with ThreadPoolExecutor(workers) as pool:
+        counts = list(pool.map(_elsewhere, shares))
+    return sum(files for files, _ in counts), sum(size for _, size in counts)
+
+
+def _elsewhere(job: Job) -> tuple[int, int]:
+    """Do a job in a Python of its own.
+
+    A plain child process, not multiprocessing: that one imports the caller's script again, which
+    then needs a ``__main__`` guard, or forks a process that may have threads.
+    """
+    environment = child_environment(PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
+    done = subprocess.run(
+        [sys.executable, "-m", "rftfit.lab.enact"],
+        input=pickle.dumps(job),
+        capture_output=True,
+        env=environment,
+        check=False,
+    )
+    if done.returncode:
+        said = done.stderr.decode(errors="replace").strip().splitlines()
+        raise RftfitError(f"writing the logs stopped: {said[-1] if said else done.returncode}")
+    result = pickle.loads(done.stdout)
+    if isinstance(result, RftfitError):
+        raise result
+    files, size = result
+    return int(files), int(size)
+
+
+def write_runs(job: Job) -> tuple[int, int]:
+    """Write the logs of a job; the number of files and their bytes."""
+    files = size = 0
+    for run, faults in job.runs:
+        for name, content in run_logs(run, job.config, job.seed, faults, job.spread).items():
+            if content is None:
+                _remove(job.raw / name)
+                continue
+            write_bytes(job.raw / name, content)
+            files += 1
+            size += len(content)
+    return files, size
+
+
+def run_logs(
+    run: Run, config: Config, seed: int, faults: tuple[str, ...] = (), spread: float = 0.0
+) -> dict[str, bytes | None]:
+    """Make the two logs of a run: content by path relative to raw, None where a fault takes it away."""
+    recording = record(run, config, seed, raised="never_touches" in faults, spread=spread)
+    if faults:
+        recording = damage_recording(faults, recording, config)
+    unit = config.transducer.force_unit
+    if "wrong_unit" in faults:
+        unit = "N" if unit == "lbf" else "lbf"
+    force = damage_text(faults, force_text(run, recording, unit))
+    motion = motion_text(run, recording, config.arm.position_unit)
+    return {
+        run.force_log: None if force is None else force.encode(),
+        run.motion_log: None if "missing_tare" in faults else motion.encode(),
+    }
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"{path}: cannot be removed: {error.strerror or error}; allow writing there or close it in "
+            "other programs"
+        ) from error
+
+
+def main() -> None:
+    """Read a pickled job from standard input, do it, write the pickled counts (or the error)."""
+    job = pickle.load(sys.stdin.buffer)
+    result: tuple[int, int] | RftfitError
+    try:
+        result = write_runs(job)
+    except RftfitError as error:
+        result = error
+    sys.stdout.buffer.write(pickle.dumps(result))
+
+
+if __name__ == "__main__":
+    main()

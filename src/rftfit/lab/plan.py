@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import AnyPlate
 
 
-# --- Which runs the re-enacted lab makes: one `Run` for each row of the run sheet.
-
-
 BETAS_DEG = (-60, -30, 0, 30, 60, 90)
 """The physically different plates: -90 and 90 degrees are one and the same."""
 
@@ -96,11 +93,7 @@ def plate_of(config: Config) -> tuple[str, Plate]:
 
 
 def legs_of(config: Config) -> dict[str, str]:
-    """Return the config's legs whose forces are published.
-
-    Returns key of the config's intruders to the name in `reference.LEGS`; legs of other curvatures
-    than R/r = 1, 0, -1 are left out, for there is no measurement of them.
-    """
+    """Return the config's legs whose forces are published (R/r = 1, 0, -1), with their published names."""
     return {
         name: LEG_OF_CURVATURE[leg.curvature_times_R]
         for name, leg in config.intruders.items()
@@ -109,10 +102,7 @@ def legs_of(config: Config) -> dict[str, str]:
 
 
 def media_of(config: Config, media: Sequence[str] | None = None) -> list[str]:
-    """Return the media to re-enact, in the order of the config.
-
-    `media`: Only these; default: every medium whose measurements are published.
-    """
+    """Return the media to re-enact, in the order of the config; by default all that are published."""
     known = [
         name
         for name, medium in config.media.items()
@@ -172,10 +162,9 @@ def _of_medium(config: Config, medium: str) -> Iterator[Run]:
 
 
 def plan_runs(config: Config, media: Sequence[str] | None = None) -> list[Run]:
-    """List every run of the campaign, sorted by run_id.
+    """List every run of the campaign, sorted by run_id, or those of some media and of the legs in air.
 
-    `media`: Only these media (and the legs in air that their legs need). Returns A run is the same
-    whatever other media are asked for.
+    A run is the same whatever other media are asked for.
     """
     chosen = media_of(config, media)
     groups = [list(_of_medium(config, name)) for name in chosen]
@@ -194,9 +183,6 @@ def plan_runs(config: Config, media: Sequence[str] | None = None) -> list[Run]:
         for place, run in enumerate(group)
     ]
     return sorted(runs, key=lambda run: run.run_id)
-
-
-# --- Where the arm goes: the segments of a run and the position at any time.
 
 
 FloatArray = npt.NDArray[np.float64]
@@ -262,10 +248,7 @@ def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:
 
 
 def window(run: Run, config: Config) -> tuple[float, float]:
-    """Depths between which the plate is wholly submerged and clear of walls and bottom.
-
-    `run`: A plate or rod run along a sloping path.
-    """
+    """Depths between which the plate of a sloping run is wholly submerged and clear of the bottom."""
     _, half_z = half_extents(plate_of(config)[1], run.beta_deg or 0.0)
     _, (_, z_end) = _stroke(run, config)
     return half_z, min(-z_end, config.container.depth_cm - CLEARANCE_CM - half_z)
@@ -315,10 +298,7 @@ def _move(
 
 
 def segments(run: Run, config: Config, raised: bool = False) -> tuple[Segment, ...]:
-    """Rests and moves of a run, in the order of docs/architecture.md.
-
-    `raised`: True lifts the whole path into the air (a run that never touches the surface).
-    """
+    """Rests and moves of a run; `raised` lifts the whole path into the air."""
     intruder = config.intruders[run.intruder]
     if isinstance(intruder, Leg):
         first = (0.0, intruder.hip_height_cm, -THETA_END_DEG)
@@ -371,11 +351,7 @@ def _travelled(part: Segment, time_s: FloatArray) -> FloatArray:
 
 
 def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> Motion:
-    """Position of the intruder's reference point at the given times.
-
-    `elapsed_s`: shape (n,); s since the start of the run; beyond the end the arm stays where it
-    is.
-    """
+    """Position of the intruder's reference point at times since the start; it stays where it ends."""
     ends = np.cumsum([part.duration_s for part in parts])
     clipped = np.clip(elapsed_s, 0.0, ends[-1])
     index = np.minimum(np.searchsorted(ends, clipped, side="right"), len(parts) - 1)

@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from rftfit.lab.truth import Forces
 
 
-# --- What the rig adds to the granular force, and what its two loggers see.
-
-
 FORCE_HZ, MOTION_HZ = 100, 50
 STEP_N = 1 / 160
 DAYLIGHT_SAVING = frozenset({"glass3mm_CP"})
@@ -128,10 +125,7 @@ def cable(run: Run, angle_deg: FloatArray) -> Forces:
 
 
 def bed_of(run: Run, seed: int, spread: float) -> tuple[float, float]:
-    """Draw what alpha of a run's bed is off by: no bed is prepared twice alike.
-
-    `spread`: Standard deviation, N/cm^3. Returns `alpha_z`, `alpha_x`: N/cm^3.
-    """
+    """Draw by how much alpha_z and alpha_x of a run's bed are off, with a standard deviation, N/cm^3."""
     off = spread * _stream(seed, run.run_id, 3).standard_normal(2)
     return float(off[0]), float(off[1])
 
@@ -146,8 +140,7 @@ def ideal(
     """Noise-free forces of a run at the force log's sample times.
 
     `raised`: The whole path stays above the surface. `phase_s`: Time of the first sample after the
-    start, s. `bed`: What alpha_z and alpha_x of its bed are off by, N/cm^3. Returns `granular` on
-    the intruder, `rod` on rod and mount, `steady` weights and cable.
+    start, s. `bed`: By how much alpha_z and alpha_x of its bed are off, N/cm^3.
     """
     parts = segments(run, config, raised)
     count = int((duration(parts) - phase_s) * FORCE_HZ) + 1
@@ -169,12 +162,10 @@ def ideal(
 def to_channels(
     force_x: FloatArray, force_y: FloatArray, force_z: FloatArray, config: Config
 ) -> FloatArray:
-    """Turn a force in the lab frame into the sensor's channels F1, F2, F3.
+    """Turn a force in the lab frame into the sensor's channels F1, F2, F3: shape (n, 3).
 
     The inverse of ``force_x = sx cos t + sz sin t``, ``force_z = -sx sin t + sz cos t`` with s the
     force along the axes of the mount.
-
-    `force_x`, `force_y`, `force_z`: shape (n,). Returns shape (n, 3).
     """
     turn = math.radians(config.transducer.turn_deg)
     mount = {
@@ -205,14 +196,14 @@ def record(
     `raised`: The whole path stays above the surface. `spread`: Standard deviation of alpha from
     one prepared bed to the next, N/cm^3.
     """
-    odd = nuisance(run, seed)
-    true = ideal(run, config, raised, odd.force_phase_s, bed_of(run, seed, spread))
+    drawn = nuisance(run, seed)
+    true = ideal(run, config, raised, drawn.force_phase_s, bed_of(run, seed, spread))
     motion = true.motion
     count = motion.elapsed_s.size
-    drift = odd.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
+    drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
     force_z = true.granular[0] + true.rod[0] + true.steady[0] + drift[:, 2]
     force_x = true.granular[1] + true.rod[1] + true.steady[1] + drift[:, 0]
-    channels = to_channels(force_x, odd.side_N + drift[:, 1], force_z, config) + odd.bias_N
+    channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, config) + drawn.bias_N
     channels += _noise(_stream(seed, run.run_id, 1), count, config.transducer.precision_N)
     limit = np.array(config.transducer.range_N)
     channels = np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
@@ -220,15 +211,15 @@ def record(
     # the motion log: same run, other clock; e is s since the start on the force log's clock
     parts = segments(run, config, raised)
     rate = 1 + _DRIFT_PPM * 1e-6
-    begin = odd.start_s + odd.motion_offset_s
-    ticks = int((duration(parts) - odd.motion_phase_s) * MOTION_HZ)
-    clock = np.round(begin + odd.motion_phase_s, 3) + np.arange(ticks) / MOTION_HZ
+    begin = drawn.start_s + drawn.motion_offset_s
+    ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
+    clock = np.round(begin + drawn.motion_phase_s, 3) + np.arange(ticks) / MOTION_HZ
     arm = motion_at(parts, (clock - begin) / rate)
     random = _stream(seed, run.run_id, 2)
     wobble = random.normal(0, 1, (3, ticks))
     stroke = np.array([part.phase == "stroke" for part in parts])
     return Recording(
-        force_time_s=odd.start_s + odd.force_phase_s + np.arange(count) / FORCE_HZ,
+        force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(count) / FORCE_HZ,
         arm_moving=motion.moving.astype(np.int64),
         channels_N=channels,
         stroke=stroke[motion.segment],
@@ -237,9 +228,6 @@ def record(
         z_mm=config.arm.surface_z_mm + 10 * arm.z_cm + _POSITION_SD_MM * wobble[1],
         angle_deg=arm.angle_deg + _ANGLE_SD_DEG * wobble[2],
     )
-
-
-# --- Faults that can be put into a campaign by name, for tests and for teaching.
 
 
 FAULTS: dict[str, str] = {
@@ -322,10 +310,9 @@ def _other_tare(run: Run, runs: Mapping[str, Run]) -> str:
 
 
 def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) -> list[Fault]:
-    """Find the run of each fault asked for.
+    """Find the run of each fault asked for as ``NAME`` or ``NAME:run_id``.
 
-    `asked`: ``NAME`` or ``NAME:run_id``. `runs`: All runs by run_id. `first_medium`: Where faults
-    without a run go.
+    `runs`: All runs by run_id. `first_medium`: Where faults without a run go.
     """
     found = []
     for text in asked:
@@ -349,11 +336,7 @@ def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) ->
 
 
 def damage_recording(names: Sequence[str], recording: Recording, config: Config) -> Recording:
-    """Apply those faults that change what was recorded.
-
-    `names`: Faults of this run; others than gap, saturated, duplicated_rows, time_reversed,
-    nan_cells and flipped_beta are passed over.
-    """
+    """Apply those faults of a run that change what was recorded."""
     first, last = np.flatnonzero(recording.stroke)[[0, -1]]
     middle = int(first + last) // 2
     channels = recording.channels_N.copy()
@@ -383,11 +366,9 @@ def damage_recording(names: Sequence[str], recording: Recording, config: Config)
 
 
 def damage_text(names: Sequence[str], text: str) -> str | None:
-    """Apply those faults that change the force log's text.
-
-    `names`: Faults of this run; others than truncated, header_only, empty, wrong_delimiter,
-    missing_log and missing_tare are passed over. Returns none: no such file.
-    """
+    """Apply those faults of a run that change the force log's text; None where the file is missing."""
+    if not names:
+        return text
     if "missing_log" in names or "missing_tare" in names:
         return None
     if "empty" in names:

@@ -55,7 +55,7 @@ class RobotTrial:
 def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
     """List the trials of every published condition in which the robot moved.
 
-    Returns empty where the config has no robot with a sheet of tracks on the published medium.
+    None where the config has no robot with a sheet of tracks on the published medium.
     """
     robot = config.robot
     if robot is None or robot.runs is None or config.media[robot.medium].published_as != MEDIUM:
@@ -87,10 +87,7 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
 
 
 def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Record a marker on the running robot: it bobs twice a stride, unevenly, and surges.
-
-    Returns `time_s`, `x_cm`, `z_cm` of shape (n,).
-    """
+    """Record time, x and z of a marker on the running robot: it bobs twice a stride, and surges."""
     rng = _random(seed, trial.run_id)
     duration = max(_STRIDES / trial.frequency_Hz, _SHORTEST_S)
     time = np.arange(int(duration * FRAMES_HZ) + 1) / FRAMES_HZ
@@ -103,11 +100,7 @@ def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def write_tracks(config: Config, raw: Path, seed: int) -> list[Path]:
-    """Write the tracks and their sheet.
-
-    `raw`: Folder of the logs, which the config's ``robot.runs`` is relative to. Returns files
-    written, the sheet last.
-    """
+    """Write the tracks and their sheet, whose name is relative to `raw`; all files, the sheet last."""
     trials = plan_trials(config, seed)
     paths = track_files(config, raw, seed)
     for trial, path in zip(trials, paths, strict=False):
@@ -130,10 +123,7 @@ def write_tracks(config: Config, raw: Path, seed: int) -> list[Path]:
 
 
 def track_files(config: Config, raw: Path, seed: int) -> list[Path]:
-    """Name the files that `write_tracks` writes.
-
-    Returns the sheet last; empty where there are no trials.
-    """
+    """Name the files that `write_tracks` writes, the sheet last; none where there are no trials."""
     trials = plan_trials(config, seed)
     if not trials or config.robot is None or config.robot.runs is None:
         return []

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from rftfit.lab.plan import Run
 
 
-# --- How a force builds up when the arm starts, and stays when it stops.
-
-
 Forces = tuple[FloatArray, FloatArray]
 """Force (z, x) on the intruder in N, z up, x toward +x."""
 
@@ -39,9 +36,8 @@ _KEPT, _RELAX_S = 0.9, 0.6
 def felt(law: Law, parts: tuple[Segment, ...], motion: Motion, level: bool = False) -> Forces:
     """Force over a whole run: the law while moving, the last force (relaxing a little) at rest.
 
-    `motion`: Of n samples. `level`: A horizontal run, whose stroke starts up over `START_UP_CM`.
-    Returns `force_z`, `force_x` of shape (n,): N. A medium prepared around a resting intruder
-    exerts none before the first move.
+    A medium prepared around a resting intruder exerts none before the first move. The stroke of a
+    `level` run starts up over `START_UP_CM`.
     """
     force = np.zeros((2, motion.elapsed_s.size))
     last = np.zeros(2)
@@ -72,17 +68,11 @@ def _share(travel: FloatArray, length: float) -> FloatArray:
     return 1 - np.clip(1 - travel / length, 0.0, 1.0) ** 2
 
 
-# --- The granular force inside the logs: the published measurements, and nothing else.
-
-
 _STICK_SLIP, _STICK_SLIP_CM = 0.015, 0.37
 
 
 def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, float]:
-    """One cell of Table S5.
-
-    `beta_deg`, `gamma_deg`: Of the published grid. Returns `alpha_z`, `alpha_x`: N/cm^3.
-    """
+    """One cell of Table S5: alpha_z and alpha_x, N/cm^3."""
     alpha_z, alpha_x = reference.alpha_grid(medium)
     row = int(np.argmin(np.abs(reference.BETA_DEG - beta_deg)))
     column = int(np.argmin(np.abs(reference.GAMMA_DEG - gamma_deg)))
@@ -96,18 +86,13 @@ def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[flo
     being the path's angle on the way down. Seen in a mirror (x into -x) the tangent is that of
     -beta and the velocity (-cos gamma, sin gamma) that of -gamma, a cell of the table; the mirror
     keeps the vertical force and turns the horizontal one.
-
-    Returns `alpha_z`, `alpha_x`: N/cm^3, in the lab frame (z up, +x).
     """
     alpha_z, alpha_x = table_s5(medium, -beta_deg, -path_gamma_deg)
     return alpha_z, -alpha_x
 
 
 def alpha_of(run: Run, phase: str) -> tuple[float, float]:
-    """Stress per depth (z, x), N/cm^3, of a plate run in one of its moving phases.
-
-    `phase`: approach, stroke or lift.
-    """
+    """Stress per depth (z, x), N/cm^3, of a plate run in its phase approach, stroke or lift."""
     beta, gamma = run.beta_deg or 0.0, run.gamma_deg or 0.0
     if phase == "approach":
         return table_s5(run.published, beta, 90.0)
@@ -121,9 +106,8 @@ def alpha_of(run: Run, phase: str) -> tuple[float, float]:
 def submerged_depth(depth_cm: FloatArray, half_z_cm: float) -> FloatArray:
     """Mean depth of the submerged part of a plate times its share of the plate, cm.
 
-    `depth_cm`: Of the plate's centre. `half_z_cm`: Half the vertical extent of the plate. Returns
-    `depth_cm` itself where the plate is wholly submerged, 0 where it is wholly in air. Where it is
-    partly submerged the bed is free to heave, so the force is somewhat smaller still.
+    That is the depth of its centre where it is wholly submerged, 0 where it is wholly in air. Where
+    it is partly submerged the bed is free to heave, so the force is somewhat smaller still.
     """
     wet = np.clip((depth_cm + half_z_cm) / (2 * half_z_cm), 0.0, 1.0)
     partly = half_z_cm * wet**2 * (1 - 0.25 * (1 - wet) ** 2)
@@ -133,10 +117,7 @@ def submerged_depth(depth_cm: FloatArray, half_z_cm: float) -> FloatArray:
 def near_walls(
     config: Config, x_cm: FloatArray, depth_cm: FloatArray, beta_deg: float
 ) -> FloatArray:
-    """Factor by which walls and bottom within 6 cm of the plate raise the force.
-
-    `x_cm`, `depth_cm`: Of the plate's centre. Returns 1 where walls and bottom are farther away.
-    """
+    """Factor by which walls and bottom within 6 cm of the plate, centred there, raise the force."""
     half_x, half_z = half_extents(plate_of(config)[1], beta_deg)
     factor = np.ones_like(depth_cm)
     for clearance in (
@@ -150,7 +131,7 @@ def near_walls(
 def plate_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)) -> Law:
     """Force on the plate of a laboratory run: alpha of Table S5 times depth times area.
 
-    `bed`: What alpha_z and alpha_x of this run's bed are off by, N/cm^3.
+    `bed`: By how much alpha_z and alpha_x of this run's bed are off, N/cm^3.
     """
     plate: Plate = plate_of(config)[1]
     beta = run.beta_deg or 0.0
@@ -180,10 +161,7 @@ def scaled_law(law: Law, factor: float) -> Law:
 
 
 def push_alpha(run: Run) -> float:
-    """alpha_z of a level plate pushed straight down into the medium of a run, N/cm^3.
-
-    Returns table S5; of a natural sand, the first centimetre of Fig. S11.
-    """
+    """alpha_z of a straight push, N/cm^3: Table S5; of a natural sand, first centimetre of Fig. S11."""
     if run.natural:
         return float(sand_stress(run.published, np.array([1.0]))[0])
     return table_s5(run.published, 0.0, 90.0)[0]
@@ -192,7 +170,7 @@ def push_alpha(run: Run) -> float:
 def granular_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)) -> Law | None:
     """Force of the medium on the intruder of any run; None where there is no intruder in a medium.
 
-    `bed`: What alpha_z and alpha_x of this run's bed are off by, N/cm^3. Published curves (legs,
+    `bed`: By how much alpha_z and alpha_x of this run's bed are off, N/cm^3. Published curves (legs,
     natural sands) are multiplied by what that makes of a straight push.
     """
     if run.kind == "plate" and not run.natural:
@@ -201,9 +179,6 @@ def granular_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)
         return None
     law = leg_law(run) if run.kind == "leg" else sand_law(run, config)
     return scaled_law(law, 1 + bed[0] / push_alpha(run)) if bed[0] else law
-
-
-# --- Forces published as curves: penetration of natural sands (Fig. S11), legs (Figs. S5, S12).
 
 
 _TAPER_DEG = 3.0
@@ -217,12 +192,8 @@ def _penetration(sand: str) -> tuple[FloatArray, FloatArray]:
 
 
 def sand_stress(sand: str, depth_cm: FloatArray) -> FloatArray:
-    """Vertical stress on a level plate pushed into a natural sand (Fig. S11), N/cm^2.
-
-    `depth_cm`: Clamped to the published range, 0 to 6 cm.
-    """
-    depths, stresses = _penetration(sand)
-    return np.interp(depth_cm, depths, stresses)
+    """Vertical stress on a level plate pushed into a natural sand (Fig. S11, 0 to 6 cm), N/cm^2."""
+    return np.interp(depth_cm, *_penetration(sand))
 
 
 def sand_law(run: Run, config: Config) -> Law:
@@ -251,7 +222,7 @@ def _rotation(name: str, medium: str, leg: str) -> tuple[FloatArray, FloatArray,
 def leg_law(run: Run) -> Law:
     """Force on a leg turned in a medium (Fig. S5, natural sands Fig. S12) against theta.
 
-    Returns interpolated; outside the published range the end value fades to 0 within 3 degrees.
+    Outside the published range the end value fades to 0 within 3 degrees.
     """
     figure = "fig_s12" if run.natural else "fig_s5"
     theta, *published = _rotation(figure, run.published, run.leg)
@@ -263,9 +234,6 @@ def leg_law(run: Run) -> Law:
         return force_z, force_x
 
     return law
-
-
-# --- The rod that holds the plate, and the mount above it: their own force in the medium.
 
 
 _ALPHA_OF_STRENGTH_ONE = 0.35
@@ -287,8 +255,6 @@ def rod_law(run: Run) -> Law:
     A thin rod feels a force that grows with the square of the depth; from 3 cm on the mount is in
     the medium too. The force opposes the motion; a level move meets more of the rod than a steep
     one, a pull meets less than a push, and a tilted mount is pushed a little sideways.
-
-    `run`: A plate or rod run.
     """
     size = strength(run)
     beta = math.radians(run.beta_deg or 0.0)

@@ -11,7 +11,6 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from rftfit.campaign.config import Config
     from rftfit.lab.plan import FloatArray, Run
     from rftfit.lab.rig import Recording
 
@@ -22,30 +21,15 @@ _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 _LENGTH_DECIMALS = {"mm": 2, "cm": 3, "m": 5, "in": 4}
 
 SHEET_COLUMNS = (
-    "run_id",
-    "kind",
-    "medium",
-    "intruder",
-    "direction",
-    "beta_deg",
-    "gamma_deg",
-    "depth_cm",
-    "force_log",
-    "motion_log",
-    "tare_run",
-    "tare_shared",
-    "surface_z_mm",
-    "excluded",
-    "reason",
-    "note",
-)
+    "run_id", "kind", "medium", "intruder", "direction", "beta_deg", "gamma_deg", "depth_cm",
+    "force_log", "motion_log", "tare_run", "tare_shared", "surface_z_mm", "excluded", "reason", "note",
+)  # fmt: skip
 
 
 def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
-    """Format columns of equal length as comma-separated rows with fixed decimals.
+    """Format columns of equal length as lines of comma-separated numbers, never minus zero.
 
-    `columns`: shape (n,). `decimals`: One for each column. Returns n lines, each ended by a line
-    feed; no value is written as minus zero.
+    `decimals`: One for each column.
     """
     # + 0.0 turns the -0.0 that rounding makes into 0.0
     table = np.column_stack(
@@ -57,10 +41,7 @@ def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
 
 
 def force_text(run: Run, recording: Recording, unit: str) -> str:
-    """Text of a force log.
-
-    `unit`: N, mN, kN or lbf: the values are converted to it and the header says so.
-    """
+    """Text of a force log in N, mN, kN or lbf, as its header says."""
     head = (
         f"# force log of run {run.run_id}, re-enacted from published measurements\n"
         f"# 100 samples/s, clock of the force logger: s since midnight\n"
@@ -72,10 +53,7 @@ def force_text(run: Run, recording: Recording, unit: str) -> str:
 
 
 def motion_text(run: Run, recording: Recording, unit: str) -> str:
-    """Text of a motion log.
-
-    `unit`: mm, cm, m or in.
-    """
+    """Text of a motion log in mm, cm, m or in."""
     head = (
         f"# motion log of run {run.run_id}, re-enacted from published measurements\n"
         f"# 50 samples/s, clock of the arm controller: s since midnight\n"
@@ -87,43 +65,22 @@ def motion_text(run: Run, recording: Recording, unit: str) -> str:
     return head + fixed(columns, [3, places, places, 2])
 
 
-def log_texts(run: Run, recording: Recording, config: Config) -> tuple[str, str]:
-    """Texts of the force log and of the motion log in the units of the config."""
-    return (
-        force_text(run, recording, config.transducer.force_unit),
-        motion_text(run, recording, config.arm.position_unit),
-    )
-
-
 def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.4f}".rstrip("0").rstrip(".")
 
 
 def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
-    """Text of the run sheet, one row for each run in the given order.
+    """Text of the run sheet (csv), one row for each run in the given order.
 
-    `tares`: run_id to the tare_run to be written instead of the run's own. Returns csv, lines
-    ended by a line feed.
+    `tares`: run_id to the tare_run to be written instead of the run's own.
     """
     buffer = io.StringIO()
-    sheet = csv.DictWriter(buffer, SHEET_COLUMNS, restval="", lineterminator="\n")
+    sheet = csv.DictWriter(buffer, SHEET_COLUMNS, lineterminator="\n")
     sheet.writeheader()
     for run in runs:
-        sheet.writerow(
-            {
-                "run_id": run.run_id,
-                "kind": run.kind,
-                "medium": run.medium,
-                "intruder": run.intruder,
-                "direction": run.direction,
-                "beta_deg": _number(run.beta_deg),
-                "gamma_deg": _number(run.gamma_deg),
-                "depth_cm": _number(run.depth_cm),
-                "force_log": run.force_log,
-                "motion_log": run.motion_log,
-                "tare_run": tares.get(run.run_id, run.tare_run),
-                "tare_shared": "yes" if run.tare_shared else "",
-                "note": run.note,
-            }
-        )
+        row = {name: getattr(run, name, "") for name in SHEET_COLUMNS}
+        row |= {name: _number(row[name]) for name in ("beta_deg", "gamma_deg", "depth_cm")}
+        row["tare_run"] = tares.get(run.run_id, run.tare_run)
+        row["tare_shared"] = "yes" if run.tare_shared else ""
+        sheet.writerow(row)
     return buffer.getvalue()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from rftfit.errors import InputError
 from rftfit.robot.run import Condition, simulate
+from rftfit.store.environment import usable_cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -101,7 +101,7 @@ def run_all(
         range(len(conditions)), key=lambda i: abs(conditions[i].frequency_Hz) or math.inf
     )
     runs: dict[int, RobotRun] = {}
-    with ThreadPoolExecutor(threads or _usable_cores()) as pool:
+    with ThreadPoolExecutor(threads or usable_cores()) as pool:
         try:
             waiting = {pool.submit(one, conditions[index]): index for index in order}
             for done in as_completed(waiting):
@@ -113,13 +113,6 @@ def run_all(
             pool.shutdown(cancel_futures=True)
             raise
     return [runs[index] for index in range(len(conditions))]
-
-
-def _usable_cores() -> int:
-    # a node of a cluster has more cores than a job may use
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def speed_table(runs: Sequence[RobotRun]) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""Environment of child processes, in which Python imports nothing from the folder they work in."""
+"""Environment of child processes, safe from the folder they work in, and cores they may use."""
 
 from __future__ import annotations
 
@@ -17,3 +17,10 @@ def child_environment(**more: str) -> dict[str, str]:
     paths = environment.pop("PYTHONPATH", "").split(os.pathsep)
     absolute = os.pathsep.join(filter(os.path.isabs, paths))
     return environment | ({"PYTHONPATH": absolute} if absolute else {})
+
+
+def usable_cores() -> int:
+    """Cores that this process may use: a node of a cluster has more than a job may."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

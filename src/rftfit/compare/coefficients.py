@@ -1,0 +1,150 @@
+"""Rows of the tables of the nine-term fits: coefficients beside the printed ones, zeta and chi."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.measure.alpha import column, grid
+from rftfit.model.draws import interval
+from rftfit.model.fourier import TERMS, TERMS_Z, evaluate, select_bic
+from rftfit.model.scaling import (
+    AS_PRINTED,
+    GENERIC,
+    MediumFit,
+    Reference,
+    generic,
+    generic_interval,
+    routine,
+    scale_new_medium,
+)
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.campaign.config import Config
+
+COEFFICIENT_COLUMNS = [
+    "method", "medium", "coefficient", "value_N_per_cm3", "se", "lo", "hi", "relative_to_A00",
+    "kept", "kept_by_bic", "published", "misfit_rms_N_per_cm3", "reason",
+]  # fmt: skip
+PENETRATION_COLUMNS = [
+    "method", "medium",
+    *(f"alpha_z_{name}{end}_N_per_cm3" for name in ("measured", "fit") for end in ("", "_lo", "_hi")),
+    *(f"{name}{end}" for name in ("chi", "zeta") for end in ("", "_lo", "_hi")),
+    "reason",
+]  # fmt: skip
+
+
+def kept_by_bic(table: pd.DataFrame) -> dict[str, bool | None]:
+    """Tell which harmonics an information criterion keeps in an alpha table, where it can tell."""
+    beta, gamma = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
+    return select_bic(beta, gamma, grid(table, column("z")), grid(table, column("x")))
+
+
+def coefficient_rows(
+    fit: MediumFit, table: pd.DataFrame, bic: dict[str, bool | None], config: Config
+) -> list[dict[str, object]]:
+    """One row per coefficient of one fit of an alpha table; `bic` is that of `kept_by_bic`.
+
+    A dropped term shows its value in the full fit and ``kept`` False; where it is used, it counts
+    as 0.
+    """
+    lo, hi = interval(fit.draws, config.fit.confidence)
+    published_as = config.media[fit.medium].published_as
+    published = coefficients(published_as) if published_as in MEDIA else {}
+    misfit_z, misfit_x = _misfit(fit, table)
+    return [
+        {
+            "method": fit.method,
+            "medium": fit.medium,
+            "coefficient": term,
+            "value_N_per_cm3": fit.used[i] if fit.keep[i] else fit.full[i],
+            "se": fit.draws[:, i].std(ddof=1) if fit.keep[i] else np.nan,
+            "lo": lo[i] if fit.keep[i] else np.nan,
+            "hi": hi[i] if fit.keep[i] else np.nan,
+            "relative_to_A00": abs(fit.full[i] / fit.full[0]),
+            "kept": bool(fit.keep[i]),
+            "kept_by_bic": bic[term],
+            "published": published.get(term, np.nan),
+            "misfit_rms_N_per_cm3": misfit_z if term in TERMS_Z else misfit_x,
+            "reason": fit.reason,
+        }
+        for i, term in enumerate(TERMS)
+    ]
+
+
+def _misfit(fit: MediumFit, table: pd.DataFrame) -> tuple[float, float]:
+    """Root mean square of table minus fit, z and x: what no interval of a coefficient contains."""
+    if fit.reason:
+        return np.nan, np.nan
+    beta, gamma = np.radians(BETA_DEG)[:, None], np.radians(GAMMA_DEG)[None, :]
+    z, x = (
+        float(np.sqrt(np.nanmean((grid(table, column(c)) - part) ** 2)))
+        for c, part in zip("zx", evaluate(fit.used, beta, gamma), strict=True)
+    )
+    return z, x
+
+
+def generic_rows(group: list[MediumFit], config: Config) -> pd.DataFrame:
+    """Rows of M0, the mean of the scaled coefficients of several media fitted by one method."""
+    import pandas as pd
+
+    method = group[0].method
+    m0 = generic(np.stack([fit.used for fit in group]))
+    draws = generic(np.stack([fit.draws for fit in group], axis=1))
+    lo, hi = generic_interval(group, config.fit.confidence)
+    # Table S2 averages the paper's five media; a campaign of others has nothing to compare with
+    laboratory = {name for name, one in config.media.items() if one.role == "laboratory"}
+    paper = method == AS_PRINTED and {fit.medium for fit in group} >= laboratory
+    published = coefficients(GENERIC) if paper else {}
+    return pd.DataFrame(
+        {
+            "method": method,
+            "medium": GENERIC,
+            "coefficient": list(TERMS),
+            "value_N_per_cm3": m0,
+            "se": draws.std(axis=0, ddof=1),
+            "lo": lo,
+            "hi": hi,
+            "relative_to_A00": np.abs(m0 / m0[0]),
+            "kept": m0 != 0,
+            "kept_by_bic": None,
+            "published": [published.get(term, np.nan) for term in TERMS],
+            "misfit_rms_N_per_cm3": np.nan,
+            "reason": "",
+        }
+    )
+
+
+def penetration_row(fit: MediumFit, config: Config) -> dict[str, object]:
+    """Vertical penetration of a medium as measured and as fitted, chi and zeta (as Table S3)."""
+    row: dict[str, object] = {"method": fit.method, "medium": fit.medium}
+    for name, unit, value, draws in (
+        ("alpha_z_measured", "_N_per_cm3", fit.alpha_z, fit.alpha_z_draws),
+        ("alpha_z_fit", "_N_per_cm3", fit.zeta, fit.zeta_draws),
+        ("chi", "", np.nan if fit.reason else fit.alpha_z / fit.zeta,
+         fit.alpha_z_draws / fit.zeta_draws),
+        ("zeta", "", fit.zeta, fit.zeta_draws),
+    ):  # fmt: skip
+        lo, hi = interval(draws, config.fit.confidence)
+        row |= {f"{name}{unit}": value, f"{name}_lo{unit}": lo, f"{name}_hi{unit}": hi}
+    return row | {"reason": fit.reason}
+
+
+def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[str, object]:
+    """Zeta of a natural sand by the scaling routine, from its alpha table."""
+    method = routine(config.fourier.method, printed=reference.printed)
+    row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
+    cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
+    for quantity in ("", "_lo", "_hi"):
+        row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
+    alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
+    try:
+        scaled = scale_new_medium(alpha, se, reference.chi, reference.m0, config.fit.confidence)
+    except ValueError as error:
+        return row | {"reason": str(cell["reason"]) or str(error)}
+    names = ("chi", "chi_lo", "chi_hi", "zeta", "zeta_lo", "zeta_hi")
+    return row | {name: getattr(scaled, name) for name in names} | {"reason": reference.note}

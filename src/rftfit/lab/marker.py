@@ -1,0 +1,152 @@
+"""The file that tells re-enacted logs from original ones, which are never overwritten."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rftfit.errors import InputError, OutputError
+from rftfit.reference import CITATION
+from rftfit.store import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+MARKER = "REENACTED.txt"
+
+_LIST = "files (bytes, path from this folder):"
+_UNFINISHED = "-"
+_PART = re.compile(r"^\.(?P<stem>.+)\.\d+\.part(?P<suffix>\.\w+)?$")
+_MOST_SHOWN = 5
+
+
+def write_marker(raw: Path, names: Iterable[Path], made_by: str, *, complete: bool) -> None:
+    """Say in the raw folder what its logs are, and which files belong to the re-enactment.
+
+    `names`: All files, the run sheet included. `made_by`: Version, seed, media and faults.
+    `complete`: False before the first log is written: the sizes are not known then.
+    """
+    lines = []
+    for path in sorted(set(names)):
+        relative = Path(os.path.relpath(path, raw)).as_posix()
+        if not complete:
+            lines.append(f"{_UNFINISHED} {relative}")
+        elif path.is_file():
+            lines.append(f"{path.stat().st_size} {relative}")
+    text = (
+        "The logs in this folder are re-enacted: computed from published results, for\n"
+        "demonstration and tests. They are not original recordings.\n\n"
+        f"Published in: {CITATION}.\n"
+        f"Made by: {made_by}.\n\n"
+        "rftfit reenact clears and rewrites the files of this list and touches no others.\n"
+    )
+    write_text(raw / MARKER, f"{text}{_LIST}\n" + "\n".join(lines) + "\n")
+
+
+def find_earlier(raw: Path, sheet: Path) -> list[Path]:
+    """Find the files of an earlier re-enactment, the run sheet first; refuse files of another origin."""
+    if raw.exists() and not raw.is_dir():
+        raise InputError(f"{raw}: this is no folder, so no logs can be written into it")
+    marker = raw / MARKER
+    there = {path for path in _walk(raw) if path not in (marker, raw / "README.md")}
+    there.discard(sheet)
+    if sheet.is_file() and not _only_a_header(sheet):
+        there.add(sheet)
+    if not marker.is_file():
+        if there:
+            raise InputError(
+                f"{raw}: {_listed(there, raw)} not from a re-enactment (no {MARKER} says so), so "
+                "nothing was written. Original logs are never overwritten: name another folder as "
+                "`raw` and another `run_sheet` in the config, or move these files away"
+            )
+        return []
+    sizes = _read_marker(marker, raw, sheet)
+    foreign = {path for path in there if not _is_ours(path, sizes)}
+    if foreign:
+        raise InputError(
+            f"{raw}: {_listed(foreign, raw)} not as the re-enactment wrote them (see {MARKER}), so "
+            "nothing was written; move these files away, then re-enact again"
+        )
+    # the sheet first: while it is there, so are all the logs that it names
+    return sorted(there, key=lambda path: (path != sheet, path))
+
+
+def clear(files: Sequence[Path]) -> None:
+    """Remove the files of an earlier re-enactment, in their order, and folders left empty."""
+    for path in files:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"{path}: cannot be removed: {error.strerror or error}; allow writing there or close "
+                "it in other programs"
+            ) from error
+    for folder in {path.parent for path in files}:
+        # it refuses a folder that holds anything
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+
+
+def _walk(raw: Path) -> list[Path]:
+    def stop(error: OSError) -> None:
+        # a folder that cannot be looked into may hold anything
+        raise InputError(f"{error.filename}: cannot be looked into: {error.strerror}") from error
+
+    found = []
+    for folder, folders, names in os.walk(raw, onerror=stop if raw.is_dir() else None):
+        found += [Path(folder) / name for name in names]
+        # a link to a folder elsewhere is somebody's too: logs must not be written through it
+        found += [Path(folder) / name for name in folders if (Path(folder) / name).is_symlink()]
+    return found
+
+
+def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]:
+    try:
+        head, found, listing = marker.read_text(encoding="utf-8").partition(f"{_LIST}\n")
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{marker}: cannot be read: {error}; delete the folder yourself if no original log is in it"
+        ) from error
+    sizes: dict[Path, int | None] = {}
+    for line in listing.splitlines():
+        size, _, name = line.partition(" ")
+        path = Path(os.path.normpath(raw / name))
+        # an edited list must not reach outside
+        inside = path.is_relative_to(raw) or path == sheet
+        if not name or not inside or not (size == _UNFINISHED or size.isdecimal()):
+            found = ""
+            break
+        sizes[path] = None if size == _UNFINISHED else int(size)
+    if not head or not found:
+        raise InputError(
+            f"{marker}: this list has been changed, so it is not known which logs are re-enacted "
+            "and nothing was written; delete the folder yourself if no original log is in it"
+        )
+    return sizes
+
+
+def _is_ours(path: Path, sizes: dict[Path, int | None]) -> bool:
+    part = _PART.match(path.name)
+    if part:
+        # left by a writer that was killed
+        return path.with_name(f"{part['stem']}{part['suffix'] or ''}") in sizes
+    return path in sizes and not path.is_symlink() and sizes[path] in (None, path.stat().st_size)
+
+
+def _only_a_header(sheet: Path) -> bool:
+    """Tell whether a run sheet is still as `rftfit init` made it."""
+    try:
+        lines = sheet.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, ValueError):
+        return False
+    return sum(1 for line in lines if line.strip()) <= 1
+
+
+def _listed(paths: set[Path], raw: Path) -> str:
+    names = sorted(Path(os.path.relpath(path, raw)).as_posix() for path in paths)
+    rest = len(names) - _MOST_SHOWN
+    shown = ", ".join(names[:_MOST_SHOWN]) + (f" and {rest} more files" if rest > 0 else "")
+    return f"{shown} {'is' if len(names) == 1 else 'are'}"
