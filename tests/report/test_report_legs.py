@@ -353,6 +353,6 @@ def test_legs_are_those_of_the_config() -> None:
 def test_captions_tell_the_peak_errors() -> None:
     found = results(leg_errors=errors().assign(peak_error_percent=-4.5))
     told = next(one for one in figures() if one.name == "legs").caption_of(found, "poppy_LP")
-    assert "interpolated table: c-leg \u22124.5 %, flat leg \u22124.5 %" in told
+    assert "measured table: c-leg \u22124.5 %, flat leg \u22124.5 %" in told
     told = next(one for one in figures() if one.name == "legs_by_medium").caption_of(found)
     assert "within 10 % in 6 and within 33 % in 6 of 6 cases" in told

@@ -92,16 +92,7 @@ def write_animation(
 
     assert run.series is not None
     every = samples // _FRAMES
-    # only what is shown is worked out
-    last = slice(-2 * samples, None)
-    columns: dict[str, Any] = {
-        name: {key: part[last] for key, part in value.items()}
-        if isinstance(value, dict)
-        else value[last]
-        for name, value in vars(run.series).items()
-        if name != "groups"
-    }
-    tail = replace(run.series, **columns)
+    tail = run.series.last(2 * samples)  # only what is shown is worked out
     elements = element_series(robot, profile, replace(run, series=tail), every)
     x, time = tail.x_cm[::every], tail.time_s[::every]
     step = float(time[1] - time[0])

@@ -19,13 +19,19 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 PROFILES = {
-    "table": "interpolated table",
+    "table": "measured table",
     "fourier": "nine-term fit",
     "generic": "generic \N{MULTIPLICATION SIGN} \N{GREEK SMALL LETTER ZETA}",
     "depth_only": "depth-only",
 }
+"""Names of the profiles for people, in the order in which figures and page show them."""
 
 LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
+
+
+def name_of(key: str) -> str:
+    """Name of a profile or of a leg for people."""
+    return (PROFILES | LEGS).get(key, key)
 
 
 def percent(value: float) -> str:
@@ -108,7 +114,7 @@ def peaks_by_leg(results: Results, medium: str, profiles: Iterable[str]) -> str:
     for profile in profiles:
         part = own[own["profile"] == profile]
         errors = zip(part["leg"], part["peak_error_percent"], strict=True)
-        legs = ", ".join(f"{LEGS.get(leg, leg)} {percent(error)}" for leg, error in errors)
+        legs = ", ".join(f"{name_of(leg)} {percent(error)}" for leg, error in errors)
         if legs:
             told.append(f"{PROFILES[profile]}: {legs}")
     return "; ".join(told)

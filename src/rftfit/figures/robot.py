@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.figures import captions, style
+from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, greek, only_if
 
 if TYPE_CHECKING:
@@ -20,12 +21,6 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
     _Draw = Callable[[Results, str], Figure]
-
-PROFILE_TITLES = {
-    "table": "measured table",
-    "generic": r"generic $\times$ $\zeta$",
-    "depth_only": "depth-only",
-}
 
 FREQUENCY_LABEL = "stride frequency (Hz)"
 CURVATURE_LABEL = r"leg curvature $R'/r$"
@@ -59,11 +54,6 @@ def leg_name(curvature: float) -> str:
     return names.get(curvature, f"R'/r = {style.number(curvature, 2)}")
 
 
-def _name_of(profile: str) -> str:
-    """Name of a profile in captions."""
-    return (captions.PROFILES | {"table": PROFILE_TITLES["table"]}).get(profile, profile)
-
-
 # Speed against stride frequency
 
 
@@ -83,7 +73,7 @@ def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
         new = part[part["calibrated"] == "no"]
         (new_near, new_of), (new_far, _) = (share_within(new, percent) for percent in (20, 35))
         told[str(name)] = (
-            f"{_name_of(str(name))}: within 20 % in {near} and within 35 % in {far} of {of} conditions; "
+            f"{captions.name_of(str(name))}: within 20 % in {near} and within 35 % in {far} of {of} conditions; "
             f"of the {new_of} that the robot's unknown lengths were not found from, in {new_near} and "
             f"{new_far}"
         )
@@ -268,7 +258,7 @@ def _curvature_numbers(results: Results, sweep: str) -> dict[str, str]:
         reading = captions.span(top["reading_lo"], top["reading_hi"], 2)
         ends = captions.span(top["best_curvature_lo"], top["best_curvature_hi"], 3)
         told.append(
-            f"{_name_of(str(name))}, {style.number(top['frequency_Hz'], 1)} Hz: fastest at R'/r "
+            f"{captions.name_of(str(name))}, {style.number(top['frequency_Hz'], 1)} Hz: fastest at R'/r "
             f"{style.number(top['best_curvature_times_R'], 2)} (read within {reading}"
             + (f"; interval from that of alpha {ends}" if ends else "")
             + f") with {style.number(top['speed_cm_per_s'], 1)} cm/s"
@@ -304,7 +294,9 @@ def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "tab
     if table.empty:
         reasons = own["reason"].value_counts()
         why = str(reasons.index[0]) if len(reasons) else "no run of the sweep"
-        return style.missing(f"{_name_of(profile)}: no run of the sweep has a steady speed", [why])
+        return style.missing(
+            f"{captions.name_of(profile)}: no run of the sweep has a steady speed", [why]
+        )
     page = style.new_figure(style.DOUBLE_CM, 7.9)
     left = style.axes_cm(page, 1.25, 0.75, 6.4, 6.1)
     whole = table.dropna(axis="columns")
@@ -394,7 +386,7 @@ def _stride_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: A
         profile, curvature = str(part["profile"].iloc[0]), float(part["curvature_times_R"].iloc[0])
         rise, pitch = (np.ptp(part[name].to_numpy(float)) for name in ("z_cm", "pitch_deg"))
         told[profile, curvature] = (
-            f"{_name_of(profile)}, {leg_name(curvature)} at {part['frequency_Hz'].iloc[0]:.1f} Hz: "
+            f"{captions.name_of(profile)}, {leg_name(curvature)} at {part['frequency_Hz'].iloc[0]:.1f} Hz: "
             f"{style.number(_mean_speed(part), 1)} cm/s, height within {style.number(rise, 2)} cm, pitch "
             f"within {style.number(pitch, 1)} degrees, lift of a tripod up to "
             f"{style.number(part['force_z_tripod_1_N'].max(), 2)} N"

@@ -79,7 +79,7 @@ def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
     sheet.writeheader()
     for run in runs:
         row = {name: getattr(run, name, "") for name in SHEET_COLUMNS}
-        row |= {name: _number(row[name]) for name in ("beta_deg", "gamma_deg", "depth_cm")}
+        row |= {name: _number(getattr(run, name)) for name in ("beta_deg", "gamma_deg", "depth_cm")}
         row["tare_run"] = tares.get(run.run_id, run.tare_run)
         row["tare_shared"] = "yes" if run.tare_shared else ""
         sheet.writerow(row)

@@ -13,21 +13,6 @@ from rftfit.figures.style import number
 if TYPE_CHECKING:
     import pandas as pd
 
-PROFILES = {
-    "table": "measured table",
-    "fourier": "nine terms",
-    "generic": "zeta \N{MULTIPLICATION SIGN} generic",
-    "depth_only": "depth-only",
-}
-"""Names of the profiles for people, in the order in which they are shown."""
-
-LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
-
-
-def name_of(key: str) -> str:
-    """Name of a profile or of a leg for people."""
-    return (PROFILES | LEGS).get(key, key)
-
 
 def value(x: float | None, digits: int = 3) -> str:
     """Print a number, "no value" where it is missing."""

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.campaign.config import Leg
+from rftfit.figures.captions import PROFILES, name_of
 from rftfit.measure.alpha import column, grid
 from rftfit.model.fourier import TERMS
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 from rftfit.model.scaling import GENERIC, Reference, published, reference_from, routine, routines
-from rftfit.page.cells import PROFILES, name_of
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:

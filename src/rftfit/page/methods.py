@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import rftfit
 from rftfit.campaign.config import Leg, Plate
+from rftfit.figures.captions import name_of
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.outlines import ELEMENTS
 from rftfit.model.scaling import published
-from rftfit.page.cells import name_of, value
+from rftfit.page.cells import value
 from rftfit.page.live import scaled_from_print
 from rftfit.store.digests import digest_of
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.errors import InputError
+from rftfit.figures.captions import name_of
 from rftfit.page.cells import (
     Cell,
     Column,
     Row,
     Table,
-    name_of,
     number_column,
     percent,
     records,

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from rftfit.campaign.config import Leg
+from rftfit.figures.captions import PROFILES, name_of
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, PRINTED_NOTE, routines
 from rftfit.page.cells import (
-    PROFILES,
     Cell,
     Column,
     Row,
     Table,
-    name_of,
     number_column,
     percent,
     records,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -49,6 +49,18 @@ class Series:
     drive_moment_N_cm: FloatArray
     force_z_N: dict[str, FloatArray]
     force_x_N: dict[str, FloatArray]
+
+    def last(self, samples: int) -> Series:
+        """Cut out the last samples."""
+        cut = slice(-samples, None)
+        columns: dict[str, Any] = {
+            name: {key: part[cut] for key, part in value.items()}
+            if isinstance(value, dict)
+            else value[cut]
+            for name, value in vars(self).items()
+            if name != "groups"
+        }
+        return replace(self, **columns)
 
     @classmethod
     def of(

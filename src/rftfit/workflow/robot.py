@@ -536,15 +536,7 @@ def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
 def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> dict[str, Any]:
     run = simulate(robot, profile, frequency, curvature, samples_per_stride=FRAMES)
     assert run.series is not None
-    last = slice(-FRAMES, None)
-    columns: dict[str, Any] = {
-        name: {key: part[last] for key, part in values.items()}
-        if isinstance(values, dict)
-        else values[last]
-        for name, values in vars(run.series).items()
-        if name != "groups"
-    }
-    series = replace(run.series, **columns)
+    series = run.series.last(FRAMES)
     parts = element_series(robot, profile, replace(run, series=series)).values()
     pose = np.column_stack(
         [
