@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import time
 from pathlib import Path
 
 import pytest
 import yaml
+from campaigns import FEW, Folder, make_campaign
 
 from rftfit.campaign.config import Config
 
 ROOT = Path(__file__).parents[1]
+PUBLICATION = (
+    'publication: {date: "2013-03-22", license: "https://example.org/licence", authors: [A, B]}\n'
+)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with whole workflows: one of them at the end would leave the other processor idle."""
-    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+    items.sort(
+        key=lambda item: (item.get_closest_marker("slow") is None, "whole" not in item.path.name)
+    )
 
 
 @pytest.fixture(scope="session")
@@ -22,3 +31,39 @@ def paper_config() -> Config:
     """The configuration of the demonstration campaign."""
     text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
     return Config(**yaml.safe_load(text))
+
+
+@pytest.fixture(scope="session")
+def small_made(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+    """Few directions in loose poppy seeds, its legs and robot, and one sand, run by the workflow.
+
+    One worker makes it, the others wait; nobody changes it.
+    """
+    base = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        base = base.parent
+    folder, done = Folder(base / "small"), base / "small made"
+    try:
+        (base / "small begun").mkdir()
+    except FileExistsError:
+        deadline = time.monotonic() + 300
+        while not done.exists():
+            assert time.monotonic() < deadline, "another worker did not make the small campaign"
+            time.sleep(0.2)
+    else:
+        make_campaign(folder.root, ("poppy_LP", "yuma"), directions=FEW)
+        with folder.config.open("a", encoding="utf-8") as file:
+            file.write(PUBLICATION)
+        before = folder.raw_digests()
+        folder.run()
+        assert folder.raw_digests() == before, "the workflow wrote into raw/"
+        done.touch()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def small(small_made: Folder, tmp_path_factory: pytest.TempPathFactory) -> Folder:
+    """A copy of it for the tests of a module."""
+    root = tmp_path_factory.mktemp("small") / "campaign"
+    shutil.copytree(small_made.root, root)
+    return Folder(root)

@@ -1,23 +1,33 @@
-"""Campaigns in folders of their own, and the real Snakefile run on them."""
+"""Campaigns in folders of their own, and the real workflow run on them."""
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
-import shutil
+import io
+import os
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import yaml
 
 from rftfit.campaign.config import Config
+from rftfit.cli.main import main
 from rftfit.lab import reenact
 from rftfit.workflow.plan import Plan
+from rftfit.workflow.run_stage import run_stage
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 PROJECT = Path(__file__).resolve().parents[2]
+
+FEW = tuple((beta, gamma) for beta in (-30.0, 0.0, 30.0, 90.0) for gamma in (90.0, -90, 45, -45, 0))
+"""Directions (beta, gamma) in degrees that tell the nine terms apart: 20 of the paper's 78."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +42,28 @@ class Folder:
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
     def run(self, *words: str, cores: int = 2) -> str:
+        """Run the workflow as a user does, each stage in a process of its own."""
         done = self.snakemake(*words, cores=cores)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr
+
+    def run_here(self) -> None:
+        """Run all stages in this process: the same results, without starting Python for each."""
+        for stage in Plan(self.config).default:
+            run_stage(self.config, stage)
+
+    def rftfit(self, *words: str) -> subprocess.CompletedProcess[str]:
+        """Run a command in this process, from the campaign's folder."""
+        out, error, before = io.StringIO(), io.StringIO(), Path.cwd()
+        os.chdir(self.root)
+        try:
+            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+                code = main([*words])
+        finally:
+            os.chdir(before)
+        done = subprocess.CompletedProcess(words, code, out.getvalue(), error.getvalue())
+        assert "Traceback" not in done.stdout + done.stderr
+        return done
 
     @property
     def config(self) -> Path:
@@ -75,6 +104,7 @@ def make_campaign(
     faults: tuple[str, ...] = (),
     *,
     plates_only: bool = False,
+    directions: Sequence[tuple[float, float]] | None = None,
 ) -> Folder:
     """Write the demonstration campaign, or a part of it, into a new folder.
 
@@ -82,25 +112,35 @@ def make_campaign(
     ----------
     root : Path
     media : tuple of str, optional
-        Only these; the robot stays where its medium does.
+        Only these; the robot stays where its medium does, with coarse steps and elements.
     faults : tuple of str, optional
         As for `rftfit.lab.reenact`.
     plates_only : bool, optional
         Without legs and robot.
+    directions : sequence of (float, float), optional
+        (beta, gamma) of the plates, deg; default: all of the paper.
     """
     (root / "config").mkdir(parents=True)
     values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    if media or plates_only:
-        values["media"] = {name: values["media"][name] for name in media or values["media"]}
-        if plates_only or values["robot"]["medium"] not in values["media"]:
-            del values["robot"]
-        if plates_only:
-            shapes = values["intruders"].items()
-            values["intruders"] = {name: item for name, item in shapes if item["shape"] == "plate"}
-        text = yaml.safe_dump(values, sort_keys=False)
-        (root / "config" / "config.yaml").write_text(text, encoding="utf-8")
+    values["media"] = {name: values["media"][name] for name in media or values["media"]}
+    if plates_only or values["robot"]["medium"] not in values["media"]:
+        del values["robot"]
     else:
-        shutil.copy(PROJECT / "config" / "config.yaml", root / "config" / "config.yaml")
+        values["robot"]["file"] = coarse_robot(root)
+    if plates_only:
+        shapes = values["intruders"].items()
+        values["intruders"] = {name: item for name, item in shapes if item["shape"] == "plate"}
+    text = yaml.safe_dump(values, sort_keys=False)
+    (root / "config" / "config.yaml").write_text(text, encoding="utf-8")
     config = Config.model_validate(values)
-    reenact(config, root / "raw" / "paper", root / "raw" / "paper" / "runs.csv", faults=faults)
+    raw = root / "raw" / "paper"
+    reenact(config, raw, raw / "runs.csv", directions=directions, faults=faults)
     return Folder(root)
+
+
+def coarse_robot(root: Path) -> str:
+    """Write the paper's robot with coarse steps and elements; the path from the campaign's folder."""
+    values = yaml.safe_load((PROJECT / "config" / "robot.yaml").read_text(encoding="utf-8"))
+    values["numerics"] |= {"step_s": 0.001, "elements": 8}
+    (root / "config" / "robot.yaml").write_text(yaml.safe_dump(values), encoding="utf-8")
+    return "config/robot.yaml"

@@ -19,7 +19,7 @@ from pathlib import Path
 import chain_tables as chain
 import pytest
 import yaml
-from campaigns import PROJECT, make_campaign
+from campaigns import FEW, PROJECT, make_campaign
 from page_inputs import NASTY, page_results
 
 from rftfit.__main__ import main as stage
@@ -432,7 +432,9 @@ ODD = ["{medium}.csv", "a b'c.csv", "$(touch owned).csv", "*.csv", "-rf.csv", "=
 @pytest.mark.slow
 @needs_links
 def test_odd_names_pass_through_the_workflow(tmp_path: Path) -> None:
-    folder = make_campaign(tmp_path / "it's $(touch owned) & {medium}", ("poppy_LP",))
+    folder = make_campaign(
+        tmp_path / "it's $(touch owned) & {medium}", ("poppy_LP",), directions=FEW
+    )
     config = folder.root / "config" / "config.yaml"
     values = yaml.safe_load(config.read_text(encoding="utf-8"))
     values["media"]["poppy_LP"]["title"] = r"<script>$\frac{</script>"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 import yaml
-from campaigns import PROJECT, Folder, make_campaign
+from campaigns import FEW, PROJECT, Folder, make_campaign
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,7 +27,9 @@ def profile() -> Any:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Folder:
-    return make_campaign(tmp_path_factory.mktemp("cluster") / "campaign", ("poppy_LP",))
+    return make_campaign(
+        tmp_path_factory.mktemp("cluster") / "campaign", ("poppy_LP",), directions=FEW
+    )
 
 
 def test_every_rule_has_a_place(profile: Any, folder: Folder) -> None:

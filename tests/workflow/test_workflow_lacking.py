@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import csv
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 import yaml
-from campaigns import make_campaign
+from campaigns import FEW, Folder, make_campaign
 
 from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from campaigns import Folder
 
 pytestmark = pytest.mark.slow
 
@@ -52,26 +48,19 @@ def allow_no_tare(root: Path) -> None:
     path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
 
 
-def rftfit(root: Path, *words: str) -> None:
-    command = [sys.executable, "-m", "rftfit.cli.main", *words]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=root)
-    assert done.returncode == 0, done.stdout + done.stderr
-
-
-def run(root: Path) -> str:
+def run(folder: Folder) -> str:
     """Run, verify, and return the page on one line."""
-    rftfit(root, "run")
-    logs = "".join(path.read_text() for path in (root / "results" / "logs").rglob("*.log"))
-    assert "Traceback" not in logs
-    rftfit(root, "verify")
-    return " ".join((root / "results" / "report.html").read_text(encoding="utf-8").split())
+    folder.run_here()
+    done = folder.rftfit("verify")
+    assert done.returncode == 0, done.stdout + done.stderr
+    return " ".join((folder.root / "results" / "report.html").read_text(encoding="utf-8").split())
 
 
 @pytest.fixture(scope="module")
 def untared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Folder, str]:
     """No tare at all; the first medium has damaged logs only."""
     media = ("poppy_LP", "poppy_CP", "yuma")
-    folder = make_campaign(tmp_path_factory.mktemp("untared") / "campaign", media)
+    folder = make_campaign(tmp_path_factory.mktemp("untared") / "campaign", media, directions=FEW)
     allow_no_tare(folder.root)
 
     def keep(row: Row) -> bool:
@@ -81,13 +70,13 @@ def untared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Folder, str]:
     for row in rewrite(folder, keep, tare_run="", tare_shared=""):
         if row["medium"] == "poppy_LP":
             damage(folder, row)
-    return folder, run(folder.root)
+    return folder, run(folder)
 
 
 def test_runs_without_a_tare_give_flagged_numbers(untared: tuple[Folder, str]) -> None:
     folder, page = untared
     fits = folder.table("fits/poppy_CP.csv")
-    assert len(fits) == 90
+    assert len(fits) == 28
     assert fits[ALPHA].notna().all(axis=None)
     assert fits["flags"].str.contains(NO_TARE_FLAG).all()
     for medium in ("poppy_CP", "yuma"):
@@ -95,7 +84,9 @@ def test_runs_without_a_tare_give_flagged_numbers(untared: tuple[Folder, str]) -
         assert set(curves["leg"]) == {"c_leg", "flat_leg", "reversed_c_leg"}
         assert curves[["force_z_N", "zero_se_z_N"]].notna().all(axis=None)
         assert set(curves["flags"]) == {NO_TARE_FLAG}
-    errors = folder.table("leg_errors.csv").query("medium != 'poppy_LP'")
+    errors = folder.table("leg_errors.csv")
+    # the table has holes in this campaign
+    errors = errors[(errors["medium"] != "poppy_LP") & (errors["profile"] != "table")]
     assert set(errors["medium"]) == {"poppy_CP", "yuma"}
     assert errors["peak_error_percent"].notna().all()
     assert errors["reason"].str.contains(NO_TARE_FLAG).all()
@@ -113,6 +104,7 @@ def test_a_medium_without_a_cell_takes_no_other_down(untared: tuple[Folder, str]
     assert lost["reason"].notna().all()
     for name, column in (("coefficients", "value_N_per_cm3"), ("penetration", "zeta")):
         table = folder.table(f"{name}.csv")
+        table = table[~table["method"].str.contains("dft-index")]  # which needs the whole grid
         none = table["medium"] == "poppy_LP"
         assert none.any()
         assert table.loc[none, column].isna().all()
@@ -124,12 +116,12 @@ def test_a_medium_without_a_cell_takes_no_other_down(untared: tuple[Folder, str]
 
 
 def test_the_only_medium_without_a_cell(tmp_path: Path) -> None:
-    folder = make_campaign(tmp_path / "campaign", ("poppy_LP",), plates_only=True)
+    folder = make_campaign(tmp_path / "campaign", ("poppy_LP",), plates_only=True, directions=FEW)
     rows = rewrite(folder, lambda row: "_bp00_g90_" in row["run_id"])
     for row in rows:
         if row["kind"] == "plate":
             damage(folder, row)
-    run(folder.root)
+    run(folder)
     assert folder.table("coefficients.csv")["reason"].notna().all()
     # what is missing is said where it would be drawn
     for name in ("stress_of_runs", "fit_maps", "protocol_poppy_LP", "tare_poppy_LP"):
@@ -140,8 +132,8 @@ def test_the_sand_example_runs(tmp_path: Path) -> None:
     """Nine penetrations without a tare, as the shipped example leaves them to `rftfit run`."""
     if not SAND_LOGS.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")
-    rftfit(tmp_path, "example", "cmu-sand", "sand", "--from", str(SAND_LOGS))
+    Folder(tmp_path).rftfit("example", "cmu-sand", "sand", "--from", str(SAND_LOGS))
     shutil.rmtree(tmp_path / "sand" / "results")
-    run(tmp_path / "sand")
+    run(Folder(tmp_path / "sand"))
     tare = tmp_path / "sand" / "results" / "figures" / "tare_sand.svg"
     assert NO_TARE_FLAG in tare.read_text(encoding="utf-8")

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import subprocess
-import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,17 +36,13 @@ pytestmark = pytest.mark.slow
 
 
 def rftfit(folder: Folder, *words: str) -> str:
-    command = [sys.executable, "-m", "rftfit.cli.main", *words]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder.root)
-    assert "Traceback" not in done.stdout + done.stderr
+    done = folder.rftfit(*words)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 
 def run_twice(folder: Folder) -> None:
-    assert "Done: " in rftfit(folder, "run")
-    logs = "".join(path.read_text() for path in (folder.root / "results" / "logs").rglob("*.log"))
-    assert "Traceback" not in logs
+    folder.run_here()
     before = folder.digests()
     assert "Nothing to do" in rftfit(folder, "run")
     assert folder.digests() == before

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from campaigns import make_campaign
+from campaigns import FEW, Folder, make_campaign
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
@@ -25,19 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from campaigns import Folder
-
 pytestmark = pytest.mark.slow
-
-MEDIA = ("poppy_LP", "yuma")
-
-
-@pytest.fixture(scope="module")
-def small(tmp_path_factory: pytest.TempPathFactory) -> Folder:
-    folder = make_campaign(tmp_path_factory.mktemp("small") / "campaign", MEDIA)
-    folder.run()
-    return folder
-
 
 SECTIONS = frozenset(Config.model_fields)
 LISTS = ("runs_of", "of_role", "with_legs")
@@ -120,7 +108,9 @@ def test_stages_declare_the_sections_that_they_read(
 
 def test_same_bytes_whatever_the_circumstances(small: Folder, tmp_path: Path) -> None:
     """One core, another folder with a space and an accent, the sheet shuffled and with CRLF."""
-    other = make_campaign(tmp_path / "été 2013 ü", MEDIA)
+    other = Folder(tmp_path / "été 2013 ü")
+    for part in ("config", "raw"):
+        shutil.copytree(small.root / part, other.root / part)
     sheet = other.root / "raw" / "paper" / "runs.csv"
     header, *rows = sheet.read_text(encoding="utf-8").splitlines()
     random.Random(1).shuffle(rows)
@@ -131,10 +121,12 @@ def test_same_bytes_whatever_the_circumstances(small: Folder, tmp_path: Path) ->
 
 def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
     faults = ("gap:poppy_LP_bp00_g90_in", "saturated:poppy_LP_bp30_g90_in",
-              "missing_tare:poppy_LP_bm30_g90_in", "truncated:poppy_LP_bp60_g90_in",
+              "missing_tare:poppy_LP_bm30_g90_in", "truncated:poppy_LP_bp90_g90_in",
               "wrong_unit:poppy_LP_bp30_g45_in", "never_touches:poppy_LP_bm30_g45_in")  # fmt: skip
-    folder = make_campaign(tmp_path / "faults", ("poppy_LP",), faults, plates_only=True)
-    folder.run()
+    folder = make_campaign(
+        tmp_path / "faults", ("poppy_LP",), faults, plates_only=True, directions=FEW
+    )
+    folder.run_here()
     fits = folder.table("fits/poppy_LP.csv").set_index("run_id")
     words = {
         "poppy_LP_bp30_g90_in": "saturated",
@@ -147,10 +139,10 @@ def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
         assert np.isnan(fits.at[run, "alpha_z_N_per_cm3"])
         assert np.isnan(fits.at[run, "alpha_x_N_per_cm3"])
     assert "gap" in fits.at["poppy_LP_bp00_g90_in", "flags"]
-    assert "lacks" in fits.at["poppy_LP_bp60_g90_in", "flags"]
+    assert "lacks" in fits.at["poppy_LP_bp90_g90_in", "flags"]
     ledger = folder.table("ledger.csv")
     cut = ledger[
-        (ledger["run_id"] == "poppy_LP_bp60_g90_in") & (ledger["reason"] == "cut in mid-row")
+        (ledger["run_id"] == "poppy_LP_bp90_g90_in") & (ledger["reason"] == "cut in mid-row")
     ]
     assert cut["rows"].sum() == 1
     alpha = folder.table("alpha/poppy_LP.csv")

@@ -72,6 +72,7 @@ def reenact(
     *,
     seed: int = 2013,
     media: Sequence[str] | None = None,
+    directions: Sequence[tuple[float, float]] | None = None,
     faults: Sequence[str] = (),
     workers: int = 2,
     spread: float = 0.0,
@@ -85,13 +86,14 @@ def reenact(
     Folder of the logs: ``<raw>/<medium>/<run_id>_force.csv`` and ``_motion.csv``. `sheet`: The run
     sheet, csv; its log paths are relative to `raw`. `seed`: The same seed gives the same bytes,
     run by run, whatever `media`, `workers` and order. `media`: Only these media of the config (and
-    the legs in air). `faults`: ``NAME`` or ``NAME:run_id``, names from `FAULTS`. `workers`:
+    the legs in air). `directions`: (beta, gamma) of the plates, deg, of the paper's grid; all of it
+    by default. `faults`: ``NAME`` or ``NAME:run_id``, names from `FAULTS`. `workers`:
     Processes that write at once. `spread`: Standard deviation of alpha from one prepared bed to
     the next, N/cm^3. By default every bed is the same, so that Table S5 comes back as it is.
     """
     began = time.perf_counter()
     raw, chosen = Path(raw).resolve(), media_of(config, media)
-    runs = plan_runs(config, media)
+    runs = plan_runs(config, media, directions)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     damaged = {run.run_id: tuple(f.name for f in found if f.changed == run.run_id) for run in runs}
     job = Job(config, raw, seed, tuple((run, damaged[run.run_id]) for run in runs), spread)

@@ -130,21 +130,32 @@ def _with_rod(run: Run) -> Iterator[Run]:
     yield replace(run, run_id=f"{run_id}_rod", kind="rod", note=note)
 
 
-def _laboratory(config: Config, medium: str, published: str) -> Iterator[Run]:
+def paper_directions() -> list[tuple[float, float]]:
+    """(beta, gamma) of the paper's runs, deg, in their order: both ways along each path, then level."""
+    gammas = [float(np.degrees(np.arctan(tangent))) for tangent in TANGENTS]
+    both = [way * gamma for gamma in gammas for way in (1, -1)]
+    return [(float(beta), gamma) for beta in BETAS_DEG for gamma in (*both, 0.0)]
+
+
+def _laboratory(
+    config: Config, medium: str, published: str, directions: Sequence[tuple[float, float]]
+) -> Iterator[Run]:
     plate, _ = plate_of(config)
     first = Run("", "plate", medium, published, plate, "", note="re-enacted from Table S5")
-    for beta in BETAS_DEG:
-        held = replace(first, beta_deg=float(beta))
-        for tangent in TANGENTS:
-            gamma = float(np.degrees(np.arctan(tangent)))
-            for way in ("intrusion", "extraction"):
-                yield from _with_rod(replace(held, direction=way, gamma_deg=gamma))
-        level = replace(held, direction="horizontal", gamma_deg=0.0)
-        for depth in config.fit.horizontal_depths_cm:
-            yield from _with_rod(replace(level, depth_cm=float(depth)))
+    for beta, gamma in directions:
+        run = replace(first, beta_deg=beta, gamma_deg=abs(gamma))
+        if gamma == 0:
+            for depth in config.fit.horizontal_depths_cm:
+                level = replace(run, direction="horizontal", depth_cm=float(depth))
+                yield from _with_rod(level)
+        else:
+            way = "intrusion" if gamma > 0 else "extraction"
+            yield from _with_rod(replace(run, direction=way))
 
 
-def _of_medium(config: Config, medium: str) -> Iterator[Run]:
+def _of_medium(
+    config: Config, medium: str, directions: Sequence[tuple[float, float]]
+) -> Iterator[Run]:
     published = config.media[medium].published_as or ""
     natural = config.media[medium].role == "natural_sand"
     if natural:
@@ -152,7 +163,7 @@ def _of_medium(config: Config, medium: str) -> Iterator[Run]:
         push = Run("", "plate", medium, published, plate, "intrusion", 0.0, 90.0, natural=True)
         yield from _with_rod(replace(push, note="re-enacted from Fig. S11"))
     else:
-        yield from _laboratory(config, medium, published)
+        yield from _laboratory(config, medium, published, directions)
     for name, leg in legs_of(config).items():
         yield Run(
             f"{medium}_{name}", "leg", medium, published, name, "rotation", leg=leg,
@@ -161,13 +172,19 @@ def _of_medium(config: Config, medium: str) -> Iterator[Run]:
         )  # fmt: skip
 
 
-def plan_runs(config: Config, media: Sequence[str] | None = None) -> list[Run]:
+def plan_runs(
+    config: Config,
+    media: Sequence[str] | None = None,
+    directions: Sequence[tuple[float, float]] | None = None,
+) -> list[Run]:
     """List every run of the campaign, sorted by run_id, or those of some media and of the legs in air.
 
-    A run is the same whatever other media are asked for.
+    A run is the same whatever other media are asked for. `directions`: (beta, gamma) of the plates
+    in a laboratory medium, deg; by default those of the paper.
     """
     chosen = media_of(config, media)
-    groups = [list(_of_medium(config, name)) for name in chosen]
+    directions = paper_directions() if directions is None else directions
+    groups = [list(_of_medium(config, name, directions)) for name in chosen]
     if chosen:
         in_air = "re-enacted: turned in air"
         groups.append(

@@ -23,7 +23,7 @@ from rftfit.workflow.sources import (
     foreign_dialects,
     log_names,
     robot_files,
-    rows_digest,
+    rows_of,
     settings_digest,
 )
 from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES, Stage
@@ -76,6 +76,7 @@ class Plan:
         self.root = self.campaign.root
         self._seen = Seen(None if fresh else self.root / ".snakemake/rftfit/logs_seen.tsv")
         self._digests: dict[str, str] = {}
+        self._rows: dict[str, str] = {}
         self._results = Seen(None)
         self._records: dict[str, Records] = {}
 
@@ -132,7 +133,7 @@ class Plan:
             sections = () if ALL in stage.settings else stage.settings
             depends["settings"] = settings_digest(self.campaign.config, sections)
         if stage.rows:
-            depends["rows"] = rows_digest(self.campaign, [medium] if medium else [])
+            depends["rows"] = self.rows(medium)
         if stage.logs:
             # a stage of the whole campaign reads the logs of runs that belong to no medium
             depends["logs"] = digest_of(sorted(self.logs(medium).items()))
@@ -189,6 +190,12 @@ class Plan:
         new = [name for name in names if name not in self._digests]
         self._digests |= digests_of_files(self.campaign.raw, new, self._seen)
         return {name: self._digests[name] for name in names}
+
+    def rows(self, medium: str) -> str:
+        """Digest of the rows of a medium, or of all."""
+        if medium not in self._rows:
+            self._rows[medium] = digest_of(medium, rows_of(self.campaign, medium))
+        return self._rows[medium]
 
     @cached_property
     def all_logs(self) -> dict[str, str]:

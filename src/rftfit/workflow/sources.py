@@ -70,10 +70,10 @@ def foreign_dialects(config: Config) -> dict[str, Origin]:
     return origins(wanted)
 
 
-def rows_digest(campaign: Campaign, media: Sequence[str]) -> str:
-    """Digest of some media's rows of the run sheet, or of all; their order and numbers do not count."""
-    runs = [run for medium in media for run in campaign.runs_of(medium)] if media else campaign.runs
-    return digest_of(list(media), sorted([*cells(run).values()] for run in runs))
+def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
+    """Cells of a medium's rows of the run sheet, or of all; order and numbers of rows do not count."""
+    runs = campaign.runs_of(medium) if medium else campaign.runs
+    return sorted([*cells(run).values()] for run in runs)
 
 
 def cells(run: Run) -> dict[str, str]:
