@@ -135,7 +135,7 @@ def test_a_chain_is_told(checked: Checked) -> None:
     done = checked.verify("results/coefficients.csv")
     assert done.returncode == 0
     for part in ("ingest of poppy_LP, yuma", "slopes of poppy_LP, yuma", "fourier", "scaling",
-                 "126 logs: air/air_c_leg_force.csv", "64 rows of the run sheet",
+                 "134 logs: air/air_c_leg_force.csv", "67 rows of the run sheet",
                  "depends on: "):  # fmt: skip
         assert part in done.stdout
     alone = checked.verify("results/alpha/yuma.csv").stdout
