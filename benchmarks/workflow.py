@@ -1,77 +1,98 @@
-"""What a user waits for: the whole workflow, a run with nothing to do, one changed log, start-up.
+"""What a user waits for: a whole run, one with nothing to do, one changed log, start-up.
 
-Works on a copy in a temporary folder, so that results of the project itself are left alone.
+    python benchmarks/workflow.py                             this checkout
+    python benchmarks/workflow.py --beside FOLDER --turns 3   beside another one, in turns
+
+Works on campaigns in a temporary folder, so that results of the project itself are left alone.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-RESULT = Path(__file__).parent / "results" / "workflow.md"
-CORES = "2"
+HERE = Path(__file__).resolve().parents[1]
+RESULT = HERE / "benchmarks" / "results" / "workflow.md"
+STEPS = {
+    "reenact": "`rftfit reenact`: the demonstration campaign",
+    "run": "`rftfit run --cores 2`: all, from logs to figures, page and the robot's reduced sweep",
+    "again": "the same again, nothing to do",
+    "changed": "one log of poppy_CP changed",
+    "scale": "`rftfit scale --alpha 0.9`",
+    "import": "`import rftfit` in a new Python",
+    "nothing": "a new Python that does nothing",
+}
 
 
-def timed(*words: str, cwd: Path) -> tuple[float, str]:
-    """Wall-clock seconds of a command, and what it printed; stops at a failure."""
+def timed(checkout: Path, root: Path, *words: str) -> float:
+    """Wall-clock seconds of a command of a checkout; stops at a failure."""
+    environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
     start = time.perf_counter()
-    done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, *words], cwd=root, capture_output=True, text=True, check=False,
+        env=environment,
+    )  # fmt: skip
     took = time.perf_counter() - start
     if done.returncode:
         sys.exit(f"{' '.join(words)} failed:\n{done.stdout}\n{done.stderr}")
-    return took, done.stdout + done.stderr
+    return took
 
 
-def rerun_media(results: Path, since: float) -> list[str]:
-    """Media whose traces are newer than a moment."""
-    return sorted(
-        p.stem for p in (results / "traces").glob("*.parquet") if p.stat().st_mtime > since
-    )
+def turn(checkout: Path, root: Path) -> dict[str, float]:
+    """Every step once, on the campaign in a folder."""
+
+    def rftfit(*words: str) -> float:
+        return timed(checkout, root, "-m", "rftfit.cli.main", *words)
+
+    found: dict[str, float] = {}
+    if not (root / "config").exists():
+        shutil.copytree(checkout / "config", root / "config")
+        found["reenact"] = rftfit("reenact")
+    for name in ("results", ".snakemake"):
+        shutil.rmtree(root / name, ignore_errors=True)
+    found["run"] = rftfit("run", "--cores", "2")
+    found["again"] = rftfit("run", "--cores", "2")
+    log = min((root / "raw" / "paper" / "poppy_CP").glob("*_in_force.csv"))
+    log.write_text(log.read_text(encoding="utf-8") + "# a remark\n", encoding="utf-8")
+    found["changed"] = rftfit("run", "--cores", "2")
+    found["scale"] = rftfit("scale", "--alpha", "0.9")
+    found["import"] = timed(checkout, root, "-c", "import rftfit")
+    found["nothing"] = timed(checkout, root, "-c", "pass")
+    return found
 
 
 def main() -> None:
-    rftfit = str(Path(sys.executable).with_name("rftfit"))
-    rows: list[tuple[str, str]] = []
+    """Print a table, and keep it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--beside", type=Path, help="another checkout, such as the parent commit's")
+    parser.add_argument("--turns", type=int, default=1)
+    chosen = parser.parse_args()
+    checkouts = [HERE, *([chosen.beside.resolve()] if chosen.beside else [])]
+    found: dict[Path, list[dict[str, float]]] = {checkout: [] for checkout in checkouts}
     with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder)
-        shutil.copytree("config", root / "config")
-        took, _ = timed(rftfit, "reenact", cwd=root)
-        size = sum(p.stat().st_size for p in (root / "raw").rglob("*") if p.is_file())
-        rows.append(
-            ("`rftfit reenact`: the demonstration campaign", f"{took:.1f} s, {size / 1e6:.0f} MB")
+        for _ in range(chosen.turns):
+            for number, checkout in enumerate(checkouts):
+                root = Path(folder) / str(number)
+                root.mkdir(exist_ok=True)
+                found[checkout].append(turn(checkout, root))
+    lines = ["| what, median of turns | s |" + (" beside, s | ratio |" if chosen.beside else "")]
+    lines.append("|---" * (4 if chosen.beside else 2) + "|")
+    for step, what in STEPS.items():
+        medians = [
+            statistics.median(one[step] for one in found[checkout] if step in one)
+            for checkout in checkouts
+        ]
+        ratio = f" {medians[0] / medians[1]:.2f} |" if chosen.beside else ""
+        lines.append(
+            f"| {what} | " + " | ".join(f"{value:.2f}" for value in medians) + f" |{ratio}"
         )
-        took, _ = timed(rftfit, "run", "--cores", CORES, cwd=root)
-        rows.append(
-            (
-                f"`rftfit run --cores {CORES}`: everything, from logs to figures, page and reduced robot sweep",
-                f"{took:.1f} s",
-            )
-        )
-        took, _ = timed(rftfit, "run", "--cores", CORES, cwd=root)
-        rows.append(("the same again, nothing to do", f"{took:.2f} s"))
-        log = min((root / "raw" / "paper" / "poppy_CP").glob("*_in_force.csv"))
-        now = time.time()
-        log.write_text(log.read_text(encoding="utf-8") + "# a remark\n", encoding="utf-8")
-        os.utime(log, (now, now))
-        took, _ = timed(rftfit, "run", "--cores", CORES, cwd=root)
-        media = ", ".join(rerun_media(root / "results", now))
-        rows.append(("one log of poppy_CP changed", f"{took:.1f} s; logs read again: {media}"))
-        took, _ = timed(rftfit, "scale", "--alpha", "0.9", cwd=root)
-        rows.append(("`rftfit scale --alpha 0.9`", f"{took:.2f} s"))
-        took, _ = timed(sys.executable, "-c", "import rftfit", cwd=root)
-        rows.append(("`import rftfit` in a new Python", f"{took:.2f} s"))
-        took, _ = timed(sys.executable, "-c", "pass", cwd=root)
-        rows.append(("a new Python that does nothing", f"{took:.2f} s"))
-    lines = [
-        "| what | wall-clock |",
-        "|---|---|",
-        *(f"| {name} | {value} |" for name, value in rows),
-    ]
     RESULT.parent.mkdir(exist_ok=True)
     RESULT.write_text("\n".join(lines) + "\n", encoding="utf-8")
     print("\n".join(lines))

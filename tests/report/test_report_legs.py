@@ -170,13 +170,6 @@ def panels(figure: Figure) -> list[str]:
     return ["\n".join(t.get_text() for t in axes.texts) for axes in figure.axes]
 
 
-@pytest.mark.parametrize("name", FIGURES)
-def test_the_same_tables_give_the_same_bytes(name: str, tmp_path: Path) -> None:
-    one, other = (save(FIGURES[name](), tmp_path / folder / name) for folder in ("one", "other"))
-    for first, second in zip(one, other, strict=True):
-        assert first.read_bytes() == second.read_bytes(), first.suffix
-
-
 def test_the_order_of_rows_does_not_matter(tmp_path: Path) -> None:
     ours, theirs = (t.sample(frac=1, random_state=1) for t in (predicted(), measured()))
     one = save(legs(results(), "poppy_LP"), tmp_path / "one")

@@ -105,8 +105,9 @@ class Independent:
         return np.asarray(np.diff(places) / (steps * STEP_S))
 
 
-@pytest.mark.parametrize("curvature", [1.0, 0.0, -1.0], ids=["c-leg", "flat", "reversed"])
-@pytest.mark.parametrize("frequency", STRIDES, ids=lambda f: f"{f:g} Hz")
+@pytest.mark.parametrize(
+    ("frequency", "curvature"), [(1.0, 0.0), (2.0, -1.0), (3.5, 1.0), (5.0, 1.0), (5.0, -1.0)]
+)
 def test_mean_speed_agrees(
     robot: Robot, table: Profile, frequency: float, curvature: float
 ) -> None:

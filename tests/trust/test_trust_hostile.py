@@ -17,6 +17,7 @@ import zipfile
 from pathlib import Path
 
 import chain_tables as chain
+import pandas as pd
 import pytest
 import yaml
 from campaigns import FEW, PROJECT, make_campaign
@@ -250,7 +251,7 @@ def test_workbooks_that_would_unpack_without_end(room: Room, code: str, make: ob
 def test_the_largest_workbook_that_is_read_takes_seconds(room: Room) -> None:
     cells = "<row>" + "<c><v>1</v></c>" * 15 + "</row>"
     count = rows.MAX_TAGS // cells.count("<") - 10
-    start = time.perf_counter()
+    start = time.process_time()
     found = room.problems(
         book(f"<worksheet {NS}><sheetData>{cells * count}</sheetData></worksheet>")
     )
@@ -391,12 +392,23 @@ def test_script_in_names_and_notes_is_text_in_the_page(tmp_path: Path) -> None:
     assert NASTY in {medium["title"] for medium in json.loads(data[1])["media"]}
 
 
-@pytest.mark.parametrize(
-    "title", ["<script>alert(1)</script>", r"$\frac{", "$x$", "&amp;<", "]]>", "--><b>", "\u202esand", "😀" * 50]
-)  # fmt: skip
-def test_any_title_can_be_drawn(tmp_path: Path, title: str) -> None:
+TITLES = (
+    "<script>alert(1)</script>",
+    r"$\frac{",
+    "$x$",
+    "&amp;<",
+    "]]>",
+    "--><b>",
+    "\u202esand",
+    "😀" * 50,
+)
+
+
+def test_any_title_can_be_drawn(tmp_path: Path) -> None:
     """As text: neither as mathematics nor as a part of the svg."""
-    figure = draw_maps(chain.alpha_table("poppy_LP"), {"poppy_LP": title})
+    one = chain.alpha_table("poppy_LP")
+    titles = {f"m{place}": title for place, title in enumerate(TITLES)}
+    figure = draw_maps(pd.concat([one.assign(medium=name) for name in titles]), titles)
     save(figure, tmp_path / "maps")
     svg = (tmp_path / "maps.svg").read_text(encoding="utf-8")
     assert "<script" not in svg

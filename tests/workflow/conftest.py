@@ -11,6 +11,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     """The whole demonstration campaign, run."""
     folder = make_campaign(tmp_path_factory.mktemp("whole") / "campaign")
     before = folder.raw_digests()
-    folder.run()
+    folder.run_here()
     assert folder.raw_digests() == before, "the workflow wrote into raw/"
     return folder

@@ -107,7 +107,7 @@ def test_stages_declare_the_sections_that_they_read(
 
 
 def test_same_bytes_whatever_the_circumstances(small: Folder, tmp_path: Path) -> None:
-    """One core, another folder with a space and an accent, the sheet shuffled and with CRLF."""
+    """One process, another folder with a space and an accent, the sheet shuffled and with CRLF."""
     other = Folder(tmp_path / "été 2013 ü")
     for part in ("config", "raw"):
         shutil.copytree(small.root / part, other.root / part)
@@ -115,7 +115,7 @@ def test_same_bytes_whatever_the_circumstances(small: Folder, tmp_path: Path) ->
     header, *rows = sheet.read_text(encoding="utf-8").splitlines()
     random.Random(1).shuffle(rows)
     sheet.write_bytes(("\r\n".join([header, *rows]) + "\r\n").encode())
-    other.run(cores=1)
+    other.run_here()
     assert other.digests() == small.digests()
 
 

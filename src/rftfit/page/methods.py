@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import platform
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING
 
 import rftfit
@@ -15,6 +13,7 @@ from rftfit.model.scaling import published
 from rftfit.page.cells import value
 from rftfit.page.live import scaled_from_print
 from rftfit.store.digests import digest_of
+from rftfit.store.environment import versions
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,20 +21,6 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
     from rftfit.page.outcome import Outcome
     from rftfit.results import Results
-
-LIBRARIES = ("numpy", "scipy", "pandas", "numba", "matplotlib", "pyarrow", "snakemake", "jinja2")
-"""Libraries whose version may change a result or the page."""
-
-
-def versions() -> dict[str, str]:
-    """Versions of the program, of Python and of the libraries."""
-    found = {"rftfit": rftfit.__version__, "Python": platform.python_version()}
-    for name in LIBRARIES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
 
 
 def settings_digest(config: Config) -> str:

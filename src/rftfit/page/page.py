@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from rftfit.page import tables
 from rftfit.page.live import as_json, live_data, scaled_from_print
-from rftfit.page.methods import paragraphs, references, settings_digest, versions
+from rftfit.page.methods import paragraphs, references, settings_digest
 from rftfit.page.outcome import outcome_of_runs
 from rftfit.page.robot import robot_data, robot_tables
+from rftfit.store.environment import versions
 
 if TYPE_CHECKING:
     from rftfit.results import Results

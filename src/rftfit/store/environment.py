@@ -1,8 +1,15 @@
-"""Environment of child processes, safe from the folder they work in, and cores they may use."""
+"""The machine: environment of child processes, usable cores, versions of what computes."""
 
 from __future__ import annotations
 
 import os
+import platform
+from importlib.metadata import PackageNotFoundError, version
+
+import rftfit
+
+LIBRARIES = ("numpy", "scipy", "pandas", "numba", "pyarrow", "matplotlib", "jinja2", "snakemake")
+"""Whose version may change a result, a figure or the page."""
 
 
 def child_environment(**more: str) -> dict[str, str]:
@@ -24,3 +31,14 @@ def usable_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def versions() -> dict[str, str]:
+    """Versions of the program, of Python and of `LIBRARIES`."""
+    found = {"rftfit": rftfit.__version__, "python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found

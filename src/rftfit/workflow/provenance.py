@@ -5,10 +5,8 @@ from __future__ import annotations
 import csv
 import json
 import os
-import platform
 import subprocess
 from dataclasses import asdict, dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -17,6 +15,7 @@ import rftfit
 from rftfit import reference
 from rftfit.errors import InputError, RftfitError
 from rftfit.store.digests import module_digests, read_sums, sums_text
+from rftfit.store.environment import versions
 from rftfit.store.tables import unguarded
 from rftfit.workflow.sources import cells, settings_of
 
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
 FORMAT = 2
 STAGE = "provenance"
 RECORD, SUMS, SHEET = "results/provenance.json", "results/manifest.sha256", "results/run_sheet.csv"
-LIBRARIES = ("rftfit", "numpy", "pandas", "scipy", "numba", "pyarrow", "matplotlib", "snakemake")
 
 
 @dataclass(frozen=True)
@@ -66,17 +64,6 @@ def present_state(plan: Plan) -> State:
         module_digests(*modules, *(one.module for one in plan.dialects.values())),
         versions() | {one.package: one.version for one in plan.dialects.values()},
     )
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python, of the program and of the libraries that it computes and draws with."""
-    found = {"python": platform.python_version()}
-    for name in LIBRARIES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = rftfit.__version__ if name == "rftfit" else "not installed"
-    return found
 
 
 def commit() -> str:
