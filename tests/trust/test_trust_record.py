@@ -78,6 +78,22 @@ def test_what_has_not_changed_is_not_read_again(
     assert read == []
 
 
+@pytest.mark.skipif(os.name != "posix", reason="names are text on Windows")
+def test_a_name_that_is_no_text_is_remembered(
+    logs: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As every folder with an accent is where the system's encoding is ASCII."""
+    settled(monkeypatch)
+    name = os.fsdecode(os.fsencode(logs[0]) + b"\xe9")
+    Path(logs[0]).rename(name)
+    first = Seen(memory_of(logs))
+    wanted = first.digests([name])
+    first.save()
+    read = count_reading(monkeypatch)
+    assert Seen(memory_of(logs)).digests([name]) == wanted
+    assert read == []
+
+
 def test_a_change_with_size_and_date_put_back_is_seen(
     logs: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rftfit.errors import InputError, OutputError
-from rftfit.store.files import write_text
+from rftfit.store.files import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -96,7 +96,9 @@ class Seen:
         for path, (state, digest) in sorted(self._known.items()):
             lines.append("\t".join((digest, *map(str, state), path)))
         with contextlib.suppress(OutputError):
-            write_text(self._memory, "\n".join(lines) + "\n")
+            # a path may hold bytes that are no text
+            data = ("\n".join(lines) + "\n").encode("utf-8", "surrogateescape")
+            write_bytes(self._memory, data)
             self._changed = False
 
 
@@ -120,7 +122,7 @@ def _try_sha256(path: str) -> str:
 def _recall(memory: Path) -> dict[str, tuple[State, str]]:
     known: dict[str, tuple[State, str]] = {}
     try:
-        heading, *lines = memory.read_text(encoding="utf-8").split("\n")
+        heading, *lines = os.fsdecode(memory.read_bytes()).split("\n")
         if heading != _HEADING:
             return {}
         for line in lines[:-1]:
