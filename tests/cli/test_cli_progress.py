@@ -136,6 +136,17 @@ def test_a_job_whose_log_cannot_be_made(tmp_path: Path) -> None:
     assert nothing_written(full, tmp_path)
 
 
+def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(tmp_path: Path) -> None:
+    lines = ["rftfit tare: a: other", "rftfit page: page.html: cannot write; run again"]
+    jobs = [*ended(3, "page"), *ended(4, "slopes")]
+    write_log(tmp_path, "page", "")
+    text = failure_text(
+        watch(begun(3, "page"), begun(4, "slopes"), *lines, *jobs), tmp_path, tmp_path, 1
+    )
+    assert "  page:\n    page.html: cannot write; run again" in text
+    assert "  slopes:\n    no message; exit status 2" in text
+
+
 def test_snakemake_itself_cannot_write(tmp_path: Path) -> None:
     refused = watch("OSError: [Errno 28] No space left on device")
     text = failure_text(refused, tmp_path, tmp_path, 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import shutil
 import signal
@@ -25,6 +26,8 @@ STAGE, SNAKEMAKE, RUN, ALL = "a stage", "Snakemake", "`rftfit run`", "all of the
 KINDS = (STAGE, SNAKEMAKE, RUN, ALL)
 STORE = "robot/parts/"
 """Where a sweep keeps finished runs as they come: its tables grow row by row."""
+RECORDS = "records/"
+"""What each stage has made: it grows task by task."""
 
 _LONGEST_S = 1200.0
 
@@ -169,8 +172,15 @@ def look(folder: Folder, whole: dict[str, str], kept: Path) -> Left:
 
 
 def _grows(name: str, there: Path, kept: Path) -> bool:
-    """Whether a table is one of those that grow, and every row of it is one of the whole table."""
-    if not name.startswith(STORE) or not (kept / name).is_file():
+    """Whether a file is one of those that grow, and every part of it is one of the whole file."""
+    if not (kept / name).is_file():
         return False
     text, whole = ((place / name).read_text(encoding="utf-8") for place in (there, kept))
-    return text.endswith("\n") and set(text.splitlines()) <= set(whole.splitlines())
+    if name.startswith(RECORDS):
+        tasks, all_tasks = json.loads(text), json.loads(whole)
+        return all(all_tasks.get(key) == task for key, task in tasks.items())
+    return (
+        name.startswith(STORE)
+        and text.endswith("\n")
+        and set(text.splitlines()) <= set(whole.splitlines())
+    )

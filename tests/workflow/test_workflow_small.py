@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import shutil
 import subprocess
@@ -117,6 +118,21 @@ def test_same_bytes_whatever_the_circumstances(small: Folder, tmp_path: Path) ->
     sheet.write_bytes(("\r\n".join([header, *rows]) + "\r\n").encode())
     other.run_here()
     assert other.digests() == small.digests()
+
+
+def test_an_encoding_without_the_letters_of_the_folder(small: Folder, tmp_path: Path) -> None:
+    other = Folder(tmp_path / "été")
+    for part in ("config", "raw"):
+        shutil.copytree(small.root / part, other.root / part)
+    ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    words = [sys.executable, "-P", "-m", "rftfit.cli.main", "run", "tare"]
+    done = subprocess.run(
+        words, cwd=other.root, env=os.environ | ascii_only, capture_output=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    for name in ("traces/yuma.parquet", "tared/poppy_LP.parquet"):
+        ours, wanted = (folder.root / "results" / name for folder in (other, small))
+        assert ours.read_bytes() == wanted.read_bytes()
 
 
 def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:

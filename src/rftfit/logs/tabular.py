@@ -201,7 +201,7 @@ def _batches(path: Path) -> Iterator[Log]:
 
     if not path.is_file():
         raise LogError("missing", f"{path}: log missing")
-    with pq.ParquetFile(path) as file:
+    with path.open("rb") as opened, pq.ParquetFile(opened) as file:
         chosen = _fields(file.schema_arrow)
         if not chosen:
             raise LogError("header", f"{path}: no column of this table holds numbers")

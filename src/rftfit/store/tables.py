@@ -168,8 +168,9 @@ def read_csv(source: str | Path, kind_of: Callable[[str], str] | None = None) ->
 
 def write_parquet(table: pd.DataFrame, target: str | Path) -> None:
     """Write a table as Parquet."""
-    with atomic_path(target) as path:
-        table.to_parquet(path, index=False, compression="zstd", write_page_checksum=True)
+    # an open file: pyarrow does not know a path with letters that the system's encoding lacks
+    with atomic_path(target) as path, path.open("wb") as file:
+        table.to_parquet(file, index=False, compression="zstd", write_page_checksum=True)
 
 
 def read_parquet(source: str | Path, columns: list[str] | None = None) -> pd.DataFrame:
@@ -180,6 +181,7 @@ def read_parquet(source: str | Path, columns: list[str] | None = None) -> pd.Dat
     import pandas as pd
 
     try:
-        return pd.read_parquet(source, columns=columns, page_checksum_verification=True)
+        with open(source, "rb") as file:  # noqa: PTH123
+            return pd.read_parquet(file, columns=columns, page_checksum_verification=True)
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as Parquet: {error}") from error

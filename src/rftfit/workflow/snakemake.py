@@ -121,12 +121,12 @@ def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
     """
     done = f"{progress.done} of {progress.total}"
     if progress.failed:
-        jobs = _told_apart(list(progress.failed.values()), root)
+        jobs = _told_apart(progress, root)
         number = len(jobs)
         failed = f"{number} job{'s' * (number > 1)} failed"
         parts = [f"the workflow stopped: {failed}; {done} are done, and what is done is kept."]
         for job in jobs:
-            text = "\n".join(f"    {line}" for line in _why(job, root))
+            text = "\n".join(f"    {line}" for line in _why(job, progress, root))
             parts.append(f"  {job.rule}:\n{text}")
     elif status < 0:
         name = signal.Signals(-status).name
@@ -161,17 +161,21 @@ def _logs_not_made(job: Job, root: Path) -> list[str]:
     return [name for name in job.logs if job.status == "1" and not (root / name).exists()]
 
 
-def _told_apart(jobs: list[Job], root: Path) -> list[Job]:
-    """Of jobs that went to a cluster as one, leave those whose own log says that they failed."""
-    silent = [job for job in jobs if job.grouped and not _message(job, root)]
+def _told_apart(progress: Progress, root: Path) -> list[Job]:
+    """Of failed jobs that went to a cluster as one, leave those whose own log says that they failed."""
+    jobs = list(progress.failed.values())
+    silent = [job for job in jobs if job.grouped and not _message(job, progress, root)]
     if silent and len(silent) == len([job for job in jobs if job.grouped]):
         one = Job(f"one of {', '.join(job.rule for job in silent)}", status=silent[0].status)
         return [job for job in jobs if not job.grouped] + [one]
     return [job for job in jobs if job not in silent]
 
 
-def _message(job: Job, root: Path) -> list[str]:
-    """The message of a stage, or the last line of a traceback, in a job's own log."""
+def _message(job: Job, progress: Progress, root: Path) -> list[str]:
+    """The message of a stage, or the last line of a traceback, in a job's own log.
+
+    Where the log could not be written, the stage writes among Snakemake's lines.
+    """
     for name in job.logs:
         with contextlib.suppress(OSError):
             lines = (root / name).read_text(encoding="utf-8", errors="replace").strip().splitlines()
@@ -181,14 +185,15 @@ def _message(job: Job, root: Path) -> list[str]:
             if "Traceback (most recent call last):" in lines:
                 end = "(an error that the program did not expect: its traceback is in the log)"
                 return [lines[-1], end]
-    return []
+    own = [line for line in progress.plain if line.startswith(f"rftfit {job.rule}: ")]
+    return [_STAGE.sub(r"\1", line) for line in own[:1]]
 
 
-def _why(job: Job, root: Path) -> list[str]:
+def _why(job: Job, progress: Progress, root: Path) -> list[str]:
     """What a failed job wrote into its log, or else what is known of its end."""
     if absent := _logs_not_made(job, root):
         return [f"{name}: cannot write: {_CURE}" for name in absent]
-    if message := _message(job, root):
+    if message := _message(job, progress, root):
         return message
     for name in job.logs:
         with contextlib.suppress(OSError):
