@@ -147,6 +147,22 @@ def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(tmp_path:
     assert "  slopes:\n    no message; exit status 2" in text
 
 
+def test_two_jobs_fail_before_either_is_named(tmp_path: Path) -> None:
+    ends = [
+        event(
+            f"Command 'python -P -m rftfit {rule} --config c' returned non-zero exit status {code}.",
+            event="error",
+        )
+        for rule, code in (("page", 3), ("slopes", 5))
+    ]
+    named = [ended(4, "slopes")[1], ended(3, "page")[1]]
+    found = watch(begun(3, "page"), begun(4, "slopes"), *ends, *named)
+    assert {job.rule: job.status for job in found.failed.values()} == {"page": "3", "slopes": "5"}
+    unknown = [ended(number, "x", f"returned non-zero exit status {number}.") for number in (3, 4)]
+    found = watch(unknown[0][0], unknown[1][0], unknown[0][1], unknown[1][1])
+    assert [job.status for job in found.failed.values()] == ["3", "4"]
+
+
 def test_snakemake_itself_cannot_write(tmp_path: Path) -> None:
     refused = watch("OSError: [Errno 28] No space left on device")
     text = failure_text(refused, tmp_path, tmp_path, 1)

@@ -68,7 +68,7 @@ class Progress:
     plain: list[str] = field(default_factory=list)
     nothing_to_do: bool = False
     locked: bool = False
-    _status: str = ""
+    _ends: list[tuple[str, str]] = field(default_factory=list)
 
     def feed(self, line: str) -> Job | None:
         """Take one line of output. Returns the job that it says is finished."""
@@ -98,11 +98,11 @@ class Progress:
                 )
                 told = _SLURM.search(str(event.get("rule_msg")))
                 job.grouped = bool(event.get("indent"))
-                job.status = f"Slurm says {told[1]}" if told else self._status
-                self.failed[number], self._status = job, ""
+                job.status = f"Slurm says {told[1]}" if told else self._status_of(job)
+                self.failed[number] = job
             case "error":
                 if found := _STATUS.search(text):
-                    self._status = found[1] or found[2]
+                    self._ends.append((text, found[1] or found[2]))
                 elif "LockException" in text or "cannot be locked" in text:
                     self.locked = True
                 elif _END not in text:
@@ -111,6 +111,14 @@ class Progress:
                 self.nothing_to_do |= "Nothing to be done" in text
                 self.locked |= "cannot be locked" in text
         return None
+
+    def _status_of(self, job: Job) -> str:
+        """Status that a failed job's command ended with; several may fail before one is named."""
+        own = [end for end in self._ends if f" rftfit {job.rule} " in end[0]] or self._ends
+        if not own:
+            return ""
+        self._ends.remove(own[0])
+        return own[0][1]
 
 
 def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
