@@ -147,7 +147,7 @@ def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(tmp_path:
     assert "  slopes:\n    no message; exit status 2" in text
 
 
-def test_two_jobs_fail_before_either_is_named(tmp_path: Path) -> None:
+def test_two_jobs_fail_before_either_is_named() -> None:
     ends = [
         event(
             f"Command 'python -P -m rftfit {rule} --config c' returned non-zero exit status {code}.",

@@ -117,8 +117,9 @@ class Progress:
         own = [end for end in self._ends if f" rftfit {job.rule} " in end[0]] or self._ends
         if not own:
             return ""
-        self._ends.remove(own[0])
-        return own[0][1]
+        end = own[0]
+        self._ends.remove(end)
+        return end[1]
 
 
 def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
