@@ -60,7 +60,9 @@ def fake(campaign: Path) -> tuple[str, str]:
 def test_whole_run_and_nothing_to_do(
     rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
 ) -> None:
+    began = time.perf_counter()
     said = rftfit("run", *fake, "--cores", "2")
+    whole = time.perf_counter() - began
     assert said.code == 0, said.err
     lines = said.out.splitlines()
     assert [line[6:] for line in lines[:4]] == ["ingest", "ingest", "ledger", "all"]
@@ -79,7 +81,7 @@ def test_whole_run_and_nothing_to_do(
     seconds = time.perf_counter() - began
     assert said.code == 0
     assert said.out.startswith("Nothing to do: all results are up to date.\nTo look at:\n")
-    assert seconds < 3
+    assert seconds < whole
 
 
 def test_dry_run_targets_and_words_for_snakemake(
