@@ -85,3 +85,12 @@ def test_gaps() -> None:
     np.testing.assert_array_equal(found, [[0.01, 0.5], [0.61, 2]])
     assert gaps(np.array([0, 0.01]), 0.1).shape == (0, 2)
     assert gaps(np.array([0.0]), 0.1).shape == (0, 2)
+
+
+def test_a_slow_log_is_no_row_of_gaps() -> None:
+    """Steps of 0.1 s are partly longer than 0.1 in floating point; those of a 5 Hz log all are."""
+    ten, five = 7.3 + 0.1 * np.arange(200), 0.2 * np.arange(100)
+    assert (np.diff(ten) > 0.1).any()
+    assert gaps(ten, 0.1).shape == gaps(five, 0.1).shape == (0, 2)
+    lost = gaps(np.delete(five, 50), 0.1)
+    np.testing.assert_array_equal(lost, [[five[49], five[51]]])

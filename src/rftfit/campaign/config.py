@@ -55,7 +55,9 @@ class Clock(Model):
     max_residual_s: Positive = key(
         0.05, "a run whose edges agree no better than this is refused, s"
     )
-    max_gap_s: Positive = key(0.1, "a longer step between samples is a gap, s")
+    max_gap_s: Positive = key(
+        0.1, "a step between samples longer than this, and than 1.5 usual steps, is a gap, s"
+    )
     max_se_s: Positive = key(
         0.1, "a run whose estimated offset has a larger standard error is refused, s"
     )

@@ -173,9 +173,19 @@ def clean(log: Log) -> Log:
     return log.take(forward, BACKWARDS)
 
 
+_USUAL_STEPS = 1.5
+"""A step longer than so many usual ones has lost a reading."""
+
+
 def gaps(time: FloatArray, longest_s: float) -> FloatArray:
-    """Start and end of every step of an increasing time that is longer than `longest_s`: (k, 2), s."""
-    late = np.flatnonzero(np.diff(time) > longest_s)
+    """Start and end of every step of an increasing time that is too long: (k, 2), s.
+
+    That is longer than `longest_s` and than the steps of this log: a log of ten readings a second
+    has no gap because 0.1 s is not exactly 0.1 s.
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps)) if steps.size else 0.0
+    late = np.flatnonzero(steps > max(longest_s, _USUAL_STEPS * usual))
     return np.stack([time[late], time[late + 1]], axis=1)
 
 
