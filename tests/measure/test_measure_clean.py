@@ -89,7 +89,7 @@ def test_gaps() -> None:
 
 def test_a_slow_log_is_no_row_of_gaps() -> None:
     """Steps of 0.1 s are partly longer than 0.1 in floating point; those of a 5 Hz log all are."""
-    ten, five = 7.3 + 0.1 * np.arange(200), 0.2 * np.arange(100)
+    ten, five = np.linspace(7.3, 27.2, 200), np.linspace(0, 19.8, 100)
     assert (np.diff(ten) > 0.1).any()
     assert gaps(ten, 0.1).shape == gaps(five, 0.1).shape == (0, 2)
     lost = gaps(np.delete(five, 50), 0.1)
