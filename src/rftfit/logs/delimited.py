@@ -33,8 +33,8 @@ DELIMITER_WORDS = {"\t": "tab", " ": "blank", "|": "bar"}
 
 _DELIMITERS = {word: character for character, word in DELIMITER_WORDS.items()}
 _NUMBERS = {
-    ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?"),
+    ".": re.compile(r"[+-]?(\d{1,3}(,\d{3})+\.\d*|\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"),
+    ",": re.compile(r"[+-]?(\d{1,3}(\.\d{3})+,\d*|\d+,?\d*|,\d+)([eE][+-]?\d+)?"),
 }
 _BRACKETED = re.compile(r"\s*[\[(][^\[\]()]*[\])]\s*")
 _HEAD_LINES = 200

@@ -38,6 +38,7 @@ class InstronReader(TextReader):
             raise ValueError("no row of units in brackets, like (s);(mm);(kN), below one of names")
         place, delimiter = found
         data = "\n".join(line.text for line in lines[place + 2 :])
+        data = re.sub(r"\.(?=\d{3}[.,])", "", data)  # 1.442,21 has a decimal comma
         comma = delimiter != "," and re.search(r"\d,\d", data) and not re.search(r"\d\.\d", data)
         text = {
             "delimiter": DELIMITER_WORDS.get(delimiter, delimiter),

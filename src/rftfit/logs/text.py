@@ -273,6 +273,9 @@ def _parse(layout: Layout, body: bytes) -> list[Rows]:
         fast = _fast(layout, body)
         if fast is not None:
             return [fast]
+        plain = _without_thousands(layout, body)
+        if plain != body:
+            return _parse(layout, plain)
     if count_lines(body) > _LINES_BY_HAND:
         middle = len(body) // 2
         # never between \r and \n
@@ -280,6 +283,28 @@ def _parse(layout: Layout, body: bytes) -> list[Rows]:
         if 0 < place < len(body) and body[place : place + 1] != b"\n":
             return [*_parse(layout, body[:place]), *_parse(layout, body[place:])]
     return [_by_hand(layout, body)]
+
+
+def _without_thousands(layout: Layout, body: bytes) -> bytes:
+    """Take the separators out of numbers such as 1,442.21, which have both marks: no doubt is left."""
+    group, point = (b",", b".") if layout.decimal == "." else (b".", b",")
+    if group not in body or point not in body:
+        return body
+    return _grouped(group, point, layout.delimiter.encode()).sub(
+        lambda number: number[0].replace(group, b""), body
+    )
+
+
+@lru_cache
+def _grouped(group: bytes, point: bytes, delimiter: bytes) -> re.Pattern[bytes]:
+    number = rb"[+-]?\d{1,3}(?:%b\d{3})+%b\d*(?:[eE][+-]?\d+)?" % (
+        re.escape(group),
+        re.escape(point),
+    )
+    if group == delimiter:  # such a number stands in quotes
+        return re.compile(rb'(?<=")%b(?=")' % number)
+    end = rb'[^"\s%b]' % re.escape(delimiter)
+    return re.compile(rb"(?<!%b)%b(?!%b)" % (end, number, end))
 
 
 def _together(parts: list[Rows]) -> Rows:

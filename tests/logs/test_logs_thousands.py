@@ -1,0 +1,54 @@
+"""Separators of thousands: a number with both marks is read, one with a single mark is not guessed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import rftfit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FORCES = (0.5, 999.86, 1442.21, -1234567.89, 12.0)
+AMERICAN = ("0.50", "999.86", '"1,442.21"', '"-1,234,567.89"', "12.00")
+GERMAN = ("0,50", "999,86", "1.442,21", "-1.234.567,89", "12,00")
+SEMICOLON = {"delimiter": ";", "decimal": ","}
+
+
+def write(path: Path, head: str, forces: tuple[str, ...], times: str) -> Path:
+    delimiter = ";" if ";" in head else "\t" if "\t" in head else ","
+    rows = [f"{time}{delimiter}{force}" for time, force in zip(times.split(), forces, strict=True)]
+    path.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("head", "forces", "times", "text"),
+    [
+        ("time (s),Fz (N)", AMERICAN, "0.0 0.1 0.2 0.3 0.4", None),
+        ("time (s),Fz (N)", AMERICAN, "0.0 0.1 0.2 0.3 0.4", {"delimiter": ","}),
+        ("time (s);Fz (N)", GERMAN, "0,0 0,1 0,2 0,3 0,4", None),
+        ("time (s);Fz (N)", GERMAN, "0,0 0,1 0,2 0,3 0,4", SEMICOLON),
+        ("Time\tForce\n(s)\t(N)", tuple(f.strip('"') for f in AMERICAN), "0.0 0.1 0.2 0.3 0.4", None),
+        ("Zeit;Kraft\n(s);(N)", GERMAN[2:] + GERMAN[:2], "0,0 0,1 0,2 0,3 0,4", None),
+    ],
+)  # fmt: skip
+def test_numbers_with_both_marks(
+    tmp_path: Path, head: str, forces: tuple[str, ...], times: str, text: dict[str, Any] | None
+) -> None:
+    log = rftfit.read_log(write(tmp_path / "log.csv", head, forces, times), text=text)
+    found = list(log.columns.values())[1]
+    assert log.dropped == {}
+    np.testing.assert_array_equal(np.sort(found), np.sort(FORCES))
+
+
+def test_a_single_mark_is_not_guessed(tmp_path: Path) -> None:
+    """1,442 may be a thousand or a fraction: the row is left out and counted."""
+    forces = ("0.5", '"1,442"', "2.5", '"1,44.2"', '"12,4421.5"', "3.5", "4.5")
+    path = write(tmp_path / "log.csv", "time (s),Fz (N)", forces, "0.0 0.1 0.2 0.3 0.4 0.5 0.6")
+    log = rftfit.read_log(path, text={"delimiter": ","})
+    np.testing.assert_array_equal(log.columns["Fz"], [0.5, 2.5, 3.5, 4.5])
+    assert sum(log.dropped.values()) == 3
