@@ -119,6 +119,8 @@ def test_reasons_of_rows() -> None:
         "ELSEWHERE": "before or after the stroke",
         "ABOVE": "outside the window: plate not wholly submerged",
         "BOTTOM": "outside the window: too near the bottom",
+        "TOO_DEEP": "outside the window: deeper than fit.max_depth_cm of the config",
+        "TOO_SHALLOW": "outside the window: above fit.submergence_cm of the config",
         "WALL": "outside the window: too near a wall",
         "STARTUP": "outside the window: start of the stroke, force still building up",
         "NONLINEAR": "outside the window: beyond the linear regime",

@@ -55,7 +55,7 @@ def test_above_counts_before_wall_and_bottom() -> None:
 def test_overrides() -> None:
     fit = Fit(submergence_cm=2.0, max_depth_cm=5.0)
     assert whys([1.9, 2.1, 4.9, 5.1], [0] * 4, 90, fit) == [
-        RowStatus.ABOVE, RowStatus.GOOD, RowStatus.GOOD, RowStatus.BOTTOM,
+        RowStatus.TOO_SHALLOW, RowStatus.GOOD, RowStatus.GOOD, RowStatus.TOO_DEEP,
     ]  # fmt: skip
     near = Fit(wall_clearance_cm=2.0)
     assert whys([12.67, 12.69], [0, 0], 0, near) == [RowStatus.GOOD, RowStatus.BOTTOM]
@@ -79,13 +79,22 @@ def test_horizontal() -> None:
 
 
 def test_linear_regime_of_a_sand() -> None:
-    found = linear_window(np.array([-0.01, 0, 2.0, 2.01]), 2.0)
+    found = linear_window(np.array([-0.01, 0, 2.0, 2.01]), 2.0, Fit())
     assert [RowStatus(code) for code in found] == [
         RowStatus.ABOVE,
         RowStatus.GOOD,
         RowStatus.GOOD,
         RowStatus.NONLINEAR,
     ]
+
+
+def test_a_sand_keeps_to_the_stated_window() -> None:
+    depth = np.array([0.4, 0.6, 1.4, 1.6, 2.1])
+    found = linear_window(depth, 2.0, Fit(submergence_cm=0.5, max_depth_cm=1.5))
+    assert [RowStatus(code) for code in found] == [
+        RowStatus.TOO_SHALLOW, RowStatus.GOOD, RowStatus.GOOD, RowStatus.TOO_DEEP,
+        RowStatus.TOO_DEEP,
+    ]  # fmt: skip
 
 
 def test_every_reason_has_its_text() -> None:

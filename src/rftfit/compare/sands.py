@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.measure.fits import linear_window
+from rftfit.measure.ledger import RowStatus
 from rftfit.measure.slopes import (
     Spread,
     fit_slope,
@@ -112,7 +114,8 @@ def _windows(
     rows = []
     for window, end in ends.items():
         row: dict[str, object] = {"medium": run.medium, "run_id": run.run_id, "window": window}
-        part = np.isfinite(stress) & (depth > 0) & (depth <= end)
+        inside = linear_window(depth, end, campaign.config.fit) == RowStatus.GOOD
+        part = np.isfinite(stress) & (depth > 0) & (depth <= end) & inside
         row |= {"linear_to_cm": end} | _slope(campaign, depth[part], stress[part], zero, chi)
         if not run.tare_run:
             row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))

@@ -59,16 +59,25 @@ def slanted_window(
     `beta`: rad.
     """
     half_x, half_z = half_extent(plate, beta)
-    shallowest = half_z if fit.submergence_cm is None else fit.submergence_cm
-    deepest = container.depth_cm - fit.wall_clearance_cm - half_z
-    if fit.max_depth_cm is not None:
-        deepest = fit.max_depth_cm
     widest = container.length_cm / 2 - fit.wall_clearance_cm - half_x
     # the outermost reason is tested last, so that it wins
     reason = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
     reason[np.abs(x) > widest] = RowStatus.WALL
-    reason[depth > deepest] = RowStatus.BOTTOM
-    reason[depth < shallowest] = RowStatus.ABOVE
+    if fit.max_depth_cm is None:
+        reason[depth > container.depth_cm - fit.wall_clearance_cm - half_z] = RowStatus.BOTTOM
+    if fit.submergence_cm is None:
+        reason[depth < half_z] = RowStatus.ABOVE
+    return _within_stated(reason, depth, fit)
+
+
+def _within_stated(
+    reason: npt.NDArray[np.int8], depth: FloatArray, fit: Fit
+) -> npt.NDArray[np.int8]:
+    """Leave out the depths that the config says are outside of the window, of any medium."""
+    if fit.max_depth_cm is not None:
+        reason[depth > fit.max_depth_cm] = RowStatus.TOO_DEEP
+    if fit.submergence_cm is not None:
+        reason[depth < fit.submergence_cm] = RowStatus.TOO_SHALLOW
     return reason
 
 
@@ -86,12 +95,12 @@ def horizontal_window(
     return reason
 
 
-def linear_window(depth: FloatArray, linear_to_cm: float) -> npt.NDArray[np.int8]:
+def linear_window(depth: FloatArray, linear_to_cm: float, fit: Fit) -> npt.NDArray[np.int8]:
     """`RowStatus` of each sample of a natural sand's penetration test: good in the linear regime."""
     reason = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
     reason[depth > linear_to_cm] = RowStatus.NONLINEAR
     reason[depth < 0] = RowStatus.ABOVE
-    return reason
+    return _within_stated(reason, depth, fit)
 
 
 @dataclass(frozen=True)
@@ -193,7 +202,7 @@ def _window(run: Run, stroke: Stroke, plate: AnyPlate, config: Config) -> np.nda
     beta = math.radians(run.beta_deg)
     medium = config.media[run.medium]
     if medium.role == "natural_sand":
-        return linear_window(stroke.depth, medium.linear_to_cm or math.inf)
+        return linear_window(stroke.depth, medium.linear_to_cm or math.inf, config.fit)
     if run.direction == "horizontal":
         return horizontal_window(stroke.path, stroke.x, plate, beta, config.container, config.fit)
     why = slanted_window(stroke.depth, stroke.x, plate, beta, config.container, config.fit)
