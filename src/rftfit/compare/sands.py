@@ -115,6 +115,7 @@ def _windows(
     for window, end in ends.items():
         row: dict[str, object] = {"medium": run.medium, "run_id": run.run_id, "window": window}
         inside = linear_window(depth, end, campaign.config.fit) == RowStatus.GOOD
+        # without an end, which is NaN then, there is no window
         part = np.isfinite(stress) & (depth > 0) & (depth <= end) & inside
         row |= {"linear_to_cm": end} | _slope(campaign, depth[part], stress[part], zero, chi)
         if not run.tare_run:

@@ -82,7 +82,7 @@ def legs(results: Results, medium: str) -> Figure:
     entries = {"measured": style.line(leg_panels.MEASURED, **dots)}
     for profile in PROFILES:
         colour, line, _ = PROFILE_LOOKS[profile]
-        entries[f"predicted, {PROFILE_TITLES[profile]}"] = style.line(colour, linestyle=line)
+        entries[f"predicted by {PROFILE_TITLES[profile]}"] = style.line(colour, linestyle=line)
     entries[f"{style.level(results)} interval of a prediction"] = style.patch(
         facecolor="#888888", alpha=0.4
     )
@@ -208,7 +208,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str) -> Figure:
         dots = {"marker": "o", "markersize": 2, "linestyle": ""}
         entries[f"{word}, measured"] = style.line(style.PALE_COLOURS[c], **dots)
         line = style.line(style.COMPONENT_COLOURS[c], linestyle=_LINES[c])
-        entries[f"{word}, predicted ({PROFILE_TITLES[profile]})"] = line
+        entries[f"{word}, predicted by {PROFILE_TITLES[profile]}"] = line
     entries[f"{style.level(results)} interval of a prediction"] = style.patch(
         facecolor="#888888", alpha=0.4
     )

@@ -47,9 +47,9 @@ class RowStatus(IntEnum):
     WALL = 10, "outside the window: too near a wall"
     STARTUP = 11, "outside the window: start of the stroke, force still building up"
     NONLINEAR = 12, "outside the window: beyond the linear regime"
+    YIELDED = 13, "force beyond that of the push against something rigid: depth not known"
     TOO_DEEP = 14, "outside the window: deeper than fit.max_depth_cm of the config"
     TOO_SHALLOW = 15, "outside the window: above fit.submergence_cm of the config"
-    YIELDED = 13, "force beyond that of the push against something rigid: depth not known"
 
 
 USED, DROPPED, LOST = "used", "dropped", "lost"
