@@ -18,6 +18,7 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 import numpy as np
 
 from rftfit import reference
+from rftfit.measure.alpha import both, directions
 from rftfit.model.fourier import as_array, fit_lsq
 from rftfit.model.motion import THETA_DEG, sweep, sweep_draws
 from rftfit.model.outlines import model_leg
@@ -77,8 +78,8 @@ def all_draws(stacks: list[TableProfile]) -> None:
 
 def main() -> None:
     table = TableProfile.published("poppy_LP")
-    beta, gamma = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
-    nine = FourierProfile(as_array(fit_lsq(beta, gamma, *reference.alpha_grid("poppy_LP"))))
+    cells = reference.load("table_s5").query("medium == 'poppy_LP'")
+    nine = FourierProfile(as_array(fit_lsq(*directions(cells), *both(cells))))
     profiles: dict[str, Profile] = {
         "nine terms": nine, "table": table, "depth-only": DepthOnlyProfile.of(table),
     }  # fmt: skip

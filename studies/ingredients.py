@@ -95,7 +95,7 @@ def ingredients(medium: str) -> dict[str, Profile]:
 
 
 def _fit(alpha: tuple[FloatArray, FloatArray], keep: Mask | None = None) -> FloatArray:
-    return fit_lsq(np.radians(BETA_DEG), np.radians(GAMMA_DEG), *alpha, keep)
+    return fit_lsq(_BETA.ravel(), _GAMMA.ravel(), alpha[0].ravel(), alpha[1].ravel(), keep)
 
 
 def compared(

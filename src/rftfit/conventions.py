@@ -72,12 +72,15 @@ def mirror(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, Float
 
 
 def file_extraction(beta_deg: float, path_gamma_deg: float) -> tuple[float, float, float]:
-    """Cell of the alpha table to which a pull back along a path belongs.
+    """Cell of the alpha table to which a motion upward belongs.
 
     `beta_deg`: Angle at which the plate was held. `path_gamma_deg`: Angle of the path on the way
-    down, in [0, 90]. Returns `beta_deg`, `gamma_deg`: (-beta, -gamma): the mirror image of the
+    down, in [0, 90], that the plate is pulled back along; or, if negative, the intrusion angle of
+    the motion itself, which is then a cell as it is. Returns `beta_deg`, `gamma_deg`: (-beta, -gamma): the mirror image of the
     physical (beta, gamma - 180 deg). Returns `sign_x`: -1: the factor that turns the measured
     alpha_x into that of the cell.
     """
+    if path_gamma_deg < 0:
+        return beta_deg, path_gamma_deg, 1.0
     # + 0.0 so that no cell is called -0
     return -beta_deg + 0.0, -path_gamma_deg + 0.0, -1.0

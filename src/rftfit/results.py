@@ -13,7 +13,7 @@ import numpy as np
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-from rftfit.measure.alpha import ANGLE_TOLERANCE_DEG, QUANTITIES, column
+from rftfit.measure.alpha import QUANTITIES, cell_at, column
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import KINDS, DepthOnlyProfile, FourierProfile, Profile, scaled_generic
@@ -27,7 +27,6 @@ from rftfit.model.scaling import (
     scale,
 )
 from rftfit.outputs.dictionary import column_of, describe
-from rftfit.reference import BETA_DEG, GAMMA_DEG
 from rftfit.store import read_csv, read_parquet
 
 if TYPE_CHECKING:
@@ -198,7 +197,7 @@ class Results(Tables):
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
     def alpha_table(self, medium: str) -> pd.DataFrame:
-        """Alpha of one medium on the published grid, each of its 7 x 13 cells once.
+        """Alpha of one medium, each of its directions once.
 
         Parameters
         ----------
@@ -221,13 +220,15 @@ class Results(Tables):
         if not kinds <= {"float64", "int64"} or np.isinf(numbers).any(axis=None):
             why = "a column of numbers holds something else"
         else:
-            wanted = np.stack(np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij"), axis=-1)
-            found = table[["beta_deg", "gamma_deg"]].to_numpy(float)
-            if len(found) == wanted[..., 0].size and np.allclose(
-                found, wanted.reshape(-1, 2), rtol=0, atol=ANGLE_TOLERANCE_DEG
-            ):
+            angles = table[["beta_deg", "gamma_deg"]]
+            whole = (angles.notna() & (angles.abs() <= 90)).all(axis=None)
+            planned = len(self.config.grid_of(medium).planned)
+            if not whole or angles.duplicated().any():
+                why = "angles that are missing, outside of -90 to 90 degrees, or there twice"
+            elif planned and len(table) != planned:
+                why = f"{len(table)} rows, but {planned} directions are planned in the config"
+            else:
                 return table
-            why = f"not the 7 x 13 angles of an alpha table, each once, but {len(table)} rows"
         raise InputError(f"{self.path(name)}: {why}; make the table again with `rftfit run`")
 
     def fits(self, method: str | None = None) -> dict[str, MediumFit]:
@@ -397,7 +398,9 @@ class Medium:
             If the test gives no number.
         """
         table = self.alpha
-        cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
+        cell = cell_at(table, 0, 90)
+        if cell is None:
+            raise InputError(f"{self.name}: no run at (0, 90) deg, a level plate straight down")
         alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
         try:
             reference = self.results.reference(method)

@@ -213,9 +213,16 @@ def test_a_blank_cell_that_is_needed(room: Room, column: str) -> None:
         (
             "p1",
             "gamma_deg",
-            "-45",
+            "-91",
             "sheet.out-of-range",
-            ["0 to 90 degrees", "way down, also for an extraction"],
+            ["-90 to 90 degrees", "way down, also for an extraction"],
+        ),
+        (
+            "p1",
+            "gamma_deg",
+            "-45",
+            "sheet.gamma-up",
+            ["above 0 for an intrusion", "a negative gamma is an extraction"],
         ),
         ("p1", "gamma_deg", "91", "sheet.out-of-range", []),
         ("h1", "depth_cm", "0", "sheet.out-of-range", ["a number above 0 cm"]),

@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from light_campaign import LABORATORY, SAND, SE, make_campaign, one_cell
+from paper_grid import BETA, flat
+from paper_grid import GAMMA_OF_FILE as GAMMA
 
 from rftfit import reference
+from rftfit.measure.alpha import directions
 from rftfit.model.draws import alpha_draws, interval
 from rftfit.model.fourier import TERMS, as_array, fit_lsq, kept_terms
 from rftfit.model.motion import THETA_DEG, path_poses, sweep, sweep_draws
@@ -29,7 +32,6 @@ if TYPE_CHECKING:
 
     from .conftest import Said
 
-BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 MEASURED = ("poppy_LP", "poppy_CP", "glass3mm_CP")
 
@@ -64,7 +66,7 @@ def results(here: Path) -> Path:
 
 
 def own_fit(medium: str) -> tuple[np.ndarray, np.ndarray]:
-    alpha = reference.alpha_grid(medium)
+    alpha = flat(reference.alpha_grid(medium))
     keep = kept_terms(fit_lsq(BETA, GAMMA, *alpha), 0.05)
     return fit_lsq(BETA, GAMMA, *alpha, keep), keep
 
@@ -185,7 +187,9 @@ def test_intervals_are_those_of_the_draws(
     table = read_csv(results / "alpha" / "poppy_LP.csv")
     found = read_forces(here / "forces.csv")
     check(found, sweep(TableProfile.from_table(table), model_leg("c_leg")))
-    many = sweep_draws(TableProfile(*alpha_draws(table, 2000, 2013, 0.95)), model_leg("c_leg"))
+    many = sweep_draws(
+        TableProfile(*alpha_draws(table, 2000, 2013, 0.95), *directions(table)), model_leg("c_leg")
+    )
     for name in ("force_z", "force_x"):
         lo, hi = interval(getattr(many, f"{name}_N"), 0.95)
         np.testing.assert_allclose(found[f"{name}_lo_N"], lo, atol=1e-7)
@@ -381,9 +385,9 @@ def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
     table = results / "alpha" / "poppy_LP.csv"
     rows = table.read_text().splitlines(keepends=True)
     table.write_text("".join(rows[:50]))
-    assert "not the 7 x 13 angles of an alpha table" in why(*POPPY)
+    assert "49 rows, but 91 directions are planned" in why(*POPPY)
     table.write_text("".join([*rows[:-1], rows[-2]]))
-    assert "not the 7 x 13 angles of an alpha table" in why(*POPPY)
+    assert "angles that are missing, outside of -90 to 90 degrees, or there" in why(*POPPY)
     table.write_text("".join([*rows[:-1], rows[-1].replace(",0.", ",x.", 1)]))
     assert "poppy_LP.csv: a column of numbers holds something else" in why(*POPPY)
     table.write_text("a,b\n1,2\n")

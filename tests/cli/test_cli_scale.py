@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from light_campaign import LABORATORY, SAND, make_campaign, one_cell
+from paper_grid import BETA, flat
+from paper_grid import GAMMA_OF_FILE as GAMMA
 
 from rftfit import reference
 from rftfit.model.fourier import TERMS, evaluate, fit_dft_index, fit_lsq, kept_terms
@@ -236,10 +238,9 @@ def test_results_of_a_campaign(rftfit: Callable[..., Said], results: Path, metho
 def transform(
     method: str, alpha: tuple[np.ndarray, np.ndarray], keep: np.ndarray | None
 ) -> np.ndarray:
-    beta, gamma = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
     if method == "lsq":
-        return fit_lsq(beta, gamma, *alpha, keep)
-    values = fit_dft_index(gamma, *alpha)
+        return fit_lsq(BETA, GAMMA, *flat(alpha), keep)
+    values = fit_dft_index(BETA, GAMMA, *flat(alpha))
     return values if keep is None else np.where(keep, values, 0)
 
 
@@ -255,8 +256,8 @@ def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
     first = whole.splitlines()[1]
     table.write_text(whole.replace(first, first.replace("-90,", "x,", 1)))
     assert "poppy_LP.csv" in why()
-    table.write_text(whole.replace(first + "\n", ""))
-    assert "poppy_LP.csv: not the 7 x 13 angles of an alpha table" in why()
+    table.write_text(whole.replace(first, f"{first}\n{first}"))
+    assert "poppy_LP.csv: angles that are missing, outside of -90 to 90 degrees, or there" in why()
     table.write_text("medium\na\n")
     assert "poppy_LP.csv: no column beta_deg" in why()
     table.write_bytes(b"\xff\xfe\x00")

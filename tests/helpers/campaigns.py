@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 PROJECT = Path(__file__).resolve().parents[2]
 
 FEW = tuple((beta, gamma) for beta in (-30.0, 0.0, 30.0, 90.0) for gamma in (90.0, -90, 45, -45, 0))
-"""Directions (beta, gamma) in degrees that tell the nine terms apart: 20 of the paper's 78."""
+"""Cells (beta, gamma) in degrees that tell the nine terms apart: 20 of the paper's 78."""
 
 
 @dataclass(frozen=True)

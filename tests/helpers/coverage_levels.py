@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 from ensembles import AREA_CM2, RUN_TO_RUN, one_log
+from paper_grid import BETA, GAMMA, flat, grid
 
 from rftfit.compare.legs import bed_spread, leg_errors, leg_prediction
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import column
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
 from rftfit.model.motion import THETA_DEG, sweep
@@ -24,7 +25,7 @@ from rftfit.model.scaling import (
     generic_interval,
     vertical_penetration,
 )
-from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, alpha_grid
+from rftfit.reference import LEGS, alpha_grid
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
     BEST_DRAWS,
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
     FloatArray = np.ndarray
     Inside = dict[str, FloatArray]
 
-BETA, GAMMA = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
 SAMPLES_PER_DEG = 9
 TRUE_RATIO = 1.12
 """Measured over predicted force of the simulated legs: the model is wrong by as much."""
@@ -73,10 +73,10 @@ def alpha_inside(table: pd.DataFrame) -> Inside:
 
 def true_fit(fit: MediumFit) -> FloatArray:
     """Coefficients of the true table by the same method, with the same terms."""
-    alpha = alpha_grid(fit.medium)
+    alpha = flat(alpha_grid(fit.medium))
     if fit.method == "lsq":
         return fit_lsq(BETA, GAMMA, *alpha, fit.keep)
-    return np.where(fit.keep, fit_dft_index(GAMMA, *alpha), 0.0)
+    return np.where(fit.keep, fit_dft_index(BETA, GAMMA, *alpha), 0.0)
 
 
 def medium_inside(fit: MediumFit) -> Inside:

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 import yaml
 from campaigns import PROJECT
+from paper_grid import PAPER
 from scipy.signal import lfilter
 
 from rftfit.campaign.config import Config
@@ -187,7 +188,7 @@ class Ensemble:
                 for name, values in numbers.items()
             }
             own |= {f"alpha_{c}_dof": self.dof[there, i, j] for i, c in enumerate("zx")}
-            yield alpha_table(fixed.assign(**own), self.medium, 0.95, 3, stated)
+            yield alpha_table(fixed.assign(**own), self.medium, 0.95, 3, stated, PAPER)
 
 
 def simulate(medium: str, campaigns: int, seed: int) -> Ensemble:

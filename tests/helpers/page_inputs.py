@@ -19,7 +19,7 @@ from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.compare.legs import leg_errors
 from rftfit.compare.robot import optima
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import both, column, directions
 from rftfit.model.fourier import TERMS, fit_lsq
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline
@@ -248,8 +248,7 @@ FRAMES: dict[str, Any] = {
 
 
 def _fit(table: pd.DataFrame) -> FloatArray:
-    beta, gamma = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
-    return fit_lsq(beta, gamma, grid(table, column("z")), grid(table, column("x")))
+    return fit_lsq(*directions(table), *both(table))
 
 
 def _one_test(medium: str) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""From fits of runs to the 7 x 13 grid, by hand."""
+"""From fits of runs to the cells of a medium, by hand."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from paper_grid import PAPER, grid
 
-from rftfit.measure.alpha import alpha_table, column, grid
+from rftfit.measure.alpha import alpha_table, column
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
@@ -30,7 +31,7 @@ def run(
 
 def table(*runs: dict[str, object], depths: int = 3) -> pd.DataFrame:
     columns = list(run("a", 0, 0, 0))
-    return alpha_table(pd.DataFrame(list(runs), columns=columns), "m", 0.95, depths)
+    return alpha_table(pd.DataFrame(list(runs), columns=columns), "m", 0.95, depths, None, PAPER)
 
 
 def cell(found: pd.DataFrame, beta: float, gamma: float) -> pd.Series:
@@ -266,4 +267,4 @@ def test_what_several_runs_have_to_tell_is_told_in_turn() -> None:
 
 
 def test_plates_held_otherwise_are_no_repeats() -> None:
-    assert set(table(*pairs((30.0, 30.4), GAMMAS))["spread"]) == {"one bed as prepared"}
+    assert set(table(*pairs((30.0, 31.0), GAMMAS))["spread"]) == {"one bed as prepared"}

@@ -34,8 +34,8 @@ RANDOM = np.random.default_rng(7)
 UNEVEN = TableProfile(
     RANDOM.normal(size=(5, 7)),
     RANDOM.normal(size=(5, 7)),
-    np.radians([-90.0, -7.0, 0.0, 7.0, 90.0]),
-    np.radians([-90.0, -80.0, -79.0, 0.0, 79.0, 80.0, 90.0]),
+    np.radians([-90.0, -67.0, 0.0, 67.0, 90.0])[:, None],
+    np.radians([-90.0, -69.0, -67.0, 0.0, 67.0, 69.0, 90.0]),
     name="uneven",
 )
 PROFILES: list[Profile] = [

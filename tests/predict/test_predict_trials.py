@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from paper_grid import BETA, GAMMA, flat
 
 from rftfit import reference
 from rftfit.model.fourier import as_array, fit_lsq
@@ -18,7 +19,6 @@ from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 if TYPE_CHECKING:
     from rftfit.model.profiles import Profile
 
-BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 GENERIC = as_array(reference.coefficients("generic"))
 
 
@@ -27,7 +27,7 @@ def table(medium: str = "poppy_LP") -> TableProfile:
 
 
 def nine_terms(medium: str) -> FourierProfile:
-    return FourierProfile(fit_lsq(BETA, GAMMA, *reference.alpha_grid(medium)))
+    return FourierProfile(fit_lsq(BETA, GAMMA, *flat(reference.alpha_grid(medium))))
 
 
 def profiles(medium: str) -> dict[str, Profile]:

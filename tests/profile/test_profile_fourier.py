@@ -13,7 +13,13 @@ from rftfit.model import fourier, symmetry
 from rftfit.model.fourier import harmonics, select_bic
 from rftfit.model.scaling import generic, vertical_penetration
 
-BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
+BETA, GAMMA = (
+    angle.ravel()
+    for angle in np.meshgrid(
+        np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG), indexing="ij"
+    )
+)
+"""Every cell of the paper's table, by beta, then gamma."""
 RANDOM = np.random.default_rng(2013)
 M = RANDOM.normal(0, 0.1, (20, 9))
 TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA}
@@ -32,8 +38,12 @@ def plain(m: dict[str, float], beta_deg: float, gamma_deg: float) -> tuple[float
     return alpha_z + m["Bm1"] * minus_sin, alpha_x
 
 
-def grids(medium: str) -> tuple[np.ndarray, np.ndarray]:
-    return reference.alpha_grid(medium)
+VERTICAL = 3 * 13 + 12
+
+
+def cells(medium: str) -> tuple[np.ndarray, np.ndarray]:
+    alpha_z, alpha_x = reference.alpha_grid(medium)
+    return alpha_z.ravel(), alpha_x.ravel()
 
 
 @pytest.mark.parametrize(
@@ -121,81 +131,97 @@ def test_every_harmonic_offered_to_the_criterion_obeys_the_symmetry() -> None:
                 np.testing.assert_allclose(term.values(beta, gamma), terms[term.name], atol=1e-12)
 
 
-def test_extension_agrees_with_the_mirror_cell_by_cell() -> None:
+def test_completion_agrees_with_the_mirror_cell_by_cell() -> None:
+    """Each direction of the torus once, as written in the supplement, by dictionaries."""
+    alpha_z, alpha_x = RANDOM.normal(size=(2, 91))
+    told: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    for beta, gamma, z, x in zip(BETA, GAMMA, alpha_z, alpha_x, strict=True):
+        b, g = mirror(beta, gamma)
+        for angles, value in (((beta, gamma), (z, x)), ((b, g), (z, -x))):
+            rows, columns = (round(1000 * math.degrees(angle)) for angle in angles)
+            key = (rows + 90_000) % 180_000 - 90_000, (columns + 180_000) % 360_000 - 180_000
+            told.setdefault(key, []).append(value)
+    whole = symmetry.torus(BETA, GAMMA)
+    assert whole.beta.size == len(told) == 6 * 24
+    for beta, gamma, *found in zip(
+        whole.beta, whole.gamma, *whole.complete(alpha_z, alpha_x), strict=True
+    ):
+        own = told[round(1000 * math.degrees(beta)), round(1000 * math.degrees(gamma))]
+        np.testing.assert_allclose(found, np.mean(own, axis=0), atol=1e-15)
+
+
+@pytest.mark.parametrize("medium", reference.MEDIA)
+def test_completion_of_a_symmetric_table_is_the_model_itself(medium: str) -> None:
+    whole = symmetry.torus(BETA, GAMMA)
+    found = whole.complete(*fourier.evaluate(TABLE_S2[medium], BETA, GAMMA))
+    wanted = fourier.evaluate(TABLE_S2[medium], whole.beta, whole.gamma)
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
+
+
+def test_a_missing_cell_is_told_by_its_image() -> None:
     alpha_z, alpha_x = RANDOM.normal(size=(2, 7, 13))
-    gamma, whole_z, whole_x = symmetry.extend(GAMMA, alpha_z, alpha_x)
-    assert gamma.shape == (25,)
-    np.testing.assert_allclose(np.diff(gamma) > 0, True)
-    np.testing.assert_allclose(gamma, -gamma[::-1], atol=1e-12)
-    for i, beta in enumerate(BETA):
-        for k, angle in enumerate(gamma):
-            if abs(angle) <= np.pi / 2 + 1e-9:
-                j = int(np.argmin(np.abs(GAMMA - angle)))
-                assert (whole_z[i, k], whole_x[i, k]) == (alpha_z[i, j], alpha_x[i, j])
-                continue
-            b, g = mirror(beta, angle)
-            row, col = int(np.argmin(np.abs(BETA - b))), int(np.argmin(np.abs(GAMMA - g)))
-            assert float(GAMMA[col]) == pytest.approx(float(g), abs=1e-9)
-            assert whole_z[i, k] == alpha_z[row, col]
-            assert whole_x[i, k] == -alpha_x[row, col]
-
-
-def test_extension_of_a_symmetric_table_is_the_model_itself() -> None:
-    model = fourier.evaluate(M[0], BETA[:, None], GAMMA[None, :])
-    gamma, whole_z, whole_x = symmetry.extend(GAMMA, *model)
-    expected = fourier.evaluate(M[0], BETA[:, None], gamma[None, :])
-    np.testing.assert_allclose(whole_z, expected[0], atol=1e-12)
-    np.testing.assert_allclose(whole_x, expected[1], atol=1e-12)
-
-
-def test_symmetrise_twice_is_once_and_touches_two_columns() -> None:
-    pair = RANDOM.normal(size=(2, 7, 13))
-    before = pair.copy()
-    once = symmetry.symmetrise(*pair)
-    np.testing.assert_array_equal(pair, before)
-    for one, two, raw in zip(once, symmetry.symmetrise(*once), pair, strict=True):
-        np.testing.assert_allclose(one, two, atol=1e-15)
-        np.testing.assert_array_equal(one[:, 1:-1], raw[:, 1:-1])
-    for column in (0, -1):
-        np.testing.assert_allclose(once[0][:, column], once[0][::-1, column])
-        np.testing.assert_allclose(once[1][:, column], -once[1][::-1, column])
-        np.testing.assert_allclose(
-            once[0][:, column], (pair[0][:, column] + pair[0][::-1, column]) / 2
-        )
-    assert once[1][3, 0] == 0
-
-
-def test_symmetrise_fills_a_missing_cell_from_its_image() -> None:
-    alpha_z, alpha_x = RANDOM.normal(size=(2, 7, 13))
+    given = alpha_z[5, 0], alpha_x[5, 0]
     alpha_z[1, 0], alpha_x[1, 0], alpha_z[2, -1], alpha_z[4, -1] = (np.nan,) * 4
-    found_z, found_x = symmetry.symmetrise(alpha_z, alpha_x)
-    assert found_z[1, 0] == found_z[5, 0] == alpha_z[5, 0]
-    assert found_x[1, 0] == -alpha_x[5, 0]
-    assert np.isnan(found_z[2, -1])
+    whole = symmetry.torus(BETA, GAMMA)
+    z, x = whole.complete(alpha_z.ravel(), alpha_x.ravel())
+
+    def at(beta_deg: float, gamma_deg: float) -> int:
+        off = np.abs(np.degrees(whole.beta) - beta_deg) + np.abs(
+            np.degrees(whole.gamma) - gamma_deg
+        )
+        return int(off.argmin())
+
+    assert (z[at(-60, -90)], x[at(-60, -90)]) == (given[0], -given[1])
+    assert np.isnan(z[at(-30, 90)])
+    assert np.isnan(z[at(30, 90)])
 
 
-@pytest.mark.parametrize("bad", ["beta", "gamma", "half", "reversed"])
-def test_grid_that_cannot_be_mirrored(bad: str) -> None:
-    shapes = {
-        "beta": (BETA[1:], GAMMA), "gamma": (BETA, GAMMA + 0.01),
-        "half": (BETA, GAMMA[6:]), "reversed": (BETA[::-1], GAMMA),
-    }  # fmt: skip
-    name = "beta" if bad in ("beta", "reversed") else "gamma"
-    with pytest.raises(ValueError, match=f"the {name} grid must be symmetric"):
-        symmetry.check_grid(*shapes[bad])
-    if name == "gamma":
-        with pytest.raises(ValueError, match="gamma grid"):
-            symmetry.extend(shapes[bad][1], np.zeros((7, 13)), np.zeros((7, 13)))
+def test_grid_or_scattered() -> None:
+    grid = symmetry.rectangle(BETA, GAMMA)
+    assert grid is not None
+    assert grid.node.shape == (6, 24)
+    assert (grid.node >= 0).all()
+    holed = RANDOM.permutation(91)[:70]
+    grid = symmetry.rectangle(BETA[holed], GAMMA[holed])
+    assert grid is not None
+    assert (grid.node < 0).any()
+    # an arm that is off by a fifth of a degree still measures a grid
+    off = np.radians(RANDOM.uniform(-0.2, 0.2, (2, 91)))
+    grid = symmetry.rectangle(np.clip(BETA + off[0], -np.pi / 2, np.pi / 2), GAMMA + off[1])
+    assert grid is not None
+    assert grid.beta.size == 6
+    assert symmetry.rectangle(*RANDOM.uniform(-1.5, 1.5, (2, 40))) is None
+    flat = BETA == 0
+    assert symmetry.rectangle(BETA[flat], GAMMA[flat]) is None
+
+
+def test_ends_and_wide_gaps_of_a_grid() -> None:
+    """No line at 90 degrees: a mean between its neighbours, unless they are too far apart."""
+    beta, gamma = (
+        a.ravel() for a in np.meshgrid(np.radians([-60, 0, 60]), np.radians([-90, -45, 45, 90]))
+    )
+    grid = symmetry.rectangle(beta, gamma)
+    assert grid is not None
+    values = grid.torus.complete(*fourier.evaluate(GENERIC, beta, gamma))[0]
+    rows, columns, closed = grid.closed(values)
+    np.testing.assert_allclose(np.degrees(rows), [-90, -60, 0, 60, 90])
+    np.testing.assert_allclose(closed[0], (closed[1] + closed[3]) / 2)
+    np.testing.assert_array_equal(closed[0], closed[-1])
+    # between -45 and 45 degrees of gamma nothing was measured
+    assert np.degrees(columns).round(6).tolist() == [-180, -135, -90, -45, 0, 45, 90, 135, 180]
+    assert np.isnan(closed[:, 4]).all()
+    assert np.isnan(closed[:, 0]).all()
+    assert np.isfinite(closed[:, [1, 2, 3, 5, 6, 7]]).all()
 
 
 def test_lsq_gives_a_noiseless_grid_back() -> None:
-    grid = fourier.evaluate(M[0], BETA[:, None], GAMMA[None, :])
+    grid = fourier.evaluate(M[0], BETA, GAMMA)
     np.testing.assert_allclose(fourier.fit_lsq(BETA, GAMMA, *grid), M[0], atol=1e-13)
 
 
 def test_lsq_with_missing_cells() -> None:
     for coefficients in M:
-        alpha_z, alpha_x = fourier.evaluate(coefficients, BETA[:, None], GAMMA[None, :])
+        alpha_z, alpha_x = fourier.evaluate(coefficients, BETA, GAMMA)
         lost = RANDOM.uniform(size=alpha_z.shape) < 0.3
         alpha_z[lost], alpha_x[lost] = np.nan, np.nan
         found = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x)
@@ -205,7 +231,7 @@ def test_lsq_with_missing_cells() -> None:
 def test_lsq_of_many_tables_at_once_and_of_some_terms() -> None:
     keep = np.array([1, 1, 0, 1, 1, 1, 1, 0, 1], dtype=bool)
     wanted = np.where(keep, M, 0)
-    tables = [fourier.evaluate(row, BETA[:, None], GAMMA[None, :]) for row in wanted]
+    tables = [fourier.evaluate(row, BETA, GAMMA) for row in wanted]
     alpha_z, alpha_x = (np.stack(part) for part in zip(*tables, strict=True))
     found = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x, keep)
     np.testing.assert_allclose(found, wanted, atol=1e-12)
@@ -214,53 +240,79 @@ def test_lsq_of_many_tables_at_once_and_of_some_terms() -> None:
 
 def test_lsq_weighs_every_direction_once() -> None:
     """The same as plain least squares over the whole torus, every point of it counted once."""
-    alpha_z, alpha_x = grids("poppy_LP")
+    alpha_z, alpha_x = cells("poppy_LP")
     found = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x)
-    gamma, whole_z, whole_x = symmetry.extend(GAMMA, *symmetry.symmetrise(alpha_z, alpha_x))
-    # beta = -90 stands for 90 as well: both, half each; gamma = -180 and 180 likewise
-    weight = np.ones((7, 25))
-    weight[[0, -1]] *= 0.5
-    weight[:, [0, -1]] *= 0.5
-    root = np.sqrt(weight).ravel()
+    # beta = -90 stands for 90 as well: both, half each; gamma = -90 and 90 are their own images
+    weight = np.where(np.isclose(np.abs(BETA), np.pi / 2), 0.5, 1.0)
+    weight = weight * np.where(np.isclose(np.abs(GAMMA), np.pi / 2), 0.5, 1.0)
     expected = []
-    for terms, values in zip(
-        fourier.basis(BETA[:, None], gamma[None, :]), (whole_z, whole_x), strict=True
+    for terms, values, sign in zip(
+        fourier.basis(BETA, GAMMA), (alpha_z, alpha_x), (1, -1), strict=True
     ):
-        design = terms.reshape(len(terms), -1).T * root[:, None]
-        expected.append(np.linalg.lstsq(design, values.ravel() * root, rcond=None)[0])
+        root = np.sqrt(weight)
+        mean = values.reshape(7, 13).copy()
+        mean[:, [0, -1]] = (mean[:, [0, -1]] + sign * mean[::-1, [0, -1]]) / 2
+        expected.append(
+            np.linalg.lstsq(terms.T * root[:, None], mean.ravel() * root, rcond=None)[0]
+        )
     np.testing.assert_allclose(found, np.concatenate(expected), atol=1e-10)
 
 
+def test_lsq_of_forty_scattered_directions_is_plain_least_squares() -> None:
+    random = np.random.default_rng(40)
+    beta, gamma = random.uniform(-np.pi / 2, np.pi / 2, (2, 40))
+    alpha = [part + random.normal(0, 0.01, 40) for part in fourier.evaluate(GENERIC, beta, gamma)]
+    expected = [
+        np.linalg.lstsq(terms.T, values, rcond=None)[0]
+        for terms, values in zip(fourier.basis(beta, gamma), alpha, strict=True)
+    ]
+    found = fourier.fit_lsq(beta, gamma, alpha[0], alpha[1])
+    np.testing.assert_allclose(found, np.concatenate(expected), rtol=1e-10)
+
+
 def test_lsq_refuses_too_few_cells() -> None:
-    empty = np.full((7, 13), np.nan)
-    empty[3, 8:11] = 0.1
+    empty = np.full(91, np.nan)
+    empty[3 * 13 + 8 : 3 * 13 + 11] = 0.1
     with pytest.raises(ValueError, match="3 measured cells are too few for 5 terms"):
         fourier.fit_lsq(BETA, GAMMA, empty, empty)
 
 
 def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table() -> None:
     for medium in reference.MEDIA:
-        pair = symmetry.symmetrise(*grids(medium))
-        _, whole_z, whole_x = symmetry.extend(GAMMA, *pair)
-        z, x = (np.fft.fft2(np.fft.ifftshift(whole)) / 175 for whole in (whole_z, whole_x))
+        grid = symmetry.rectangle(BETA, GAMMA)
+        assert grid is not None
+        extended = [grid.closed(part)[2] for part in grid.torus.complete(*cells(medium))]
+        assert extended[0].shape == (7, 25)
+        z, x = (np.fft.fft2(np.fft.ifftshift(whole)) / 175 for whole in extended)
         # harmonic exp(i (m 2 beta + n gamma)); sines are minus the imaginary part
         expected = [z[0, 0].real, 2 * z[1, 0].real, -2 * z[1, 1].imag, -2 * z[0, 1].imag,
                     -2 * z[-1, 1].imag, 2 * x[1, 1].real, 2 * x[0, 1].real, 2 * x[-1, 1].real,
                     -2 * x[1, 0].imag]  # fmt: skip
-        found = fourier.fit_dft_index(GAMMA, *grids(medium))
+        found = fourier.fit_dft_index(BETA, GAMMA, *cells(medium))
         np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_dft_index_needs_every_cell() -> None:
-    alpha_z, alpha_x = (part.copy() for part in grids("poppy_LP"))
-    alpha_z[2, 3] = np.nan
-    found = fourier.fit_dft_index(GAMMA, alpha_z, alpha_x)
+    alpha_z, alpha_x = (part.copy() for part in cells("poppy_LP"))
+    alpha_z[2 * 13 + 3] = np.nan
+    found = fourier.fit_dft_index(BETA, GAMMA, alpha_z, alpha_x)
     assert np.isnan(found[:5]).all()
+
+
+@pytest.mark.parametrize("bad", ["row", "line", "scattered", "coarse"])
+def test_dft_index_says_where_it_does_not_apply(bad: str) -> None:
+    there = {
+        "row": BETA > -1.0, "line": GAMMA != 0, "scattered": RANDOM.permutation(91) < 30,
+        "coarse": np.isclose(BETA % (np.pi / 2), 0),
+    }[bad]  # fmt: skip
+    alpha_z, alpha_x = (part[there] for part in cells("poppy_LP"))
+    with pytest.raises(ValueError, match="method lsq takes any directions"):
+        fourier.fit_dft_index(BETA[there], GAMMA[there], alpha_z, alpha_x)
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_dft_index_gives_table_s2(medium: str) -> None:
-    found = fourier.fit_dft_index(GAMMA, *grids(medium))
+    found = fourier.fit_dft_index(BETA, GAMMA, *cells(medium))
     for term, value in zip(fourier.TERMS, found, strict=True):
         printed = TABLE_S2[medium][term]
         assert printed == 0 or abs(value - printed) <= 0.0013, term
@@ -273,7 +325,7 @@ def test_there_are_forty_printed_entries() -> None:
 def as_printed(medium: str) -> np.ndarray:
     """The transform, with the terms that Table S2 prints as zero left out."""
     keep = np.array([TABLE_S2[medium][term] != 0 for term in fourier.TERMS])
-    return np.where(keep, fourier.fit_dft_index(GAMMA, *grids(medium)), 0)
+    return np.where(keep, fourier.fit_dft_index(BETA, GAMMA, *cells(medium)), 0)
 
 
 @pytest.mark.parametrize(
@@ -286,13 +338,13 @@ def as_printed(medium: str) -> np.ndarray:
 def test_table_s3_to_the_printed_digit(medium: str, fit: str, chi: str) -> None:
     zeta = float(vertical_penetration(as_printed(medium)))
     assert f"{zeta:.2f}" == fit
-    assert f"{grids(medium)[0][3, -1] / zeta:.2f}" == chi
+    assert f"{cells(medium)[0][VERTICAL] / zeta:.2f}" == chi
 
 
 def test_chi_of_least_squares() -> None:
     chi = [
-        grids(medium)[0][3, -1]
-        / float(vertical_penetration(fourier.fit_lsq(BETA, GAMMA, *grids(medium))))
+        cells(medium)[0][VERTICAL]
+        / float(vertical_penetration(fourier.fit_lsq(BETA, GAMMA, *cells(medium))))
         for medium in reference.MEDIA
     ]
     np.testing.assert_allclose(chi, [1.26, 1.09, 1.12, 0.97, 1.22], atol=0.0051)
@@ -338,9 +390,9 @@ def test_bic_finds_the_terms_that_are_there() -> None:
     surplus = 0
     trials = 12
     for _ in range(trials):
-        alpha = fourier.evaluate(true, BETA[:, None], GAMMA[None, :])
-        noise = random.normal(0, 0.004, (2, 7, 13))
-        noise[:, 0] = noise[:, -1]
+        alpha = fourier.evaluate(true, BETA, GAMMA)
+        noise = random.normal(0, 0.004, (2, 91))
+        noise[:, :13] = noise[:, -13:]
         kept = select_bic(BETA, GAMMA, alpha[0] + noise[0], alpha[1] + noise[1])
         assert all(kept[term] for term in fourier.TERMS)
         surplus += sum(map(bool, kept.values())) - 9
@@ -351,11 +403,11 @@ def test_bic_leaves_out_what_is_not_there() -> None:
     random = np.random.default_rng(6)
     true = fourier.as_array(TABLE_S2["poppy_CP"]).copy()
     true[[1, 4, 7, 8]] = 0
-    alpha = fourier.evaluate(true, BETA[:, None], GAMMA[None, :])
+    alpha = fourier.evaluate(true, BETA, GAMMA)
     kept = np.zeros(9)
     for _ in range(20):
-        noise = random.normal(0, 0.002, (2, 7, 13))
-        noise[:, 0] = noise[:, -1]
+        noise = random.normal(0, 0.002, (2, 91))
+        noise[:, :13] = noise[:, -13:]
         found = select_bic(BETA, GAMMA, alpha[0] + noise[0], alpha[1] + noise[1])
         kept += [bool(found[term]) for term in fourier.TERMS]
     assert (kept[true != 0] == 20).all()
@@ -365,8 +417,8 @@ def test_bic_leaves_out_what_is_not_there() -> None:
 
 def test_bic_with_missing_cells_and_an_exact_table() -> None:
     true = fourier.as_array(TABLE_S2["poppy_CP"])
-    alpha_z, alpha_x = fourier.evaluate(true, BETA[:, None], GAMMA[None, :])
-    alpha_z[2, 4:7], alpha_x[5, 1] = np.nan, np.nan
+    alpha_z, alpha_x = fourier.evaluate(true, BETA, GAMMA)
+    alpha_z[30:33], alpha_x[66] = np.nan, np.nan
     kept = select_bic(BETA, GAMMA, alpha_z, alpha_x)
     assert {term for term, yes in kept.items() if yes} >= set(fourier.TERMS)
 
@@ -377,31 +429,19 @@ def test_bic_of_few_cells_is_not_told(measured: int) -> None:
     alpha = np.full((2, 7, 13), np.nan)
     rows, columns = np.arange(measured) % 5 + 1, np.arange(measured) % 11 + 1
     alpha[:, rows, columns] = 0.1
-    assert set(select_bic(BETA, GAMMA, *alpha).values()) == {None}
-
-
-def test_extension_of_the_coarsest_grid() -> None:
-    gamma = np.radians([-90.0, 0.0, 90.0])
-    alpha_z, alpha_x = fourier.evaluate(GENERIC, np.radians([[-90.0], [0.0], [90.0]]), gamma)
-    whole, z, x = symmetry.extend(gamma, alpha_z, alpha_x)
-    np.testing.assert_allclose(np.degrees(whole), [-180, -90, 0, 90, 180])
-    wanted = fourier.evaluate(GENERIC, np.radians([[-90.0], [0.0], [90.0]]), whole)
-    np.testing.assert_allclose([z, x], wanted, atol=1e-12)
-    with pytest.raises(ValueError, match="with 0 in its middle"):
-        symmetry.extend(np.radians([-90.0, -45.0, 0.0, 90.0]), np.zeros((3, 4)), np.zeros((3, 4)))
+    assert set(select_bic(BETA, GAMMA, *alpha.reshape(2, 91)).values()) == {None}
 
 
 def test_as_many_cells_as_terms_are_enough() -> None:
     """Five cells give the five terms of alpha_z, and more than the four of alpha_x, exactly."""
-    beta, gamma = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
-    alpha = np.array(fourier.evaluate(GENERIC, beta[:, None], gamma[None, :]))
-    there = np.zeros((7, 13), dtype=bool)
-    for row, col in ((1, 2), (2, 7), (3, 10), (4, 4), (5, 8)):
-        there[row, col] = True
+    beta, gamma = BETA, GAMMA
+    alpha = np.array(fourier.evaluate(GENERIC, beta, gamma))
+    there = np.zeros(91, dtype=bool)
+    there[[15, 33, 49, 56, 73]] = True
     alpha[:, ~there] = np.nan
     found = fourier.fit_lsq(beta, gamma, alpha[0], alpha[1])
     np.testing.assert_allclose(found, fourier.as_array(GENERIC), atol=1e-9)
-    alpha[:, 3, 10] = np.nan
+    alpha[:, 49] = np.nan
     with pytest.raises(ValueError, match="4 measured cells are too few for 5 terms"):
         fourier.fit_lsq(beta, gamma, alpha[0], alpha[1])
 
@@ -414,9 +454,9 @@ def test_whole_numbers_are_taken_for_coefficients() -> None:
 @pytest.mark.parametrize("row", [0, 3, 5])
 def test_one_attack_angle_does_not_tell_the_terms_apart(row: int) -> None:
     """At one beta, A00 and A10 are one and the same: no number instead of one of many."""
-    beta, gamma = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
-    alpha = np.full((2, 7, 13), np.nan)
-    alpha[:, row] = np.array(fourier.evaluate(GENERIC, beta[row], gamma))
+    beta, gamma = BETA, GAMMA
+    alpha = np.array(fourier.evaluate(GENERIC, beta, gamma))
+    alpha[:, np.arange(91) // 13 != row] = np.nan
     with pytest.raises(ValueError, match="do not tell 5 terms apart"):
         fourier.fit_lsq(beta, gamma, alpha[0], alpha[1])
     keep = np.array([True, False, False, True, False, False, True, False, False])

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 import pytest
+from paper_grid import grid
 
 from rftfit import reference
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import column
 
 if TYPE_CHECKING:
     from rigroom import Lab, Results

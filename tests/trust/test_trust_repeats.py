@@ -122,7 +122,7 @@ def test_typical_dof() -> None:
         table[column(c, "_lo")], table[column(c, "_hi")] = -half, half
     assert typical_dof(table, 0.95) == pytest.approx(8.0)
     assert typical_dof(fits(None), 0.95) == GIVEN_DOF
-    assert math.isnan(typical_dof(fits(None).iloc[:1], 0.95))
+    assert math.isnan(typical_dof(fits(None).iloc[:0], 0.95))
 
 
 def test_peak_of_a_noisy_curve_is_not_the_highest_reading() -> None:

@@ -13,11 +13,12 @@ import pytest
 import yaml
 from campaigns import make_campaign
 from matplotlib.text import Text
+from paper_grid import grid
 
 from rftfit.figures.generic import generic_profile
 from rftfit.figures.legs import forces_over_zeta
 from rftfit.figures.maps import fit_maps
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import column
 from rftfit.model.scaling import PRINTED_NOTE, published
 from rftfit.reference import LEGS, alpha_grid
 from rftfit.results import open_results

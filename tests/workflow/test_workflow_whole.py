@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from dictionary_check import check_results
+from paper_grid import grid
 
 from rftfit.campaign.load import load_campaign
 from rftfit.figures.registry import figures
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import column
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED
 from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load

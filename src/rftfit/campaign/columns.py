@@ -100,10 +100,11 @@ COLUMNS = (
         "number",
         "angle of the path: 90 straight down, 0 horizontal",
         kinds=_PLATES,
-        low=0,
+        low=-90,
         high=90,
         unit="degrees",
-        hint="the angle of the path on the way down, also for an extraction",
+        hint="the angle of the path on the way down, also for an extraction that goes back along it; "
+        "negative: of an extraction up toward -x, as in the table of alpha",
     ),
     SheetColumn(
         "depth_cm",

@@ -326,6 +326,43 @@ class Container(Model):
     depth_cm: Positive = need("depth of the medium, cm")
 
 
+Direction = tuple[float, float]
+"""Attack angle beta and intrusion angle gamma of a cell, degrees."""
+
+
+class Grid(Model):
+    """Directions in which a medium of the role laboratory is to be measured."""
+
+    beta_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = key(
+        (), "planned attack angles, degrees; each with every gamma_deg is a cell", strict=False
+    )
+    gamma_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = key(
+        (), "planned intrusion angles, degrees, up to the sides negative", strict=False
+    )
+    angle_tolerance_deg: NotNegative = key(
+        0.5, "directions that differ by no more in both angles are one cell, degrees", le=10
+    )
+
+    @model_validator(mode="after")
+    def _both_or_none(self) -> Grid:
+        if bool(self.beta_deg) != bool(self.gamma_deg):
+            raise ValueError("needs both beta_deg and gamma_deg, or neither: cells are their pairs")
+        return self
+
+    @property
+    def planned(self) -> tuple[Direction, ...]:
+        """The planned cells, by beta, then gamma; none where the run sheet alone says."""
+        return tuple(
+            (beta, gamma) for beta in sorted(self.beta_deg) for gamma in sorted(self.gamma_deg)
+        )
+
+    def same(self, one: Direction, other: Direction) -> bool:
+        """Whether two directions are one cell; plates at -90 and 90 degrees are one and the same."""
+        beta = abs((one[0] - other[0] + 90) % 180 - 90)
+        # a little more, so that 0.5 is within 0.5 however it is rounded
+        return max(beta, abs(one[1] - other[1])) <= self.angle_tolerance_deg + 1e-6
+
+
 class Fit(Model):
     """Which part of a stroke is fitted, and how intervals are made."""
 
@@ -452,11 +489,22 @@ class Config(Model):
     media: dict[Name, Medium] = need(
         "granular media, by the name that the run sheet uses", min_length=1
     )
+    grid: Grid = key(
+        Grid(),
+        "directions that are to be measured: a run in another one is an error, one without a run "
+        "an empty cell; default: those of the run sheet",
+    )
     fit: Fit = key(Fit(), "which part of a stroke is fitted")
     fourier: Fourier = key(Fourier(), "the nine-term fit")
     figures: Figures = key(Figures(), "what the figures show")
     publication: Publication = key(Publication(), "who makes the results known, and when")
     robot: RobotRuns | None = key(None, "a legged robot on one of the media; default: no robot")
+
+    def grid_of(self, medium: str) -> Grid:
+        """Directions of one medium: a natural sand has none planned, but the same tolerance."""
+        if self.media[medium].role == "laboratory":
+            return self.grid
+        return Grid(angle_tolerance_deg=self.grid.angle_tolerance_deg)
 
     @field_validator("robot")
     @classmethod

@@ -258,6 +258,10 @@ def _vocabulary(file: ModelFile[Config]) -> Vocabulary:
             depths_cm=config.fit.horizontal_depths_cm,
             missing_tare=config.fit.missing_tare,
             clock_method=config.clock.method,
+            grid=config.grid,
+            laboratory=tuple(
+                name for name, medium in config.media.items() if medium.role == "laboratory"
+            ),
         )
     media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
     return Vocabulary(

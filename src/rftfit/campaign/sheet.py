@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from rftfit.campaign.config import Grid
     from rftfit.campaign.files import Folder
     from rftfit.campaign.problems import Problem
 
@@ -80,6 +82,7 @@ class Vocabulary:
     `depths_cm`: Depths of the horizontal runs.
     `missing_tare`: What becomes of a run without a tare: ``refuse`` or ``flag``.
     `clock_method`: How the clocks of force and motion log are brought together.
+    `grid`, `laboratory`: Planned directions, and the media that they are planned for.
     """
 
     media: tuple[str, ...] | None = None
@@ -87,6 +90,8 @@ class Vocabulary:
     depths_cm: tuple[float, ...] | None = None
     missing_tare: str = "refuse"
     clock_method: str | None = None
+    grid: Grid | None = None
+    laboratory: tuple[str, ...] = ()
 
     @property
     def schema(self) -> Schema:
@@ -122,6 +127,7 @@ def read_sheet(
         _check_direction(draft)
         _check_intruder(draft, vocabulary)
         _check_gamma(draft)
+        _check_cell(draft, vocabulary)
         _check_depth(draft, vocabulary)
         _check_excluded(draft)
         if logs is not None:
@@ -177,6 +183,33 @@ def _check_gamma(draft: DraftRow) -> None:
     elif direction in ("intrusion", "extraction") and gamma == 0:
         allowed = f"above 0 for an {direction}; a path at gamma 0 is a horizontal run"
         draft.note("gamma_deg", "gamma-zero", found, allowed)
+    elif direction == "intrusion" and gamma < 0:
+        allowed = "above 0 for an intrusion; a motion up at a negative gamma is an extraction"
+        draft.note("gamma_deg", "gamma-up", found, allowed)
+
+
+def _check_cell(draft: DraftRow, vocabulary: Vocabulary) -> None:
+    """Refuse a plate run in a direction that the config's grid does not plan."""
+    grid, beta, gamma = vocabulary.grid, draft.number.get("beta_deg"), draft.number.get("gamma_deg")
+    if grid is None or not grid.planned or draft.text["kind"] != "plate" or draft.yes("excluded"):
+        return
+    if draft.text["medium"] not in vocabulary.laboratory or beta is None or gamma is None:
+        return
+    # numpy takes its time to import
+    from rftfit.conventions import file_extraction
+
+    cell = (beta, gamma)
+    if draft.text["direction"] == "extraction":
+        cell = file_extraction(beta, gamma)[:2]
+    if not any(grid.same(cell, planned) for planned in grid.planned):
+        nearest = min(grid.planned, key=lambda one: math.dist(one, cell))
+        allowed = (
+            f"a direction planned in the config's grid, within {grid.angle_tolerance_deg:g} deg; this run "
+            f"measures the cell (beta, gamma) = ({cell[0]:g}, {cell[1]:g}), the nearest planned one is "
+            f"({nearest[0]:g}, {nearest[1]:g})"
+        )
+        found = f"{draft.text['beta_deg']}, {draft.text['gamma_deg']}"
+        draft.note("gamma_deg", "cell-unplanned", found, allowed)
 
 
 def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:

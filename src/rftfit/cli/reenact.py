@@ -46,6 +46,15 @@ def reenact(
         float,
         typer.Option(min=0, help="Let beds differ from run to run: standard deviation, N/cm^3."),
     ] = 0.0,
+    grid: Annotated[
+        str,
+        typer.Option(
+            metavar="ANGLES",
+            help="Directions of the plates in laboratory media: '-30,0,30 x -45,0,45,90', pairs "
+            "'0:90,30:45', or 'scattered:40'; default: the config's grid, or the paper's. Between "
+            "the paper's angles its table is interpolated.",
+        ),
+    ] = "",
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes that write at once; default: all cores.")
     ] = None,
@@ -66,7 +75,7 @@ def reenact(
     if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
         say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
         return
-    _write(places, seed, media or None, tuple(fault or ()), workers or usable_cores(), spread)
+    _write(places, seed, media or None, tuple(fault or ()), workers or usable_cores(), spread, grid)
 
 
 def _lacks_tracks(places: Layout) -> bool:
@@ -92,11 +101,12 @@ def _write(
     faults: tuple[str, ...],
     workers: int,
     spread: float,
+    grid: str,
 ) -> None:
     from rftfit.lab import plan_runs
     from rftfit.lab import reenact as enact
     from rftfit.lab.marker import MARKER, clear, find_earlier, write_marker
-    from rftfit.lab.plan import media_of
+    from rftfit.lab.plan import directions_of, media_of
     from rftfit.lab.rig import resolve
     from rftfit.lab.tracks import track_files
 
@@ -112,12 +122,21 @@ def _write(
             "config, key media: no medium here names published measurements to re-enact "
             "(published_as), so nothing was written; the demonstration campaign's config does"
         )
-    runs = plan_runs(places.config, media)
+    planned = places.config.grid.planned
+    directions = directions_of(grid, seed) if grid else None
+    if grid and planned and set(directions or ()) - set(planned):
+        raise InputError(
+            "--grid: the config plans its own directions under `grid`; take that section out, or "
+            "leave --grid away to measure the planned ones"
+        )
+    runs = plan_runs(places.config, media, directions)
     resolve(faults, {run.run_id: run for run in runs}, chosen[0])
     earlier = find_earlier(places.raw, places.sheet)
 
     made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, media: {', '.join(chosen)}, "
     made_by += f"faults: {', '.join(faults) or 'none'}"
+    if grid:
+        made_by += f", grid: {grid}"
     if spread:
         made_by += f", run-to-run spread: {spread:g} N/cm^3"
     logs = [places.raw / name for run in runs for name in (run.force_log, run.motion_log)]
@@ -130,7 +149,7 @@ def _write(
     write_marker(places.raw, [*logs, places.sheet], made_by, complete=False)
     done = enact(
         places.config, places.raw, places.sheet,
-        seed=seed, media=media, faults=faults, workers=workers, spread=spread,
+        seed=seed, media=media, directions=directions, faults=faults, workers=workers, spread=spread,
     )  # fmt: skip
     write_marker(places.raw, [*logs, places.sheet], made_by, complete=True)
     say(

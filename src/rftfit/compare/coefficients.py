@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import both, cell_at, column, directions
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, TERMS_Z, evaluate, select_bic
 from rftfit.model.scaling import (
@@ -19,12 +19,15 @@ from rftfit.model.scaling import (
     routine,
     scale_new_medium,
 )
-from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients
+from rftfit.reference import MEDIA, coefficients
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.campaign.config import Config
+
+NO_PUSH = "no run at (0, 90) deg: a level plate straight down"
+"""Why a medium has no zeta by the scaling routine, or no chi."""
 
 COEFFICIENT_COLUMNS = [
     "method", "medium", "coefficient", "value_N_per_cm3", "se", "lo", "hi", "relative_to_A00",
@@ -40,8 +43,7 @@ PENETRATION_COLUMNS = [
 
 def kept_by_bic(table: pd.DataFrame) -> dict[str, bool | None]:
     """Tell which harmonics an information criterion keeps in an alpha table, where it can tell."""
-    beta, gamma = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
-    return select_bic(beta, gamma, grid(table, column("z")), grid(table, column("x")))
+    return select_bic(*directions(table), *both(table))
 
 
 def coefficient_rows(
@@ -80,10 +82,9 @@ def _misfit(fit: MediumFit, table: pd.DataFrame) -> tuple[float, float]:
     """Root mean square of table minus fit, z and x: what no interval of a coefficient contains."""
     if fit.reason:
         return np.nan, np.nan
-    beta, gamma = np.radians(BETA_DEG)[:, None], np.radians(GAMMA_DEG)[None, :]
     z, x = (
-        float(np.sqrt(np.nanmean((grid(table, column(c)) - part) ** 2)))
-        for c, part in zip("zx", evaluate(fit.used, beta, gamma), strict=True)
+        float(np.sqrt(np.nanmean((table[column(c)].to_numpy(float) - part) ** 2)))
+        for c, part in zip("zx", evaluate(fit.used, *directions(table)), strict=True)
     )
     return z, x
 
@@ -138,7 +139,9 @@ def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[
     """Zeta of a natural sand by the scaling routine, from its alpha table."""
     method = routine(config.fourier.method, printed=reference.printed)
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
-    cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
+    cell = cell_at(table, 0, 90)
+    if cell is None:
+        return row | {"reason": NO_PUSH}
     for quantity in ("", "_lo", "_hi"):
         row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
     alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.campaign.config import Leg
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.slopes import student_quantile
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import leg_outline
@@ -87,7 +87,9 @@ def bed_spread(table: pd.DataFrame) -> float:
 
     A bed is looser or denser as a whole: its spread is that of alpha_z(0, 90 deg), relative.
     """
-    cell = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
+    cell = cell_at(table, 0, 90)
+    if cell is None:
+        return 0.0
     ratio = float(cell.get("run_to_run_z_N_per_cm3", 0.0)) / float(cell[column("z")])
     return ratio if ratio > 0 else 0.0
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import column, rows_at
 from rftfit.model.fourier import TERMS, TERMS_Z
 from rftfit.model.scaling import AS_PRINTED
-from rftfit.reference import MEDIA, alpha_grid, coefficients, load
+from rftfit.reference import MEDIA, coefficients, load
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -128,8 +128,16 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         key = published.get(medium)
         if key not in MEDIA:
             continue
-        pairs = zip("zx", alpha_grid(key), strict=True)
-        off = np.concatenate([np.abs(grid(table, column(c)) - paper).ravel() for c, paper in pairs])
+        paper = load("table_s5").query("medium == @key")
+        place = rows_at(table, paper["beta_deg"], paper["gamma_deg"])
+        off = np.concatenate(
+            [
+                np.abs(
+                    np.where(place < 0, np.nan, table[name].to_numpy(float)[place]) - paper[name]
+                )
+                for name in map(column, "zx")
+            ]
+        )
         # a cell without a run is not a cell that agrees
         share = 100 * float(np.mean(np.nan_to_num(off, nan=np.inf) <= REPEATABILITY))
         worst = float(np.nanmax(off)) if np.isfinite(off).any() else np.nan

@@ -43,7 +43,8 @@ LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
 
 def _cell_numbers(results: Results, medium: str) -> dict[str, str]:
     told = []
-    for name in (medium,) if medium else results.laboratory:
+    media = (medium,) if medium else results.laboratory
+    for name in media:
         table = results[name].alpha
         alpha = table["alpha_z_N_per_cm3"]
         half = captions.quantile(captions.half_widths(table), 0.5, 4)
@@ -52,11 +53,17 @@ def _cell_numbers(results: Results, medium: str) -> dict[str, str]:
             f"\N{GREEK SMALL LETTER ALPHA}_z from {captions.quantile(alpha, 0, 3)} to "
             f"{captions.quantile(alpha, 1, 3)}, median half width of its interval {half}"
         )
-    return {"cells": "; ".join(told)}
+    scattered = not all(lies_on_grid(results[name].alpha) for name in media)
+    return {"cells": "; ".join(told), "dots": _DOTS if scattered else ""}
+
+
+_DOTS = """
+Dots are single directions that lie on no grid; the colour between them is interpolated, white is farther than \
+35 degrees from all of them."""
 
 
 _MAPS_CAPTION = """Measured alpha over attack angle beta and intrusion angle gamma, and the half width of \
-its {level} interval. Red pushes up or toward +x. Hatched cells have no usable run.
+its {level} interval. Red pushes up or toward +x. Hatched cells have no usable run.{dots}
 Good: smooth from cell to cell, and intervals small beside alpha.
 In N/cm^3: {cells}."""
 
@@ -98,7 +105,8 @@ def draw_maps(tables: pd.DataFrame, titles: Mapping[str, str], confidence: float
 
     Each map shows the cells as measured (the gamma grid is not uniform), the zero contour between
     them, and shading where the component does not oppose its own motion; beside it stands the half
-    width of its interval. Missing cells are grey and hatched.
+    width of its interval. Missing cells are grey and hatched. Directions on no grid are dots, over
+    what is interpolated between them.
     """
     heads = []
     for c in "zx":
@@ -111,18 +119,34 @@ def draw_maps(tables: pd.DataFrame, titles: Mapping[str, str], confidence: float
     for row, medium in enumerate(media):
         table = tables[tables["medium"] == medium]
         last = row == len(media) - 1
+        between = None if lies_on_grid(table) else _between(table)
         for index, c in enumerate("zx"):
-            beta, gamma, alpha = pivot(table, f"alpha_{c}_N_per_cm3")
+            name = f"alpha_{c}_N_per_cm3"
             axes = empty_map(page, row, 2 * index, (index == 0, last))
-            add_bar(page, axes, add_cells(axes, beta, gamma, alpha, signed=True))
-            add_signs(axes, c, beta, gamma, alpha)
+            if between is not None:
+                add_surface(axes, between[index], colours(table[name].to_numpy(float), signed=True))
+            add_bar(page, axes, add_table(axes, table, table[name], signed=True))
+            fine = (_FINE, _FINE, between[index]) if between else pivot(table, name)
+            add_signs(axes, c, *fine)
             # in thousandths: four digits after the point would run into the next map
-            width = 1e3 * pivot(table.assign(half=half_width(table, c)), "half")[2]
+            width = 1e3 * half_width(table, c)
             axes = empty_map(page, row, 2 * index + 1, (False, last))
-            add_bar(page, axes, add_cells(axes, beta, gamma, width, signed=False))
-            missing |= bool(np.isnan(alpha).any() or np.isnan(width).any())
+            add_bar(page, axes, add_table(axes, table, width, signed=False))
+            missing |= _has_holes(table, name)
     add_legend(page, signs=True, missing=missing)
     return page
+
+
+def _between(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+    """Alpha between scattered directions, at `middles`."""
+    from rftfit.model.profiles import TableProfile
+
+    return TableProfile.from_table(table).alpha(*middles())
+
+
+def _has_holes(table: pd.DataFrame, column: str) -> bool:
+    values = pivot(table, column)[2] if lies_on_grid(table) else table[column].to_numpy(float)
+    return bool(np.isnan(values).any())
 
 
 def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
@@ -194,22 +218,20 @@ def _draw_models(results: Results, models: Mapping[str, Model], name: str, left:
     """Draw maps of a model, one row a medium, each beside what it leaves of the measured alpha."""
     heads = [f"{what}\n{style.alpha_label(c)}" for c in "zx" for what in (name, left)]
     page = _page(list(models), results.campaign.titles, heads)
-    fine_beta, fine_gamma = middles()
-    fine_deg = np.degrees(fine_beta[:, 0])
     missing = False
     for row, (medium, model) in enumerate(models.items()):
-        surfaces = model(fine_beta, fine_gamma)
+        surfaces, table = model(*middles()), results[medium].alpha
+        at = [np.radians(table[f"{angle}_deg"].to_numpy(float)) for angle in ("beta", "gamma")]
         last = row == len(models) - 1
         for index, c in enumerate("zx"):
             axes = empty_map(page, row, 2 * index, (index == 0, last))
             add_bar(page, axes, add_surface(axes, surfaces[index]))
-            add_signs(axes, c, fine_deg, fine_deg, surfaces[index])
-            beta, gamma, alpha = pivot(results[medium].alpha, f"alpha_{c}_N_per_cm3")
-            at = np.meshgrid(np.radians(beta), np.radians(gamma), indexing="ij")
+            add_signs(axes, c, _FINE, _FINE, surfaces[index])
+            name = f"alpha_{c}_N_per_cm3"
             axes = empty_map(page, row, 2 * index + 1, (False, last))
-            rest = add_cells(axes, beta, gamma, alpha - model(at[0], at[1])[index], signed=True)
-            add_bar(page, axes, rest)
-            missing |= bool(np.isnan(alpha).any())
+            rest = table[name] - model(at[0], at[1])[index]
+            add_bar(page, axes, add_table(axes, table, rest, signed=True))
+            missing |= _has_holes(table, name)
     add_legend(page, signs=True, missing=missing)
     return page
 
@@ -238,10 +260,9 @@ def kept_coefficients(coefficients: pd.DataFrame, method: str, medium: str) -> d
     return dict(zip(rows["coefficient"].astype(str), values, strict=True))
 
 
-def middles(count: int = 180) -> tuple[FloatArray, FloatArray]:
-    """Beta (along the rows) and gamma at the middles of equal cells from -90 to 90 degrees, rad."""
-    angles = np.radians(-90 + (np.arange(count) + 0.5) * 180 / count)
-    beta, gamma = np.meshgrid(angles, angles, indexing="ij")
+def middles() -> tuple[FloatArray, FloatArray]:
+    """Beta (along the rows) and gamma at the middles of cells of 1 degree, -90 to 90 degrees, rad."""
+    beta, gamma = np.meshgrid(np.radians(_FINE), np.radians(_FINE), indexing="ij")
     return beta, gamma
 
 
@@ -278,7 +299,16 @@ def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, Flo
         raise ValueError(f"{column}: a cell (beta, gamma) appears twice in the table of one medium")
     values = np.full((rows.size, columns.size), np.nan)
     values[row, place] = table[column].to_numpy(float)
+    if rows[-1] == LIMIT_DEG and -LIMIT_DEG not in rows:
+        # a plate at -90 degrees is the one at 90
+        return np.append(-LIMIT_DEG, rows), columns, np.concatenate([values[-1:], values])
     return rows, columns, values
+
+
+def lies_on_grid(table: pd.DataFrame) -> bool:
+    """Whether at least half of the pairs of the angles of one medium's alpha table are in it."""
+    lines = [table[f"{angle}_deg"].round(2).nunique() for angle in ("beta", "gamma")]
+    return 2 * len(table) >= lines[0] * lines[1]
 
 
 def half_width(table: pd.DataFrame, component: str) -> pd.Series[float]:
@@ -346,6 +376,8 @@ def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> Fl
 _SHADING = "////"
 _MISSING: dict[str, Any] = {"facecolor": "#d0d0d0", "edgecolor": "#808080", "hatch": "xxxxxx"}
 _FINE_DEG = 2.5
+_FINE = np.arange(-89.5, 90, 1.0)
+"""Angles of `middles`, degrees."""
 
 
 def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -> Axes:
@@ -388,11 +420,35 @@ def add_cells(
     return mesh
 
 
-def add_surface(axes: Axes, values: FloatArray) -> ScalarMappable:
+def add_pushes(
+    axes: Axes, beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray, signed: bool
+) -> ScalarMappable:
+    """Draw scattered directions as dots in the colours of `add_cells`; a cross has no value."""
+    known = np.isfinite(values)
+    axes.plot(gamma_deg[~known], beta_deg[~known], "x", color="#606060", markersize=3)
+    return axes.scatter(
+        gamma_deg[known], beta_deg[known], s=16, c=values[known], edgecolors="black",
+        linewidths=0.4, zorder=3, clip_on=False, **colours(values, signed),
+    )  # fmt: skip
+
+
+def add_table(
+    axes: Axes, table: pd.DataFrame, values: pd.Series[float], signed: bool
+) -> ScalarMappable:
+    """Draw one number of each row of an alpha table: as cells on a grid, as dots where scattered."""
+    if lies_on_grid(table):
+        return add_cells(axes, *pivot(table.assign(shown=values), "shown"), signed)
+    beta, gamma = (np.asarray(table[f"{angle}_deg"], float) for angle in ("beta", "gamma"))
+    return add_pushes(axes, beta, gamma, np.asarray(values, float), signed)
+
+
+def add_surface(
+    axes: Axes, values: FloatArray, limits: dict[str, Any] | None = None
+) -> ScalarMappable:
     """Draw a continuous signed function, given at `middles`."""
     return axes.imshow(
         values, extent=(-90, 90, -90, 90), origin="lower", interpolation="nearest", aspect="auto",
-        **colours(values, signed=True),
+        **(limits or colours(values, signed=True)),
     )  # fmt: skip
 
 

@@ -109,6 +109,9 @@ MAX_COLUMNS = 15
 """Six extractions, three horizontal depths, six intrusions."""
 
 MAX_ROWS = 7
+LEAST_FILL = 0.25
+"""With fewer of the places of a grid taken, the runs stand one after the other."""
+
 _SAME_DEPTH_CM = 0.5
 
 
@@ -173,6 +176,9 @@ def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
         betas = sorted(part["beta_deg"].unique())
         rows = part[["run_id", "beta_deg", *keys]].itertuples(index=False, name=None)
         place = {str(run): (betas.index(beta), column_of[tuple(key)]) for run, beta, *key in rows}
+        if len(place) < LEAST_FILL * len(betas) * len(column_of):
+            pages += _in_turn(list(place))
+            continue
         heads = [_column_label(gamma, name, level) for gamma, _, level, name in column_of]
         for down in _chunks(len(betas), MAX_ROWS):
             for across in _chunks(len(heads), MAX_COLUMNS):
@@ -186,6 +192,19 @@ def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
                         f"\N{GREEK SMALL LETTER BETA} = {style.degrees(betas[i])}" for i in down
                     ]
                     pages.append(Page(names, [heads[j] for j in across], here, repeat == 0))
+    return pages
+
+
+def _in_turn(runs: list[str]) -> list[Page]:
+    """Pages of runs in scattered directions, one panel after the other, each with its own angles."""
+    size = MAX_ROWS * MAX_COLUMNS
+    pages = []
+    for first in range(0, len(runs), size):
+        part = runs[first : first + size]
+        columns = min(MAX_COLUMNS, len(part))
+        places = {run: divmod(i, columns) for i, run in enumerate(part)}
+        rows = -(-len(part) // columns)
+        pages.append(Page([""] * rows, [""] * columns, places, first=False))
     return pages
 
 

@@ -31,6 +31,7 @@ AIR = "air"
 
 LEG_OF_CURVATURE = {1.0: "c_leg", 0.0: "flat_leg", -1.0: "reversed_c_leg"}
 
+_APART_DEG = 6
 _DAY_STARTS_S = 28800.0
 _RUN_EVERY_S = 150.0
 
@@ -116,7 +117,13 @@ def media_of(config: Config, media: Sequence[str] | None = None) -> list[str]:
 
 
 def _signed(beta: float) -> str:
-    return f"b{'m' if beta < 0 else 'p'}{abs(beta):02.0f}"
+    return f"b{'m' if beta < 0 else 'p'}{_digits(abs(beta))}"
+
+
+def _digits(angle: float) -> str:
+    """An angle in the name of a run: whole degrees, also of the paper's own, or tenths."""
+    paper = any(abs(angle - math.degrees(math.atan(tangent))) < 0.01 for tangent in TANGENTS)
+    return f"{angle:02.0f}" if paper or abs(angle - round(angle)) < 0.05 else f"{angle:04.1f}"
 
 
 def _with_rod(run: Run) -> Iterator[Run]:
@@ -124,17 +131,67 @@ def _with_rod(run: Run) -> Iterator[Run]:
     ending = "in" if run.direction == "intrusion" else "ex"
     if run.depth_cm is not None:
         ending = f"h{100 * run.depth_cm:03.0f}"
-    run_id = f"{run.medium}_{_signed(run.beta_deg or 0.0)}_g{run.gamma_deg or 0.0:02.0f}_{ending}"
+    run_id = (
+        f"{run.medium}_{_signed(run.beta_deg or 0.0)}_g{_digits(run.gamma_deg or 0.0)}_{ending}"
+    )
     yield replace(run, run_id=run_id, tare_run=f"{run_id}_rod")
     note = "re-enacted: rod and mount alone"
     yield replace(run, run_id=f"{run_id}_rod", kind="rod", note=note)
 
 
 def paper_directions() -> list[tuple[float, float]]:
-    """(beta, gamma) of the paper's runs, deg, in their order: both ways along each path, then level."""
+    """Cells (beta, gamma) of the paper, deg, in the order of its runs: both ways along each path, then level."""
     gammas = [float(np.degrees(np.arctan(tangent))) for tangent in TANGENTS]
-    both = [way * gamma for gamma in gammas for way in (1, -1)]
-    return [(float(beta), gamma) for beta in BETAS_DEG for gamma in (*both, 0.0)]
+    held = [float(beta) for beta in BETAS_DEG]
+    return [
+        cell
+        for beta in held
+        for cell in (
+            *(one for gamma in gammas for one in ((beta, gamma), (_mirrored(beta), -gamma))),
+            (beta, 0.0),
+        )
+    ]
+
+
+def _mirrored(beta: float) -> float:
+    """Attack angle of a plate seen from behind; -90 and 90 degrees are one plate."""
+    return beta if beta == 90 else -beta + 0.0
+
+
+def directions_of(text: str, seed: int) -> list[tuple[float, float]]:
+    """Read directions (beta, gamma), deg, as the command line writes them.
+
+    ``-30,0,30 x -45,0,45,90``: every beta with every gamma; ``0:90,30:45``: pairs; ``scattered:40``:
+    so many, whole degrees, no two nearer than 6 degrees, straight down with a level plate among them.
+    """
+    if text.startswith("scattered:") and text[10:].isdecimal() and 1 <= int(text[10:]) <= 100:
+        return _scattered(int(text[10:]), seed)
+    try:
+        if "x" in text:
+            beta, gamma = ([float(one) for one in part.split(",")] for part in text.split("x"))
+            found = [(b, g) for b in beta for g in gamma]
+        else:
+            found = [(float(b), float(g)) for b, g in (pair.split(":") for pair in text.split(","))]
+    except ValueError:
+        found = []
+    if not found or not all(abs(angle) <= 90 for pair in found for angle in pair):
+        raise InputError(
+            f"--grid: found {text!r}; allowed: angles from -90 to 90 degrees as lists "
+            "'-30,0,30 x -45,0,45,90', as pairs '0:90,30:45', or 'scattered:40' (1 to 100)"
+        )
+    return list(dict.fromkeys((90.0 if b == -90 else b + 0.0, g + 0.0) for b, g in found))
+
+
+def _scattered(count: int, seed: int) -> list[tuple[float, float]]:
+    random = np.random.default_rng(seed)
+    found = [(0.0, 90.0)]
+    while len(found) < count:
+        # shallower paths leave no window between surface, walls and bottom
+        beta, gamma = random.integers(-89, 91), random.integers(20, 91) * random.choice([-1, 1])
+        near = (max(abs((beta - b + 90) % 180 - 90), abs(gamma - g)) for b, g in found)
+        if min(near) >= _APART_DEG:
+            found.append((float(beta), float(gamma)))
+    return found
 
 
 def _laboratory(
@@ -143,7 +200,9 @@ def _laboratory(
     plate, _ = plate_of(config)
     first = Run("", "plate", medium, published, plate, "", note="re-enacted from Table S5")
     for beta, gamma in directions:
-        run = replace(first, beta_deg=beta, gamma_deg=abs(gamma))
+        # a pull back along a path is filed as its mirror image
+        held = beta if gamma >= 0 else _mirrored(beta)
+        run = replace(first, beta_deg=held, gamma_deg=abs(gamma))
         if gamma == 0:
             for depth in config.fit.horizontal_depths_cm:
                 level = replace(run, direction="horizontal", depth_cm=float(depth))
@@ -179,11 +238,14 @@ def plan_runs(
 ) -> list[Run]:
     """List every run of the campaign, sorted by run_id, or those of some media and of the legs in air.
 
-    A run is the same whatever other media are asked for. `directions`: (beta, gamma) of the plates
-    in a laboratory medium, deg; by default those of the paper.
+    A run is the same whatever other media are asked for. `directions`: cells (beta, gamma) of the
+    plates in a laboratory medium, deg; by default those of the config's grid, or else of the paper.
     """
     chosen = media_of(config, media)
-    directions = paper_directions() if directions is None else directions
+    if directions is None:
+        # -90 and 90 degrees are one plate
+        planned = [(90.0 if beta == -90 else beta, gamma) for beta, gamma in config.grid.planned]
+        directions = list(dict.fromkeys(planned)) or paper_directions()
     groups = [list(_of_medium(config, name, directions)) for name in chosen]
     if chosen:
         in_air = "re-enacted: turned in air"

@@ -68,15 +68,32 @@ def _share(travel: FloatArray, length: float) -> FloatArray:
     return 1 - np.clip(1 - travel / length, 0.0, 1.0) ** 2
 
 
+_ROUNDING_DEG = 0.01
 _STICK_SLIP, _STICK_SLIP_CM = 0.015, 0.37
 
 
 def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, float]:
-    """One cell of Table S5: alpha_z and alpha_x, N/cm^3."""
-    alpha_z, alpha_x = reference.alpha_grid(medium)
-    row = int(np.argmin(np.abs(reference.BETA_DEG - beta_deg)))
-    column = int(np.argmin(np.abs(reference.GAMMA_DEG - gamma_deg)))
-    return float(alpha_z[row, column]), float(alpha_x[row, column])
+    """Table S5, between its cells interpolated: alpha_z and alpha_x, N/cm^3.
+
+    `beta_deg`, `gamma_deg`: From -90 to 90.
+    """
+    (row, u), (column, v) = (
+        _between(lines, angle)
+        for lines, angle in ((reference.BETA_DEG, beta_deg), (reference.GAMMA_DEG, gamma_deg))
+    )
+    z, x = (
+        float(np.array([1 - u, u]) @ alpha[row : row + 2, column : column + 2] @ [1 - v, v])
+        for alpha in reference.alpha_grid(medium)
+    )
+    return z, x
+
+
+def _between(lines: FloatArray, angle: float) -> tuple[int, float]:
+    """Line below an angle, and the share of the way to the next; on a line where that is meant."""
+    nearest = int(np.abs(lines - angle).argmin())
+    at = lines[nearest] if abs(lines[nearest] - angle) < _ROUNDING_DEG else angle
+    line = int(np.clip(np.searchsorted(lines, at, side="right") - 1, 0, lines.size - 2))
+    return line, float((at - lines[line]) / (lines[line + 1] - lines[line]))
 
 
 def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[float, float]:

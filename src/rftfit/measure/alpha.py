@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections import Counter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,17 +17,19 @@ from rftfit.measure.slopes import (
     spread_of_runs,
     student_quantile,
 )
-from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy.typing as npt
     import pandas as pd
 
+    from rftfit.campaign.config import Grid
     from rftfit.conventions import FloatArray
 
 
-ANGLE_TOLERANCE_DEG = 0.05
+SAME_DIRECTION_DEG = 0.5
+"""Farther than this in an angle, a cell is not the one that is looked for."""
 
 SAME_DEPTH_CM = 0.1
 """Horizontal runs closer in depth than this were meant for one depth."""
@@ -40,52 +43,77 @@ def column(component: str, quantity: str = "") -> str:
 
 
 def alpha_table(
-    fits: pd.DataFrame, medium: str, confidence: float, depths: int, run_to_run: float | None = None
+    fits: pd.DataFrame,
+    medium: str,
+    confidence: float,
+    depths: int,
+    run_to_run: float | None = None,
+    grid: Grid | None = None,
 ) -> pd.DataFrame:
-    """Combine the fits of one medium into the 7 x 13 grid of Table S5.
+    """Combine the fits of one medium into its cells, one row each.
 
-    A cell with several runs gets their mean. The cells beta = -90 and +90 degrees are one and the
-    same plate and share their runs. A horizontal cell is the zero-intercept fit through the
+    Cells are the planned ones of the grid, or else the distinct directions of the runs. A cell with several runs gets their mean. Planned cells at beta = -90 and +90 degrees are one and
+    the same plate and share their runs. A horizontal cell is the zero-intercept fit through the
     steady-state means at the depths of its runs (design section 2). What differs from run to run
     enters every interval as far as it is known: pooled from the repeats of the sheet, else as
     stated; column `spread` says which. A cell without a number has a reason.
 
     `fits`: Of `fit_medium`. `confidence`: Level of the intervals. `depths`: Number of depths that a
-    horizontal cell should have. `run_to_run`: Stated standard deviation of alpha, N/cm^3.
+    horizontal cell should have. `run_to_run`: Stated standard deviation of alpha, N/cm^3. `grid`:
+    Planned cells, and when two directions are the same.
     """
     import pandas as pd
 
+    from rftfit.campaign.config import Grid
+
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
-    beta_deg = np.array([row["beta_deg"] for row in records], dtype=float)
-    gamma_deg = np.array([row["gamma_deg"] for row in records], dtype=float)
-    spreads = {c: spread_of_runs(_repeats(records, c), run_to_run) for c in COMPONENTS}
+    angles = [(float(row["beta_deg"]), float(row["gamma_deg"])) for row in records]
+    grid = grid or Grid()
+    cells = list(grid.planned) or distinct(angles, grid)
+    own = [
+        [run for run, angle in zip(records, angles, strict=True) if grid.same(cell, angle)]
+        for cell in cells
+    ]
+    spreads = {c: spread_of_runs(_repeats(own, c), run_to_run) for c in COMPONENTS}
     rows = []
-    for beta in BETA_DEG:
-        off_beta = np.abs((beta_deg - beta + 90) % 180 - 90)
-        for gamma in GAMMA_DEG:
-            near = (off_beta < ANGLE_TOLERANCE_DEG) & (
-                np.abs(gamma_deg - gamma) < ANGLE_TOLERANCE_DEG
-            )
-            here = [records[index] for index in np.flatnonzero(near)]
-            cell = _cell(here, bool(gamma == 0), confidence, depths, spreads)
-            rows.append({"medium": medium, "beta_deg": beta, "gamma_deg": gamma, **cell})
+    for (beta, gamma), here in zip(cells, own, strict=True):
+        cell = _cell(here, gamma == 0, confidence, depths, spreads)
+        rows.append({"medium": medium, "beta_deg": beta, "gamma_deg": gamma, **cell})
+    if not rows:  # no plate run at all: the columns of a table all the same
+        nothing = {"medium": medium, "beta_deg": math.nan, "gamma_deg": math.nan}
+        return pd.DataFrame([nothing | _cell([], False, confidence, depths, spreads)])[:0]
     return pd.DataFrame(rows)
 
 
-def _repeats(records: list[Row], component: str) -> list[tuple[FloatArray, FloatArray]]:
-    """Group the runs of one cell, and of one depth where it is horizontal."""
-    groups: dict[tuple[float, float], list[Row]] = {}
-    for run in records:
-        if math.isfinite(run[column(component)]):
-            # -90 and 90 degrees are one plate
-            beta = round(float(run["beta_deg"]), 1)
-            key = (abs(beta) if abs(beta) == 90 else beta, round(float(run["gamma_deg"]), 1))
-            groups.setdefault(key, []).append(run)
-    return [
-        _parts(group, component)[:2]
-        for (_, gamma), runs in groups.items()
-        for group in (_by_depth(runs) if gamma == 0 else [runs])
-    ]
+def distinct(angles: Sequence[tuple[float, float]], grid: Grid) -> list[tuple[float, float]]:
+    """Gather directions that are the same within the tolerance of the grid, by beta, then gamma.
+
+    Each is called by the angles that most of its runs have.
+    """
+    left = Counter(angles)
+    cells = []
+    while left:
+        # the most frequent first: the arm's 44.98 belongs to the planned 45
+        name = max(left, key=lambda angle: (left[angle], angle))
+        cells.append(name)
+        left = Counter({angle: n for angle, n in left.items() if not grid.same(name, angle)})
+    return sorted(cells)
+
+
+def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, FloatArray]]:
+    """Group the runs of each cell, and of each depth where they are horizontal.
+
+    Runs of a cell that is planned twice, at beta = -90 and 90 degrees, count once.
+    """
+    seen: set[str] = set()
+    groups = []
+    for runs in cells:
+        new = [run for run in runs
+               if math.isfinite(run[column(component)]) and run["run_id"] not in seen]  # fmt: skip
+        seen.update(str(run["run_id"]) for run in new)
+        parts = _by_depth(new) if new and new[0]["gamma_deg"] == 0 else [new]
+        groups += [_parts(part, component)[:2] for part in parts if part]
+    return groups
 
 
 def _by_depth(runs: list[Row]) -> list[list[Row]]:
@@ -156,8 +184,32 @@ def _through_depths(runs: list[Row], component: str, spread: Spread) -> tuple[fl
     return float(share @ alpha), math.sqrt(float(parts.sum())), float(combine_dof(parts, dofs))
 
 
-def grid(table: pd.DataFrame, name: str) -> FloatArray:
-    """One column of an alpha table over the grid (7, 13): rows by beta, columns by gamma, increasing."""
-    ordered = table.sort_values(["beta_deg", "gamma_deg"])
-    shape: Sequence[int] = (BETA_DEG.size, GAMMA_DEG.size)
-    return ordered[name].to_numpy(float).reshape(shape)
+def directions(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+    """Beta and gamma of the cells of an alpha table, rad, shape (n,)."""
+    beta, gamma = (np.radians(table[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
+    return beta, gamma
+
+
+def both(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+    """alpha_z and alpha_x of the cells of an alpha table, N/cm^3, shape (n,)."""
+    return table[column("z")].to_numpy(float), table[column("x")].to_numpy(float)
+
+
+def rows_at(
+    table: pd.DataFrame, beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike
+) -> npt.NDArray[np.intp]:
+    """Row of an alpha table that is nearest to each direction, shape (k,); -1: none is near."""
+    wanted = np.broadcast_arrays(np.atleast_1d(beta_deg), np.atleast_1d(gamma_deg))
+    beta, gamma = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
+    if not beta.size:
+        return np.full(wanted[0].shape, -1)
+    off = np.maximum(
+        np.abs((beta - wanted[0][:, None] + 90) % 180 - 90), np.abs(gamma - wanted[1][:, None])
+    )
+    return np.where(off.min(axis=1) <= SAME_DIRECTION_DEG, off.argmin(axis=1), -1)
+
+
+def cell_at(table: pd.DataFrame, beta_deg: float, gamma_deg: float) -> pd.Series[Any] | None:
+    """Row of an alpha table for one direction; None where it has none."""
+    row = int(rows_at(table, beta_deg, gamma_deg)[0])
+    return None if row < 0 else table.iloc[row]

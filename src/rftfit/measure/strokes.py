@@ -91,7 +91,7 @@ def find_stroke(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[
 def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
     """Longest stretch below the surface along the path that the sheet names."""
     wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.gamma_deg)))
-    if run.direction == "extraction":
+    if run.direction == "extraction" and run.gamma_deg > 0:
         wanted_x, wanted_z = -wanted_x, -wanted_z
     along: list[tuple[float, float, float]] = []
     seen: list[str] = []

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import column, directions
 from rftfit.measure.fits import COMPONENTS
 from rftfit.model.profiles import TableProfile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy.typing as npt
     import pandas as pd
 
     from rftfit.campaign.config import Config
@@ -33,22 +34,35 @@ def alpha_draws(
     which draw apart still agree.
 
     `table`: Alpha table of one medium. `confidence`: Level of the table's intervals. Returns
-    `alpha_z`, `alpha_x` of shape (draws, 7, 13): N/cm^3; NaN in cells without a run.
+    `alpha_z`, `alpha_x` of shape (draws, n): N/cm^3, by cell of the table; NaN in cells without a run.
     """
     from scipy.special import ndtri
 
     medium = str(table["medium"].iloc[0])
     random = np.random.default_rng([seed, zlib.crc32(medium.encode())])
     result = []
+    # by direction, so that the order of the rows does not choose the numbers
+    order = table.reset_index().sort_values(["beta_deg", "gamma_deg"]).index.to_numpy()
+    twins = _twins(table)
     for component in COMPONENTS:
-        centre = grid(table, column(component))
-        half = (grid(table, column(component, "_hi")) - grid(table, column(component, "_lo"))) / 2
+        centre, low, high = (
+            table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi")
+        )
+        half = (high - low) / 2
         # from the interval, not from the standard error: it knows the degrees of freedom
         spread = half / float(ndtri(0.5 + confidence / 2))
-        noise = random.standard_normal((draws, *centre.shape))
-        noise[:, 0] = noise[:, -1]
-        result.append(centre + spread * noise)
+        noise = np.empty((draws, centre.size))
+        noise[:, order] = random.standard_normal(noise.shape)
+        result.append(centre + spread * noise[:, twins])
     return result[0], result[1]
+
+
+def _twins(table: pd.DataFrame) -> npt.NDArray[np.intp]:
+    """The last row of an alpha table that is the same plate in the same motion, for each row."""
+    keys = list(zip((table["beta_deg"] % 180).round(3), table["gamma_deg"].round(3), strict=True))
+    order = np.argsort(table["beta_deg"].to_numpy(float), kind="stable")
+    last = {keys[row]: int(row) for row in order}
+    return np.array([last[key] for key in keys], dtype=np.intp)
 
 
 def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
@@ -61,7 +75,7 @@ def measured_profile(
     table: pd.DataFrame, config: Config, name: str = "measured table", *, draws: bool = True
 ) -> TableProfile:
     """Interpolate an alpha table; its spread are draws within its errors."""
-    spread = TableProfile(*draws_of(table, config)) if draws else None
+    spread = TableProfile(*draws_of(table, config), *directions(table)) if draws else None
     return TableProfile.from_table(table, name, spread)
 
 

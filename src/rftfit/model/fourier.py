@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.model.symmetry import check_grid, extend, symmetrise
+from rftfit.model.symmetry import WIDEST_DEG, rectangle, torus
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from rftfit.conventions import FloatArray
+    from rftfit.model.symmetry import Rectangle
 
 
 # --- The nine-term Fourier model of alpha(beta, gamma) and the two ways of fitting it.
@@ -81,15 +82,15 @@ def fit_lsq(
 ) -> FloatArray:
     """Least squares at the true angles.
 
-    The fit is over the whole torus of (beta, gamma) that the symmetry completes, every point of it
-    counted once: a cell at gamma = +-90 degrees is its own mirror image, one at beta = +-90 stands
-    twice in the table, so these carry half weight.
+    The fit is over all directions that the symmetry completes, each of them counted once: a cell
+    and its mirror image count twice together, a push straight down with a level plate is its own
+    mirror image, and the plates at beta = -90 and 90 degrees are one.
 
     Parameters
     ----------
-    beta, gamma : numpy.ndarray, shape (nb,), (ng,)
-        rad, the measured grid from -90 to 90 degrees.
-    alpha_z, alpha_x : numpy.ndarray, shape (..., nb, ng)
+    beta, gamma : numpy.ndarray, shape (n,)
+        rad, any directions, one a cell.
+    alpha_z, alpha_x : numpy.ndarray, shape (..., n)
         N/cm^3; NaN where not measured, the same cells in every leading index.
     keep : numpy.ndarray of bool, shape (9,), optional
         Terms to fit; the others come back as 0.
@@ -102,53 +103,52 @@ def fit_lsq(
     Raises
     ------
     ValueError
-        If the grid is not symmetric, fewer cells are measured than terms fitted, or those that are
-        cannot tell the terms apart (one attack angle alone, for example).
+        If fewer cells are measured than terms fitted, or those that are cannot tell the terms apart
+        (one attack angle alone, for example).
     """
-    check_grid(beta, gamma)
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
-    alpha_z, alpha_x = symmetrise(alpha_z, alpha_x)
-    weight = np.where(np.isclose(np.abs(gamma), np.pi / 2), 1.0, 2.0)[None, :]
-    weight = weight * np.where(np.isclose(np.abs(beta), np.pi / 2), 0.5, 1.0)[:, None]
-    grids = basis(beta[:, None], gamma[None, :])
-    result = np.zeros((*alpha_z.shape[:-2], len(TERMS)))
-    for alpha, terms, used in (
-        (alpha_z, grids[0], np.flatnonzero(keep[:5])),
-        (alpha_x, grids[1], np.flatnonzero(keep[5:])),
+    whole = torus(beta, gamma)
+    grids = basis(whole.beta, whole.gamma)
+    result = np.zeros((*alpha_z.shape[:-1], len(TERMS)))
+    for cells, alpha, terms, used in zip(
+        (alpha_z, alpha_x),
+        whole.complete(alpha_z, alpha_x),
+        grids,
+        (np.flatnonzero(keep[:5]), np.flatnonzero(keep[5:])),
+        strict=True,
     ):
-        flat = alpha.reshape(*alpha.shape[:-2], -1)
-        there = np.isfinite(flat).reshape(-1, flat.shape[-1]).all(axis=0)
-        if np.count_nonzero(there) < used.size:
-            raise ValueError(
-                f"{np.count_nonzero(there)} measured cells are too few for {used.size} terms"
-            )
-        root = np.sqrt(weight.ravel()[there])
-        design = terms.reshape(len(terms), -1)[used][:, there] * root
+        measured = int(np.isfinite(cells).reshape(-1, cells.shape[-1]).all(axis=0).sum())
+        there = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)
+        if measured < used.size:
+            raise ValueError(f"{measured} measured cells are too few for {used.size} terms")
+        design = terms[used][:, there]
         if np.linalg.matrix_rank(design) < used.size:
             # the smallest of many solutions would pass for a measurement
             raise ValueError(
-                f"the {np.count_nonzero(there)} measured cells do not tell {used.size} terms apart: "
+                f"the {measured} measured cells do not tell {used.size} terms apart: "
                 "more directions of plate and motion are needed"
             )
-        solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), flat[..., there] * root)
+        solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), alpha[..., there])
         first = 0 if terms is grids[0] else 5
         result[..., first + used] = solution
     return result
 
 
-def fit_dft_index(gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray) -> FloatArray:
+def fit_dft_index(
+    beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
+) -> FloatArray:
     """Discrete Fourier transform on the index grid: how Table S2 was made.
 
-    The symmetry-extended table is read as a regular grid: beta index i stands for (i - 3) pi/7 and
-    gamma index k for (k - 12) 2 pi/25, both end rows and columns kept and the true, uneven steps of
-    gamma ignored. The recipe is inferred: it gives all non-zero entries of Table S2 within
-    0.0013 N/cm^3, and Table S3, which least squares does not.
+    The symmetry-extended table is read as a regular grid: of the paper's 7 x 25 directions, beta
+    index i stands for (i - 3) pi/7 and gamma index k for (k - 12) 2 pi/25, both end rows and columns
+    kept and the true, uneven steps of gamma ignored. The recipe is inferred: it gives all non-zero
+    entries of Table S2 within 0.0013 N/cm^3, and Table S3, which least squares does not.
 
     Parameters
     ----------
-    gamma : numpy.ndarray, shape (ng,)
-        rad, the measured grid from -90 to 90 degrees.
-    alpha_z, alpha_x : numpy.ndarray, shape (..., nb, ng)
+    beta, gamma : numpy.ndarray, shape (n,)
+        rad, one a cell: a grid from -90 to 90 degrees, symmetric, with 0 in its middle.
+    alpha_z, alpha_x : numpy.ndarray, shape (..., n)
         N/cm^3; a transform needs every cell, so NaN anywhere gives NaN.
 
     Returns
@@ -159,11 +159,17 @@ def fit_dft_index(gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray) -
     Raises
     ------
     ValueError
-        If gamma does not run from -90 to 90 degrees with 0 in its middle.
+        If the directions are no such grid.
     """
-    alpha_z, alpha_x = symmetrise(alpha_z, alpha_x)
-    gamma_all, alpha_z, alpha_x = extend(gamma, alpha_z, alpha_x)
-    rows, columns = alpha_z.shape[-2], gamma_all.size
+    grid = rectangle(beta, gamma)
+    if grid is None or not _transformable(grid):
+        raise ValueError(
+            "the transform on the index grid needs every direction of a grid that runs from -90 to 90 "
+            "degrees in both angles in steps of at most "
+            f"{WIDEST_DEG:g}, symmetric about 0 and with 0 in it; method lsq takes any directions"
+        )
+    alpha_z, alpha_x = (grid.closed(part)[2] for part in grid.torus.complete(alpha_z, alpha_x))
+    rows, columns = alpha_z.shape[-2:]
     beta_index = (np.arange(rows) - rows // 2) * np.pi / rows
     gamma_index = (np.arange(columns) - columns // 2) * 2 * np.pi / columns
     terms_z, terms_x = basis(beta_index[:, None], gamma_index[None, :])
@@ -172,6 +178,16 @@ def fit_dft_index(gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray) -
     # a harmonic's mean square over a period is one half, a constant's is one
     scale_z = np.array([1.0, 2.0, 2.0, 2.0, 2.0])
     return np.concatenate([mean_z * scale_z, mean_x * 2.0], axis=-1)
+
+
+def _transformable(grid: Rectangle) -> bool:
+    """Whether a completed grid is full, symmetric, and has lines at 0, 90 and 180 degrees."""
+    beta, gamma = np.degrees(grid.beta), np.degrees(grid.gamma)
+    symmetric = np.allclose(beta[1:], -beta[:0:-1]) and np.allclose(gamma[1:], -gamma[:0:-1])
+    lines = all(np.isclose(beta, angle).any() for angle in (-90, 0))
+    lines &= all(np.isclose(gamma, angle).any() for angle in (-180, -90, 0, 90))
+    lines &= max(np.diff(beta).max(), np.diff(gamma).max()) <= WIDEST_DEG
+    return bool(symmetric and lines and (grid.node >= 0).all())
 
 
 def kept_terms(coefficients: FloatArray, threshold: float) -> npt.NDArray[np.bool_]:
@@ -247,22 +263,21 @@ def select_bic(
 ) -> dict[str, bool | None]:
     """Keep the harmonics that lower the Bayesian information criterion (forward and backward).
 
-    `beta`, `gamma`: shape (nb,); rad, the measured grid from -90 to 90 degrees. `alpha_z`,
-    `alpha_x`: shape (nb, ng); N/cm^3; NaN where not measured. Returns name of every candidate term
-    to whether it is kept; None where fewer cells were measured than there are candidates, which
-    leaves nothing to choose by.
+    `beta`, `gamma`: shape (n,); rad, one a cell. `alpha_z`, `alpha_x`: shape (n,); N/cm^3; NaN where
+    not measured. Returns name of every candidate term to whether it is kept; None where fewer
+    directions were measured than there are candidates, which leaves nothing to choose by.
     """
-    check_grid(beta, gamma)
-    alpha_z, alpha_x = symmetrise(alpha_z, alpha_x)
-    # beta = -90 degrees is the same plate as +90: one of them
-    rows = np.flatnonzero(~np.isclose(beta, -np.pi / 2))
-    b, g = np.meshgrid(beta[rows], gamma, indexing="ij")
+    whole = torus(beta, gamma)
+    # the cells themselves: their mirror images are no further measurements
+    one = ((whole.cell >= 0) & (whole.sign > 0)).any(axis=1)
+    complete = whole.complete(alpha_z, alpha_x)
+    b, g = whole.beta[one], whole.gamma[one]
     kept: dict[str, bool | None] = {}
-    for component, alpha in (("z", alpha_z), ("x", alpha_x)):
+    for component, alpha in zip("zx", complete, strict=True):
         candidates = harmonics(component)
-        values = alpha[rows].ravel()
+        values = alpha[one]
         there = np.isfinite(values)
-        columns = np.stack([term.values(b, g).ravel()[there] for term in candidates], axis=1)
+        columns = np.stack([term.values(b, g)[there] for term in candidates], axis=1)
         if len(columns) <= len(candidates):
             kept.update(dict.fromkeys(term.name for term in candidates))
             continue

@@ -10,9 +10,9 @@ import numpy as np
 
 from rftfit.campaign.problems import choose
 from rftfit.conventions import wrap_beta, wrap_gamma
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import both, column, directions
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
-from rftfit.model.symmetry import check_grid, extend, symmetrise
+from rftfit.model.symmetry import WIDEST_DEG, rectangle, torus
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
 
 if TYPE_CHECKING:
@@ -184,14 +184,18 @@ class Profile(ABC):
 class TableProfile(Profile):
     """Alpha interpolated from a measured table, completed by symmetry.
 
-    A missing cell makes alpha NaN between its neighbours (and at its mirror image), never a guess.
+    Where the directions lie on a grid, full or with holes, it is bilinear between its lines, and a
+    missing cell makes alpha NaN between its neighbours (and at its mirror image), never a guess.
+    Scattered directions are triangulated on the torus of all directions; farther than `REACH_DEG`
+    from every push alpha is NaN.
 
     Parameters
     ----------
-    alpha_z, alpha_x : numpy.ndarray, shape (..., nb, ng)
-        N/cm^3, rows by beta, columns by gamma, NaN where missing; leading axes are draws.
-    beta, gamma : numpy.ndarray, shape (nb,), (ng,), optional
-        rad, symmetric, from -pi/2 to pi/2, 0 among gamma; the grid of Table S5 by default.
+    alpha_z, alpha_x : numpy.ndarray, shape (..., *cells)
+        N/cm^3, NaN where missing; leading axes are draws.
+    beta, gamma : array_like, optional
+        rad; shapes broadcast to that of the cells: ``(n,)`` for a list of directions, ``(nb, 1)`` and
+        ``(ng,)`` for a grid. Default: the grid of Table S5, cells (7, 13).
     name : str, optional
     reasons : dict of (float, float) to str, optional
         Why a cell, named by (beta, gamma) in degrees, is missing.
@@ -201,7 +205,7 @@ class TableProfile(Profile):
     Raises
     ------
     ValueError
-        If the grid is not such or does not fit the values.
+        If the angles do not fit the values.
 
     Examples
     --------
@@ -213,27 +217,35 @@ class TableProfile(Profile):
         self,
         alpha_z: FloatArray,
         alpha_x: FloatArray,
-        beta: FloatArray | None = None,
-        gamma: FloatArray | None = None,
+        beta: npt.ArrayLike | None = None,
+        gamma: npt.ArrayLike | None = None,
         name: str = "measured table",
         reasons: dict[tuple[float, float], str] | None = None,
         spread: Profile | None = None,
     ) -> None:
-        self.beta = np.radians(BETA_DEG) if beta is None else np.asarray(beta, dtype=float)
-        measured_gamma = np.radians(GAMMA_DEG) if gamma is None else np.asarray(gamma, dtype=float)
-        check_grid(self.beta, measured_gamma)
+        beta_of, gamma_of = np.broadcast_arrays(
+            np.radians(BETA_DEG)[:, None] if beta is None else np.asarray(beta, dtype=float),
+            np.radians(GAMMA_DEG) if gamma is None else np.asarray(gamma, dtype=float),
+        )
         alpha_z, alpha_x = np.asarray(alpha_z, dtype=float), np.asarray(alpha_x, dtype=float)
-        shape = (self.beta.size, measured_gamma.size)
-        if alpha_z.shape != alpha_x.shape or alpha_z.shape[-2:] != shape:
+        shape = beta_of.shape
+        if alpha_z.shape != alpha_x.shape or alpha_z.shape[alpha_z.ndim - len(shape) :] != shape:
             raise ValueError(
-                f"the grid has {shape[0]} x {shape[1]} cells, "
+                f"there are {' x '.join(map(str, shape))} cells, "
                 f"the values have shapes {alpha_z.shape} and {alpha_x.shape}"
             )
         self.name, self.spread = name, spread
-        # beta = -90 and +90 degrees are one plate: one row where the two differ or one is missing
-        alpha_z, alpha_x = symmetrise(_join_ends(alpha_z), _join_ends(alpha_x))
-        self.gamma, self.alpha_z, self.alpha_x = extend(measured_gamma, alpha_z, alpha_x)
-        self.reason = self._why(measured_gamma, alpha_z, alpha_x, reasons or {})
+        flat = (*alpha_z.shape[: alpha_z.ndim - len(shape)], -1)
+        cells = beta_of.ravel(), gamma_of.ravel()
+        values = alpha_z.reshape(flat), alpha_x.reshape(flat)
+        self.scattered = (grid := rectangle(*cells)) is None
+        if grid is None:
+            self.beta, self.gamma, self.alpha_z, self.alpha_x = _triangulated(*cells, *values)
+        else:
+            whole = grid.torus.complete(*values)
+            self.beta, self.gamma, self.alpha_z = grid.closed(whole[0])
+            self.alpha_x = grid.closed(whole[1])[2]
+        self.reason = self._why(cells, values, reasons or {})
 
     @classmethod
     def published(cls, medium: str) -> TableProfile:
@@ -260,7 +272,7 @@ class TableProfile(Profile):
         ----------
         table : pandas.DataFrame
             With ``beta_deg, gamma_deg, alpha_z_N_per_cm3, alpha_x_N_per_cm3`` and optionally
-            ``reason``, one row for each cell of the published grid: `rftfit.Medium.alpha`.
+            ``reason``, one row a cell, any directions: `rftfit.Medium.alpha`.
         name : str, optional
         spread : Profile, optional
             Draws of the table.
@@ -275,28 +287,36 @@ class TableProfile(Profile):
             for row in empty.to_dict("records")
             if isinstance(row.get("reason"), str)
         }
-        alpha_z, alpha_x = grid(table, column("z")), grid(table, column("x"))
-        return cls(alpha_z, alpha_x, name=name, reasons=reasons, spread=spread)
+        return cls(*both(table), *directions(table), name, reasons, spread)
 
     def _why(
         self,
-        gamma: FloatArray,
-        alpha_z: FloatArray,
-        alpha_x: FloatArray,
+        cells: tuple[FloatArray, FloatArray],
+        values: tuple[FloatArray, FloatArray],
         reasons: dict[tuple[float, float], str],
     ) -> str:
-        every = np.isnan(alpha_z) | np.isnan(alpha_x)
-        missing = np.asarray(every.reshape(-1, *every.shape[-2:]).any(axis=0))
-
-        def cells() -> Iterator[str]:
-            for row, col in np.argwhere(missing):
-                place = _place(np.degrees(self.beta[row]), np.degrees(gamma[col]))
-                why = reasons.get(place)
-                yield f"({place[0]:g}, {place[1]:g})" + (f": {why}" if why else "")
-
-        if not missing.any():
+        every = np.isnan(self.alpha_z) | np.isnan(self.alpha_x)
+        if not every.any():
             return ""
-        return f"{self.name}: no alpha at (beta, gamma) in degrees " + "; ".join(cells())
+        # a plate at -90 degrees is the one at 90, a push straight down its own mirror image
+        whole = torus(*cells)
+        lost = np.isnan(whole.complete(*values)).any(axis=0)
+        lost = lost.reshape(-1, lost.shape[-1]).any(axis=0)
+        told = []
+        for number in np.unique(whole.cell[lost][whole.sign[lost] > 0]):
+            if number < 0:
+                continue
+            place = _place(*(np.degrees(angle[number]) for angle in cells))
+            why = reasons.get(place)
+            told.append(f"({place[0]:g}, {place[1]:g})" + (f": {why}" if why else ""))
+        where = "farther than {:g} deg from every push" if self.scattered else (
+            "where no run was made, or between lines of the grid more than {:g} deg apart"
+        )  # fmt: skip
+        far = where.format(REACH_DEG if self.scattered else WIDEST_DEG)
+        if not told:
+            return f"{self.name}: no alpha {far}"
+        more = f"; nor {far}" if self.scattered else ""
+        return f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(told)}{more}"
 
     @property
     def nodes(self) -> tuple[int, int]:
@@ -360,13 +380,55 @@ def _place(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
     return round(float(beta_deg), 1) + 0.0, round(float(gamma_deg), 1) + 0.0
 
 
-def _join_ends(alpha: FloatArray) -> FloatArray:
-    """Give the first and the last row their mean, or the one value that there is."""
-    alpha = alpha.copy()
-    first, last = alpha[..., 0, :], alpha[..., -1, :]
-    joined = np.where(np.isnan(first), last, np.where(np.isnan(last), first, (first + last) / 2))
-    alpha[..., 0, :] = alpha[..., -1, :] = joined
-    return alpha
+REACH_DEG = 35.0
+"""Farther from every push, in beta and gamma together, scattered directions say nothing."""
+
+_STEP_DEG = 5
+"""Of the regular grid on which the triangulation is laid."""
+
+
+def _triangulated(
+    beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Lay scattered directions, shape (n,), on a regular grid.
+
+    Linear between the nearest directions on the torus, mirror images included. Returns beta, gamma
+    of the grid (rad), and alpha_z, alpha_x of shape (..., nb, ng).
+    """
+    from scipy.spatial import Delaunay, KDTree
+
+    rows, columns = np.arange(-90, 91, _STEP_DEG), np.arange(-180, 181, _STEP_DEG)
+    known = np.isfinite(alpha_z + alpha_x)
+    there = known.reshape(-1, known.shape[-1]).all(axis=0)
+    lead = alpha_z.shape[:-1]
+    if not there.any():
+        nothing = np.full((*lead, rows.size, columns.size), np.nan)
+        return np.radians(rows), np.radians(columns), nothing, nothing
+    whole = torus(beta[there], gamma[there])
+    own = np.degrees(np.column_stack([whole.beta, whole.gamma]))
+    # the plane around it, one period to each side
+    shifts = [(b, g) for b in (-180, 0, 180) for g in (-360, 0, 360)]
+    points = np.concatenate([own + shift for shift in shifts])
+    number = np.tile(np.arange(len(own)), len(shifts))
+    at = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2).astype(float)
+    mesh = Delaunay(points)
+    corner = mesh.find_simplex(at)
+    step = mesh.transform[corner]
+    two = np.einsum("nij,nj->ni", step[:, :2], at - step[:, 2])
+    weights = np.column_stack([two, 1 - two.sum(axis=1)])
+    near = KDTree(points).query(at)[0] <= REACH_DEG
+
+    def laid(alpha: FloatArray, sign: float) -> FloatArray:
+        parts = zip(number[mesh.simplices[corner]].T, weights.T, strict=True)
+        values = sum((alpha[..., part] * weight for part, weight in parts), np.zeros(()))
+        values = np.where(near, values, np.nan).reshape(*lead, rows.size, columns.size)
+        # where four directions lie on a circle, either diagonal will do: take both
+        half = columns.size // 2
+        image = np.concatenate([values[..., half::-1], values[..., -2 : half - 1 : -1]], axis=-1)
+        return (values + sign * image[..., ::-1, :]) / 2
+
+    z, x = whole.complete(alpha_z[..., there], alpha_x[..., there])
+    return np.radians(rows), np.radians(columns), laid(z, 1.0), laid(x, -1.0)
 
 
 def _interval(nodes: FloatArray, at: FloatArray) -> tuple[IndexArray, FloatArray]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import both, cell_at, column, directions
 from rftfit.model.draws import Term, draws_of, interval_of_sum, typical_dof
 from rftfit.model.fourier import (
     TERMS,
@@ -419,9 +419,6 @@ ALL_METHODS = ("lsq", "dft-index", AS_PRINTED)
 FEWEST_MEDIA = 2
 """Of a campaign's own, for its natural sands to be scaled from them."""
 
-_BETA, _GAMMA = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
-_VERTICAL = (int(np.flatnonzero(BETA_DEG == 0)[0]), GAMMA_DEG.size - 1)
-
 
 @dataclass(frozen=True)
 class MediumFit:
@@ -458,12 +455,15 @@ class MediumFit:
         """`used` under the errors of alpha, the selection of terms held fixed, shape (draws, 9)."""
         if self.reason:
             return np.full((self.config.fourier.draws, len(TERMS)), np.nan)
-        return _transform(self.method, *self._alpha_draws, self.keep)
+        return _transform(self.method, directions(self.table), self._alpha_draws, self.keep)
 
     @property
     def alpha_z_draws(self) -> FloatArray:
         """`alpha_z` under its error, shape (draws,)."""
-        return self.draws[:, 0] if self.reason else self._alpha_draws[0][(slice(None), *_VERTICAL)]
+        cell = cell_at(self.table, 0, 90)
+        if self.reason or cell is None:
+            return np.full(self.config.fourier.draws, np.nan)
+        return self._alpha_draws[0][:, self.table.index.get_loc(cell.name)]
 
     @property
     def zeta_draws(self) -> FloatArray:
@@ -495,15 +495,15 @@ def _published_as(table: pd.DataFrame, config: Config) -> str:
 
 def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     """Fit one alpha table by one method, with the terms that are kept."""
-    alpha_z, alpha_x = grid(table, column("z")), grid(table, column("x"))
+    alpha, angles = both(table), directions(table)
     full = used = np.full(len(TERMS), np.nan)
     keep, reason = np.ones(len(TERMS), dtype=bool), ""
     try:
-        full = _transform(method, alpha_z, alpha_x, None)
+        full = _transform(method, angles, alpha, None)
         if not np.isfinite(full).all():
-            empty = int(np.count_nonzero(np.isnan(alpha_z)))
+            empty = int(np.count_nonzero(np.isnan(alpha[0])))
             reason = (
-                f"{empty} of {alpha_z.size} cells have no alpha; the transform needs all of them"
+                f"{empty} of {alpha[0].size} cells have no alpha; the transform needs all of them"
             )
             full = used
     except ValueError as error:
@@ -512,17 +512,23 @@ def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
         keep = kept_terms(full, config.fourier.threshold)
         if method == AS_PRINTED:
             keep = as_array(coefficients(_published_as(table, config))) != 0
-        used = _transform(method, alpha_z, alpha_x, keep)
-    medium, measured = str(table["medium"].iloc[0]), float(alpha_z[_VERTICAL])
-    return MediumFit(medium, method, full, keep, used, measured, table, config, reason)
+        used = _transform(method, angles, alpha, keep)
+    cell = cell_at(table, 0, 90)
+    measured = np.nan if cell is None else float(cell[column("z")])
+    return MediumFit(
+        str(table["medium"].iloc[0]), method, full, keep, used, measured, table, config, reason
+    )
 
 
 def _transform(
-    method: str, alpha_z: FloatArray, alpha_x: FloatArray, keep: npt.NDArray[np.bool_] | None
+    method: str,
+    angles: tuple[FloatArray, FloatArray],
+    alpha: tuple[FloatArray, FloatArray],
+    keep: npt.NDArray[np.bool_] | None,
 ) -> FloatArray:
     if method == "lsq":
-        return fit_lsq(_BETA, _GAMMA, alpha_z, alpha_x, keep)
-    values = fit_dft_index(_GAMMA, alpha_z, alpha_x)
+        return fit_lsq(*angles, *alpha, keep)
+    values = fit_dft_index(*angles, *alpha)
     return values if keep is None else np.where(keep, values, 0.0)
 
 
@@ -545,7 +551,9 @@ def reference_of(fits: Sequence[MediumFit], config: Config, method: str | None =
     the interval for a further medium is the scatter between media, and one has none.
     """
     method = method or config.fourier.method
-    own = [fit for fit in fits if fit.method == method and not fit.reason]
+    own = [
+        fit for fit in fits if fit.method == method and not fit.reason and np.isfinite(fit.alpha_z)
+    ]
     if len(own) < FEWEST_MEDIA:
         return published()
     values = {fit.medium: fit.used for fit in own}

@@ -1,97 +1,176 @@
-"""The symmetry of alpha under mirroring x, and the torus that it completes."""
+"""The symmetry of alpha under mirroring x, and the torus of all directions that it completes."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from rftfit.conventions import mirror
+
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from rftfit.conventions import FloatArray
 
+AXIS_TOLERANCE_DEG = 0.5
+"""Angles of a table closer than this lie on one line of its grid."""
 
-def check_grid(beta: FloatArray, gamma: FloatArray) -> None:
-    """Check that a grid can be mirrored: increasing, symmetric, from -90 to 90 degrees.
+WIDEST_DEG = 70.0
+"""Nothing is interpolated between lines of a grid that are farther apart."""
 
-    `beta`, `gamma`: shape (nb,); rad.
+LEAST_FILL = 0.5
+"""Part of the pairs of a grid that is known: with less, the directions are scattered."""
+
+_PER_DEGREE = 1_000_000
+"""Directions are the same where they agree to a millionth of a degree."""
+
+
+class Torus(NamedTuple):
+    """Every direction that a table tells of: its cells and their mirror images, each direction once.
+
+    `beta`, `gamma`: shape (m,); rad, beta in [-pi/2, pi/2), gamma in [-pi, pi).
+    `cell`: shape (m, k); the cells of the table that tell of a direction, -1 where there are fewer.
+    `sign`: shape (m, k); -1 where a cell tells of it as its mirror image, which turns alpha_x.
     """
-    for name, angle in (("beta", beta), ("gamma", gamma)):
-        whole = angle.size > 1 and np.isclose(angle[-1], np.pi / 2) and (np.diff(angle) > 0).all()
-        if not whole or not np.allclose(angle, -angle[::-1]):
-            raise ValueError(f"the {name} grid must be symmetric and run from -90 to 90 degrees")
+
+    beta: FloatArray
+    gamma: FloatArray
+    cell: npt.NDArray[np.intp]
+    sign: FloatArray
+
+    def complete(self, alpha_z: FloatArray, alpha_x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Alpha of every direction: the mean of the cells that tell of it, or the one that is known.
+
+        Parameters
+        ----------
+        alpha_z, alpha_x : numpy.ndarray, shape (..., n)
+            N/cm^3, by cell of the table; NaN where not measured.
+
+        Returns
+        -------
+        alpha_z, alpha_x : numpy.ndarray, shape (..., m)
+        """
+        return self._mean(alpha_z, np.ones_like(self.sign)), self._mean(alpha_x, self.sign)
+
+    def _mean(self, alpha: FloatArray, sign: FloatArray) -> FloatArray:
+        values = np.where(self.cell >= 0, alpha[..., self.cell] * sign, np.nan)
+        known = np.isfinite(values)
+        count = known.sum(axis=-1)
+        total = np.where(known, values, 0.0).sum(axis=-1)
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
-def symmetrise(alpha_z: FloatArray, alpha_x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Make alpha at gamma = +-90 degrees obey its own symmetry.
+def torus(beta: FloatArray, gamma: FloatArray) -> Torus:
+    """Complete the directions of a table by symmetry (supplement of the paper).
 
-    There a plate at beta and one at -beta are mirror images: alpha_z(beta) and alpha_z(-beta) are
-    replaced by their mean, alpha_x(beta) and -alpha_x(-beta) by theirs (supplement of the paper).
+    The experiment at (beta, gamma) seen from behind is that at (-beta, pi - gamma): alpha_z is the
+    same there, alpha_x has the other sign. Plates at beta = -90 and 90 degrees are one and the same.
 
     Parameters
     ----------
-    alpha_z, alpha_x : numpy.ndarray, shape (..., nb, ng)
-        N/cm^3, rows by beta, columns by gamma, both from -90 to 90 degrees.
+    beta, gamma : numpy.ndarray, shape (n,)
+        rad, one a cell.
 
     Returns
     -------
-    alpha_z, alpha_x : numpy.ndarray
-        New arrays of the same shape. A cell whose mirror image is missing keeps its own value; a
-        missing one takes its mirror image's.
+    Torus
+        By beta, then gamma.
     """
-    alpha_z, alpha_x = alpha_z.copy(), alpha_x.copy()
-    for column in (0, -1):
-        alpha_z[..., column] = _mean(alpha_z[..., column], alpha_z[..., ::-1, column])
-        alpha_x[..., column] = _mean(alpha_x[..., column], -alpha_x[..., ::-1, column])
-    return alpha_z, alpha_x
+    image_beta, image_gamma = mirror(beta, gamma)
+    beta_deg = np.degrees(np.concatenate([beta, image_beta]))
+    gamma_deg = np.degrees(np.concatenate([gamma, image_gamma]))
+    rows = np.round((beta_deg + 90) * _PER_DEGREE).astype(np.int64) % (180 * _PER_DEGREE)
+    columns = np.round((gamma_deg + 180) * _PER_DEGREE).astype(np.int64) % (360 * _PER_DEGREE)
+    key = rows * (360 * _PER_DEGREE) + columns
+    _, first, place = np.unique(key, return_index=True, return_inverse=True)
+    order = np.argsort(place, kind="stable")
+    slot = np.arange(key.size) - np.searchsorted(place[order], place[order])
+    cell = np.full((first.size, int(slot.max(initial=-1)) + 1), -1)
+    sign = np.ones(cell.shape)
+    cell[place[order], slot] = order % beta.size if beta.size else 0
+    sign[place[order], slot] = np.where(order < beta.size, 1.0, -1.0)
+    return Torus(
+        np.radians((beta_deg[first] + 90) % 180 - 90) if first.size else np.empty(0),
+        np.radians((gamma_deg[first] + 180) % 360 - 180) if first.size else np.empty(0),
+        cell, sign,
+    )  # fmt: skip
 
 
-def _mean(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Mean of two, or the one that there is."""
-    both = (one + other) / 2
-    return np.where(np.isnan(one), other, np.where(np.isnan(other), one, both))
+class Rectangle(NamedTuple):
+    """A table whose directions lie on a grid.
 
-
-def extend(
-    gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Extend alpha from gamma in [-90, 90] to [-180, 180] degrees.
-
-    alpha_z(beta, gamma) = alpha_z(-beta, +-pi - gamma), alpha_x(beta, gamma) = -alpha_x(-beta,
-    +-pi - gamma), upper sign for gamma > 0 (supplement of the paper).
-
-    Parameters
-    ----------
-    gamma : numpy.ndarray, shape (ng,)
-        rad, symmetric, from -pi/2 to pi/2, with 0 in the middle.
-    alpha_z, alpha_x : numpy.ndarray, shape (..., nb, ng)
-        N/cm^3, the beta rows symmetric about 0.
-
-    Returns
-    -------
-    gamma : numpy.ndarray, shape (2 ng - 1,)
-        rad, from -pi to pi.
-    alpha_z, alpha_x : numpy.ndarray, shape (..., nb, 2 ng - 1)
-
-    Raises
-    ------
-    ValueError
-        If gamma is not such a grid.
+    `beta`, `gamma`: shape (nb,), (ng,); lines of the grid, rad, increasing, in the ranges of `Torus`.
+    `torus`: The directions, with the angles of the lines.
+    `node`: shape (nb, ng); place of each crossing in the torus, -1: no cell tells of it.
     """
-    middle = gamma.size // 2
-    if (
-        gamma.size % 2 == 0
-        or not np.isclose(gamma[middle], 0)
-        or not np.isclose(gamma[-1], np.pi / 2)
-    ):
-        raise ValueError("the gamma grid must run from -90 to 90 degrees with 0 in its middle")
-    # without the columns at +-90 degrees, which are their own image
-    up, down = slice(middle, -1), slice(1, middle + 1)
-    gamma_all = np.concatenate([-np.pi - gamma[down][::-1], gamma, np.pi - gamma[up][::-1]])
 
-    def whole(alpha: FloatArray, sign: float) -> FloatArray:
-        image = sign * alpha[..., ::-1, :]
-        return np.concatenate(
-            [image[..., down][..., ::-1], alpha, image[..., up][..., ::-1]], axis=-1
-        )
+    beta: FloatArray
+    gamma: FloatArray
+    torus: Torus
+    node: npt.NDArray[np.intp]
 
-    return gamma_all, whole(alpha_z, 1.0), whole(alpha_x, -1.0)
+    def fill(self, alpha: FloatArray) -> FloatArray:
+        """Values (..., m) of the torus on the grid, (..., nb, ng), NaN in its holes."""
+        return np.where(self.node >= 0, alpha[..., self.node], np.nan)
+
+    def closed(self, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Grid from -90 to 90 degrees of beta and -180 to 180 of gamma, whose opposite ends are one.
+
+        An end between two lines is interpolated; in a gap wider than `WIDEST_DEG` stands a line of
+        NaN. `alpha`: shape (..., m), of the torus. Returns beta, gamma and values on them.
+        """
+        gamma, values = _close(self.gamma, self.fill(alpha), np.pi)
+        beta, turned = _close(self.beta, np.swapaxes(values, -1, -2), np.pi / 2)
+        return beta, gamma, np.swapaxes(turned, -1, -2)
+
+
+def _close(nodes: FloatArray, values: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:
+    """Close a period along the last axis; `nodes` lie in [-half, half)."""
+    widest = np.radians(WIDEST_DEG)
+    if np.isclose(nodes[0], -half):
+        end = values[..., :1]
+        nodes = np.append(nodes, half)
+        values = np.concatenate([values, end], axis=-1)
+    else:
+        gap = nodes[0] + 2 * half - nodes[-1]
+        share = (half - nodes[-1]) / gap if gap <= widest else np.nan
+        end = (1 - share) * values[..., -1:] + share * values[..., :1]
+        nodes = np.concatenate([[-half], nodes, [half]])
+        values = np.concatenate([end, values, end], axis=-1)
+    wide = np.flatnonzero(np.diff(nodes) > widest)
+    middle = (nodes[wide] + nodes[wide + 1]) / 2
+    return np.insert(nodes, wide + 1, middle), np.insert(values, wide + 1, np.nan, axis=-1)
+
+
+def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
+    """Grid on which the directions of a table lie; None where they are scattered.
+
+    Angles that differ by less than `AXIS_TOLERANCE_DEG` share a line. A table with fewer than two
+    lines in either angle, or with more holes than values, is no grid.
+
+    `beta`, `gamma`: shape (n,); rad, one a cell.
+    """
+    size = _lined_up(np.abs(np.degrees(beta)), (0.0, 90.0))
+    whole = torus(np.radians(np.copysign(size, beta)), np.radians(_lined_up(np.degrees(gamma))))
+    rows, row = np.unique(whole.beta.round(9), return_inverse=True)
+    columns, column = np.unique(whole.gamma.round(9), return_inverse=True)
+    if min(rows.size, columns.size) < 2 or row.size < LEAST_FILL * rows.size * columns.size:
+        return None
+    node = np.full((rows.size, columns.size), -1)
+    node[row, column] = np.arange(row.size)
+    # the angles themselves, not the rounded ones
+    rows[row], columns[column] = whole.beta, whole.gamma
+    return Rectangle(rows, columns, whole, node)
+
+
+def _lined_up(angles_deg: FloatArray, exact: tuple[float, ...] = ()) -> FloatArray:
+    """Replace angles that are nearly the same by one of them; near an `exact` one by that."""
+    values, place = np.unique(angles_deg, return_inverse=True)
+    line = np.cumsum(np.diff(values, prepend=values[:1]) > AXIS_TOLERANCE_DEG)
+    for one in np.unique(line):
+        own = values[line == one]
+        middle = float(own[own.size // 2])
+        near = [e for e in exact if abs(own - e).min() <= AXIS_TOLERANCE_DEG / 2]
+        values[line == one] = near[0] if near else middle
+    return values[place]

@@ -28,14 +28,14 @@ function startCalculator(data) {
   let result = null;
   let reference = null;
   const radians = (degrees) => (degrees * Math.PI) / 180;
-  const read = (row, col) => {
-    const [z, x] = scaledAlpha(result.scaled, reference, radians(data.beta_deg[row]), radians(data.gamma_deg[col]));
+  const read = (beta, gamma) => {
+    const [z, x] = scaledAlpha(result.scaled, reference, radians(beta), radians(gamma));
     const of = ([value, lo, hi]) => ({ value, lo, hi });
     return { z: of(z), x: of(x), note: "" };
   };
-  const maps = makeMaps(byId("calc-maps"), data.beta_deg, data.gamma_deg, (row, col) => {
-    const { z, x } = read(row, col);
-    const place = `beta = ${sayAngle(data.beta_deg[row])}, gamma = ${sayAngle(data.gamma_deg[col])}`;
+  const maps = makeMaps(byId("calc-maps"), (beta, gamma) => {
+    const { z, x } = read(beta, gamma);
+    const place = `beta = ${sayAngle(beta)}, gamma = ${sayAngle(gamma)}`;
     const rows = [["alpha_z", z], ["alpha_x", x]].map(([name, v]) => [name, valueCell(v, 4)]);
     byId("calc-readout").replaceChildren(tableOf([place, "N/cm\u00b3"], rows));
   });
@@ -86,7 +86,7 @@ function startCalculator(data) {
     result = calculate(data, reference, alpha, readNumber(seBox.value));
     showNumbers();
     showPeaks();
-    maps.show(read);
+    maps.show(data, read);
     showCurves();
   }
 

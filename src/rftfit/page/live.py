@@ -10,7 +10,8 @@ import numpy as np
 
 from rftfit.campaign.config import Leg
 from rftfit.figures.captions import PROFILES, name_of
-from rftfit.measure.alpha import column, grid
+from rftfit.figures.maps import lies_on_grid, pivot
+from rftfit.measure.alpha import column
 from rftfit.model.fourier import TERMS
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
     from rftfit.model.profiles import Profile
     from rftfit.results import Results
+
+_STEP_DEG = 15.0
+"""Of the map of scattered directions."""
 
 CURVE_DIGITS = 6
 """Significant digits of curves, as in the csv tables. Profiles and outlines keep all of theirs."""
@@ -109,7 +113,7 @@ def live_data(results: Results) -> dict[str, Any]:
         "leg_names": {name: name_of(name) for name in config.intruders},
         "profile_names": PROFILES,
         "rate": config.arm.leg_speed_rad_per_s,
-        "beta_deg": BETA_DEG.tolist(),
+        "beta_deg": BETA_DEG.tolist(),  # of the calculator's maps
         "gamma_deg": GAMMA_DEG.tolist(),
         "confidence": config.fit.confidence,
         "profiles": {
@@ -191,17 +195,46 @@ def _leg(leg: Leg) -> dict[str, Any]:
 
 
 def _cells(table: pd.DataFrame) -> dict[str, Any]:
-    """Measured cells of one medium on the grid, with intervals and why one is empty."""
-    notes = {}
+    """Measured cells of one medium as a map, with intervals and why one is empty.
+
+    Scattered directions are shown as what is interpolated between them, and as points.
+    """
+    if not lies_on_grid(table):
+        profile, lines = TableProfile.from_table(table), np.arange(-90.0, 91.0, _STEP_DEG)
+        at = np.meshgrid(np.radians(lines), np.radians(lines), indexing="ij")
+        values = dict(zip("zx", profile.alpha(*at), strict=True))
+        nothing = np.full(at[0].shape, np.nan)
+        points = table[["beta_deg", "gamma_deg", column("z"), column("x")]].to_numpy(float)
+        return {
+            f"{c}{end}": as_lists(nothing if end else values[c], CURVE_DIGITS)
+            for c in "zx"
+            for end in ("", "_lo", "_hi")
+        } | {
+            "beta_deg": lines.tolist(),
+            "gamma_deg": lines.tolist(),
+            "notes": {},
+            "points": as_lists(points, CURVE_DIGITS),
+        }
+    notes: dict[str, str] = {}
+    pivoted = {}
+    for name in [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]:
+        beta_deg, gamma_deg, pivoted[name] = pivot(table, name)
     for row in table.to_dict("records"):
         if note := "; ".join(text for text in (row["reason"], row["flags"]) if text):
-            beta, gamma = np.abs(BETA_DEG - row["beta_deg"]), np.abs(GAMMA_DEG - row["gamma_deg"])
-            notes[f"{beta.argmin()},{gamma.argmin()}"] = note
+            # a plate at -90 degrees is the one at 90
+            lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
+            column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
+            notes |= {f"{line},{column_at}": note for line in lines}
     return {
-        f"{c}{end}": as_lists(grid(table, column(c, end)), CURVE_DIGITS)
+        f"{c}{end}": as_lists(pivoted[column(c, end)], CURVE_DIGITS)
         for c in "zx"
         for end in ("", "_lo", "_hi")
-    } | {"notes": notes}
+    } | {
+        "beta_deg": beta_deg.tolist(),
+        "gamma_deg": gamma_deg.tolist(),
+        "notes": notes,
+        "points": [],
+    }
 
 
 def _curve(rows: pd.DataFrame) -> dict[str, Any]:

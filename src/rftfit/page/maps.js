@@ -3,17 +3,22 @@
 const MAP = { width: 420, height: 300, left: 46, right: 20, top: 8, bottom: 78 };
 
 function edgesOf(nodes) {
+  if (nodes.length === 1) return [Math.max(-90, nodes[0] - 5), Math.min(90, nodes[0] + 5)];
   const middle = nodes.slice(1).map((v, i) => (v + nodes[i]) / 2);
-  return [nodes[0], ...middle, nodes[nodes.length - 1]];
+  const [first, last] = [nodes[0], nodes[nodes.length - 1]];
+  const ends = [Math.max(-90, 2 * first - middle[0]), Math.min(90, 2 * last - middle[middle.length - 1])];
+  return [ends[0], ...middle, ends[1]];
 }
 
 /**
  * Two maps (alpha_z, alpha_x) that share their chosen cell.
- * `read(row, col)` gives {z: {value, lo, hi}, x: ..., note}; `show(row, col)` is told of the choice.
+ * `show(beta, gamma)` is told of the choice. Of what is made, `show(grid, read)` draws a medium:
+ * `grid` has beta_deg, gamma_deg, and points [beta, gamma, z, x] of pushes that lie on no grid;
+ * `read(beta, gamma)`, degrees, gives {z: {value, lo, hi}, x: ..., note}.
  */
-function makeMaps(parent, beta, gamma, show) {
-  const state = { row: beta.indexOf(0), col: gamma.indexOf(90), read: null };
-  const edges = { beta: edgesOf(beta), gamma: edgesOf(gamma) };
+function makeMaps(parent, show) {
+  const state = { row: 0, col: 0, read: null, points: [] };
+  let [beta, gamma, edges] = [[], [], null];
   const maps = ["z", "x"].map((component) => {
     const image = svg("svg", {
       viewBox: `0 0 ${MAP.width} ${MAP.height}`, tabindex: "0", role: "application", class: "map",
@@ -65,7 +70,7 @@ function makeMaps(parent, beta, gamma, show) {
       image.replaceChildren();
       drawFrame(image);
       let largest = 0;
-      const cells = beta.map((_, row) => gamma.map((__, col) => state.read(row, col)[component].value));
+      const cells = beta.map((_, row) => gamma.map((__, col) => state.read(beta[row], gamma[col])[component].value));
       for (const v of cells.flat()) if (Number.isFinite(v) && v !== null) largest = Math.max(largest, Math.abs(v));
       drawKey(image, largest);
       cells.forEach((line, row) =>
@@ -77,6 +82,12 @@ function makeMaps(parent, beta, gamma, show) {
           image.append(svg("rect", attributes));
         }),
       );
+      for (const point of state.points) {
+        const value = point[component === "z" ? 2 : 3];
+        const dot = svg("circle", { class: "push", cx: px(point[1]), cy: py(point[0]), r: 4, fill: value === null ? "none" : colourOf(value, largest) });
+        dot.append(svg("title", {}, `push at beta ${sayAngle(point[0])}, gamma ${sayAngle(point[1])}: ${say(value)} N/cm\u00b3`));
+        image.append(dot);
+      }
       image.append(svg("rect", { class: "chosen" }), svg("rect", { class: "chosen-in" }));
     }
     choose(state.row, state.col);
@@ -91,7 +102,7 @@ function makeMaps(parent, beta, gamma, show) {
   function choose(row, col) {
     state.row = Math.max(0, Math.min(beta.length - 1, row));
     state.col = Math.max(0, Math.min(gamma.length - 1, col));
-    const found = state.read(state.row, state.col);
+    const found = state.read(beta[state.row], gamma[state.col]);
     for (const { component, image } of maps) {
       for (const mark of image.querySelectorAll(".chosen, .chosen-in")) {
         for (const [key, value] of Object.entries(boxOf(state.row, state.col))) mark.setAttribute(key, value);
@@ -99,7 +110,7 @@ function makeMaps(parent, beta, gamma, show) {
       const place = `beta ${sayAngle(beta[state.row])}, gamma ${sayAngle(gamma[state.col])}`;
       image.setAttribute("aria-label", `alpha_${component} at ${place}: ${say(found[component].value)} N/cm\u00b3`);
     }
-    show(state.row, state.col);
+    show(beta[state.row], gamma[state.col]);
   }
 
   const moves = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
@@ -118,8 +129,14 @@ function makeMaps(parent, beta, gamma, show) {
     }
   }
   return {
-    show(read) {
-      state.read = read;
+    show(grid, read) {
+      if (grid.beta_deg !== beta || grid.gamma_deg !== gamma) {
+        [beta, gamma] = [grid.beta_deg, grid.gamma_deg];
+        edges = { beta: edgesOf(beta), gamma: edgesOf(gamma) };
+        state.row = Math.max(0, beta.indexOf(0));
+        state.col = gamma.indexOf(90) < 0 ? gamma.length - 1 : gamma.indexOf(90);
+      }
+      [state.read, state.points] = [read, grid.points || []];
       draw();
     },
   };
@@ -132,26 +149,28 @@ function startMaps(data) {
   const readers = () => {
     const own = data.profiles[medium.value];
     const cells = data.alpha[medium.value];
-    const measured = (row, col) => {
+    const measured = (beta, gamma) => {
+      const [row, col] = [cells.beta_deg.indexOf(beta), cells.gamma_deg.indexOf(gamma)];
+      if (row < 0 || col < 0) return { z: { value: null }, x: { value: null }, note: "" };
       const of = (c) => ({ value: cells[c][row][col], lo: cells[`${c}_lo`][row][col], hi: cells[`${c}_hi`][row][col] });
       return { z: of("z"), x: of("x"), note: cells.notes[`${row},${col}`] || "" };
     };
     const result = [["measured", measured]];
     for (const name of ["fourier", "generic", "depth_only"]) {
       if (!own[name]) continue;
-      result.push([name, (row, col) => {
-        const [z, x] = alphaOf(own[name], radians(data.beta_deg[row]), radians(data.gamma_deg[col]));
+      result.push([name, (beta, gamma) => {
+        const [z, x] = alphaOf(own[name], radians(beta), radians(gamma));
         return { z: { value: z }, x: { value: x }, note: "" };
       }]);
     }
     return result;
   };
   const names = { ...data.profile_names, measured: "measured" };
-  const maps = makeMaps(byId("map-pair"), data.beta_deg, data.gamma_deg, (row, col) => {
+  const maps = makeMaps(byId("map-pair"), (beta, gamma) => {
     const head = ["", "alpha_z", "alpha_x"];
-    const all = readers().map(([name, read]) => [name, read(row, col)]);
+    const all = readers().map(([name, read]) => [name, read(beta, gamma)]);
     const rows = all.map(([name, { z, x }]) => [names[name], valueCell(z, 4), valueCell(x, 4)]);
-    const title = `beta = ${sayAngle(data.beta_deg[row])}, gamma = ${sayAngle(data.gamma_deg[col])}, N/cm\u00b3`;
+    const title = `beta = ${sayAngle(beta)}, gamma = ${sayAngle(gamma)}, N/cm\u00b3`;
     const note = all[0][1].note;
     byId("map-readout").replaceChildren(html("p", {}, html("strong", {}, title)), tableOf(head, rows), html("p", {}, note));
   });
@@ -159,7 +178,10 @@ function startMaps(data) {
     const all = readers();
     const chosen = profile.value || (data.profiles[medium.value].table ? "measured" : "generic");
     fillSelect(profile, all.map(([name]) => [name, names[name]]), chosen);
-    maps.show(new Map(all).get(profile.value));
+    // a model is known everywhere, also where one push was made
+    const cells = data.alpha[medium.value];
+    const one = cells.beta_deg.length * cells.gamma_deg.length === 1;
+    maps.show(profile.value !== "measured" && one ? data : cells, new Map(all).get(profile.value));
   };
   fillSelect(medium, data.media.map(({ key, title }) => [key, title]));
   medium.addEventListener("change", () => {

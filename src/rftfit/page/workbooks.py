@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import rftfit
 from rftfit import reference
-from rftfit.figures.maps import half_width, pivot
+from rftfit.figures.maps import half_width, lies_on_grid, pivot
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
 
@@ -184,9 +184,12 @@ def alpha_workbook(results: Results) -> bytes:
 def _alpha_block(
     book: Book, sheet: Worksheet, row: int, title: str, table: pd.DataFrame, column: str
 ) -> int:
-    """Write one column of an alpha table as a grid. Returns the row below it."""
+    """Write one column of an alpha table: as a grid, or as a list. Returns the row below it."""
+    if not lies_on_grid(table):
+        return _alpha_list(book, sheet, row, title, table, column)
     beta, gamma, values = pivot(table, column)
-    places = zip(table["beta_deg"].round(2), table["gamma_deg"].round(2), strict=True)
+    # a plate at -90 degrees is the one at 90
+    places = zip(table["beta_deg"].round(2) % 180, table["gamma_deg"].round(2), strict=True)
     reasons = dict(zip(places, table["reason"], strict=True))
     book.text(sheet, row, 0, title, "block")
     book.text(sheet, row + 1, 0, "beta \\ gamma (degrees)", "head")
@@ -195,9 +198,23 @@ def _alpha_block(
     for i, angle in enumerate(beta):
         sheet.write_number(row + 2 + i, 0, angle, book.formats["angle_side"])
         for j, other in enumerate(gamma):
-            why = reasons.get((angle, other)) or "no reason was recorded"
+            why = reasons.get((angle % 180, other)) or "no reason was recorded"
             book.value(sheet, row + 2 + i, j + 1, float(values[i, j]), missing=("no run", why))
     return row + beta.size + 3
+
+
+def _alpha_list(
+    book: Book, sheet: Worksheet, row: int, title: str, table: pd.DataFrame, column: str
+) -> int:
+    """Write one column of an alpha table of scattered directions as a list."""
+    for j, head in enumerate(("beta (degrees)", "gamma (degrees)", title)):
+        book.text(sheet, row, j, head, "head")
+    rows = zip(table["beta_deg"], table["gamma_deg"], table[column], table["reason"], strict=True)
+    for i, (beta, gamma, value, why) in enumerate(rows, start=row + 1):
+        sheet.write_number(i, 0, beta, book.formats["angle_side"])
+        sheet.write_number(i, 1, gamma, book.formats["angle_side"])
+        book.value(sheet, i, 2, value, missing=("no run", why or "no reason was recorded"))
+    return row + len(table) + 2
 
 
 def coefficient_workbook(results: Results) -> bytes:

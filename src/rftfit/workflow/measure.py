@@ -38,9 +38,9 @@ def slopes(
     tared, tares = results.table(f"tared/{medium}.parquet"), results.table(f"tares/{medium}.csv")
     runs = results.table(f"runs/{medium}.csv")
     fits, windows, book = fit_medium(results.campaign, medium, runs, tared, tares)
-    fit = results.config.fit
-    depths = len(fit.horizontal_depths_cm)
-    alpha = alpha_table(fits, medium, fit.confidence, depths, fit.run_to_run_N_per_cm3)
+    config, spread = results.config, results.config.fit.run_to_run_N_per_cm3
+    depths = len(config.fit.horizontal_depths_cm)
+    alpha = alpha_table(fits, medium, config.fit.confidence, depths, spread, config.grid_of(medium))
     return fits, alpha, windows, book.table()
 
 

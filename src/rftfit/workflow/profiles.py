@@ -15,11 +15,10 @@ from rftfit.compare.coefficients import (
     penetration_row,
     sand_row,
 )
-from rftfit.measure.alpha import column, grid
+from rftfit.measure.alpha import both, column, directions
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
-from rftfit.model.symmetry import extend, symmetrise
-from rftfit.reference import BETA_DEG, GAMMA_DEG
+from rftfit.model.symmetry import torus
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,16 +30,15 @@ TERM_COLUMNS = ["medium", "term", "kept_by_bic", "one_of_the_nine"]
 
 
 def symmetry(results: Results) -> pd.DataFrame:
-    """Symmetrise the alpha table of every laboratory medium and extend it to all gamma, deg."""
+    """Complete the alpha table of every laboratory medium by symmetry: each direction once."""
     import pandas as pd
 
     parts = []
     for medium in results.laboratory:
         table = results.alpha_table(medium)
-        pair = symmetrise(grid(table, column("z")), grid(table, column("x")))
-        gamma, alpha_z, alpha_x = extend(np.radians(GAMMA_DEG), *pair)
-        beta_deg, gamma_deg = np.meshgrid(BETA_DEG, np.degrees(gamma), indexing="ij")
-        columns = (medium, beta_deg.ravel(), gamma_deg.ravel(), alpha_z.ravel(), alpha_x.ravel())
+        whole = torus(*directions(table))
+        alpha = whole.complete(*both(table))
+        columns = (medium, np.degrees(whole.beta), np.degrees(whole.gamma), *alpha)
         parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))
     nothing = pd.DataFrame(columns=SYMMETRY_COLUMNS)
     return pd.concat(parts, ignore_index=True) if parts else nothing

@@ -1,0 +1,43 @@
+"""The paper's 7 x 13 directions: as a planned grid, as a list of cells, and tables laid out on them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit import reference
+from rftfit.campaign.config import Grid
+from rftfit.measure.alpha import rows_at
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pandas as pd
+
+    from rftfit.conventions import FloatArray
+
+PAPER = Grid(beta_deg=tuple(reference.BETA_DEG), gamma_deg=tuple(reference.GAMMA_DEG))
+BETA, GAMMA = (
+    angle.ravel()
+    for angle in np.meshgrid(
+        np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG), indexing="ij"
+    )
+)
+"""Every cell, by beta, then gamma, rad, shape (91,)."""
+
+GAMMA_OF_FILE = np.radians(np.round(np.degrees(GAMMA), 4))
+"""Gamma with the six digits of a table in a file."""
+
+
+def grid(table: pd.DataFrame, name: str) -> FloatArray:
+    """One column of an alpha table over the directions, shape (7, 13); NaN where it has no row."""
+    place = rows_at(table, np.degrees(BETA), np.degrees(GAMMA))
+    values = table[name].to_numpy(float)[place]
+    return np.where(place < 0, np.nan, values).reshape(7, 13)
+
+
+def flat(alpha: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """alpha_z and alpha_x of shape (..., 7, 13) as cells, shape (..., 91)."""
+    z, x = (np.asarray(part).reshape(*np.shape(part)[:-2], 91) for part in alpha)
+    return z, x

@@ -1,0 +1,116 @@
+"""Campaigns in other directions than the paper's, through the whole workflow."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from campaigns import Folder, make_campaign
+
+import rftfit
+from rftfit.lab.plan import directions_of
+from rftfit.lab.truth import table_s5
+from rftfit.measure.alpha import both, directions
+from rftfit.model.fourier import basis
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def scattered(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+    """Forty directions on no grid, in loose poppy seeds."""
+    root = tmp_path_factory.mktemp("scattered") / "campaign"
+    cells = directions_of("scattered:40", 2013)
+    folder = make_campaign(root, ("poppy_LP",), plates_only=True, directions=cells)
+    folder.run_here()
+    return folder
+
+
+def shares(table: pd.DataFrame) -> list[float]:
+    """Part of the cells whose intervals hold the truth, for alpha_z and alpha_x."""
+    truth = [
+        table_s5("poppy_LP", *angles)
+        for angles in zip(table["beta_deg"], table["gamma_deg"], strict=True)
+    ]
+    return [
+        float(
+            np.mean(
+                (table[f"alpha_{c}_lo_N_per_cm3"] <= own)
+                & (own <= table[f"alpha_{c}_hi_N_per_cm3"])
+            )
+        )
+        for c, own in zip("zx", np.transpose(truth), strict=True)
+    ]
+
+
+def test_every_scattered_direction_is_measured(scattered: Folder) -> None:
+    table = scattered.table("alpha/poppy_LP.csv")
+    found = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
+    assert found == set(directions_of("scattered:40", 2013))
+    assert np.isfinite(both(table)).all()
+    assert min(shares(table)) >= 0.9
+    assert not (scattered.root / "results" / "quality" / "poppy_LP_page2.pdf").exists()
+
+
+def test_coefficients_are_least_squares_over_the_forty(scattered: Folder) -> None:
+    """A push straight down with a level plate is its own mirror image: half the weight of others."""
+    table = scattered.table("alpha/poppy_LP.csv")
+    beta, gamma = directions(table)
+    root = np.where(
+        (np.abs(np.sin(2 * beta)) < 1e-9) & (np.abs(np.cos(gamma)) < 1e-9), 1, np.sqrt(2)
+    )
+    full = [
+        np.linalg.lstsq(terms.T * root[:, None], alpha * root, rcond=None)[0]
+        for terms, alpha in zip(basis(beta, gamma), both(table), strict=True)
+    ]
+    rows = scattered.table("coefficients.csv").query("method == 'lsq' and medium == 'poppy_LP'")
+    part = np.abs(np.concatenate(full)) / abs(full[0][0])
+    np.testing.assert_allclose(rows["relative_to_A00"], part, rtol=1e-4)
+    assert rows["value_N_per_cm3"].notna().all()
+    transform = scattered.table("coefficients.csv").query("method == 'dft-index'")
+    assert transform["value_N_per_cm3"].isna().all()
+    assert transform["reason"].str.contains("method lsq takes any directions").all()
+
+
+def test_between_the_pushes_and_far_from_them(scattered: Folder) -> None:
+    medium = rftfit.open(scattered.root)["poppy_LP"]
+    table = medium.profile("table")
+    beta, gamma = directions(medium.alpha)
+    for found, wanted in zip(table.alpha(beta, gamma), both(medium.alpha), strict=True):
+        np.testing.assert_allclose(found, wanted, atol=0.02)
+    # the same from behind
+    image = table.alpha(-beta, np.pi - gamma)
+    np.testing.assert_allclose(image[0], table.alpha(beta, gamma)[0], atol=1e-12)
+    np.testing.assert_allclose(image[1], -table.alpha(beta, gamma)[1], atol=1e-12)
+
+
+def test_a_planned_grid_finds_what_is_missing(tmp_path: Path) -> None:
+    """Runs in planned directions, one of them off by the arm's error; two cells without a run."""
+    cells = [(b, g) for b in (-45.0, 0.0, 45.0, 90.0) for g in (-90.0, -45.0, 45.0, 90.0)]
+    folder = make_campaign(tmp_path / "c", ("poppy_LP",), plates_only=True, directions=cells[:-2])
+    config = folder.config.read_text(encoding="utf-8")
+    grid = "grid: {beta_deg: [-45, 0, 45, 90], gamma_deg: [-90, -45, 45, 90]}\n"
+    folder.config.write_text(config + grid, encoding="utf-8")
+    sheet = folder.root / "raw" / "paper" / "runs.csv"
+    text = sheet.read_text(encoding="utf-8")
+    assert ",45,45," in text
+    sheet.write_text(text.replace(",45,45,", ",45,44.7,"), encoding="utf-8")
+    assert folder.rftfit("check").returncode == 0
+    done = folder.rftfit("run", "results/alpha/poppy_LP.csv")
+    assert done.returncode == 0, done.stderr
+    table = folder.table("alpha/poppy_LP.csv")
+    assert set(zip(table["beta_deg"], table["gamma_deg"], strict=True)) == set(cells)
+    empty = table[table["alpha_z_N_per_cm3"].isna()]
+    assert list(zip(empty["beta_deg"], empty["gamma_deg"], strict=True)) == cells[-2:]
+    assert set(empty["reason"]) == {"no run"}
+    sheet.write_text(text.replace(",45,45,", ",45,46,"), encoding="utf-8")
+    said = folder.rftfit("check")
+    assert said.returncode == 2
+    assert "planned in the config's grid, within 0.5 deg" in said.stdout + said.stderr
+    assert "the nearest planned one is (45, 45)" in said.stdout + said.stderr
