@@ -401,7 +401,7 @@ class Medium:
         cell = cell_at(table, 0, 90)
         if cell is None:
             raise InputError(f"{self.name}: no run at (0, 90) deg, a level plate straight down")
-        alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
+        alpha, se = float(cell[column("z")]), float(np.nan_to_num(cell[column("z", "_se")]))
         try:
             reference = self.results.reference(method)
             return scale(alpha, se, reference, self.results.config.fit.confidence)

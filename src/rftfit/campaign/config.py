@@ -400,6 +400,43 @@ class Fit(Model):
     )
 
 
+TableColumn = Literal[
+    "medium", "run_id", "beta_deg", "gamma_deg", "depth_cm", "stress_z_N_per_cm2",
+    "stress_x_N_per_cm2", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x", "n",
+]  # fmt: skip
+
+
+class Table(Model):
+    """A table in place of a run sheet and its logs: ``run_sheet`` names it, inside the raw folder."""
+
+    holds: Literal["stress", "alpha"] = need(
+        "stress: stress on a plate against depth, rows of many depths; alpha: finished slopes, a row "
+        "a direction, or the blocks of the paper's Table S5"
+    )
+    columns: dict[TableColumn, str] = key(
+        {}, "our name: the name that the file has; default: as ours"
+    )
+    angle_unit: Literal["deg", "rad"] = key("deg", "unit of beta and gamma")
+    depth_unit: Literal["cm", "mm", "m", "in"] = key("cm", "unit of the depth")
+    stress_unit: Literal["N/cm^2", "Pa", "kPa", "MPa", "psi"] = key("N/cm^2", "unit of the stress")
+    alpha_unit: Literal["N/cm^3", "N/m^3", "Pa/m", "kPa/m", "MPa/m", "kPa/cm"] = key(
+        "N/cm^3", "unit of alpha and its errors"
+    )
+
+    @property
+    def angle_scale(self) -> float:
+        """Degrees in one unit of the angles."""
+        return 1.0 if self.angle_unit == "deg" else math.degrees(1)
+
+
+_NOT_OF_TABLES: dict[str, Any] = {
+    "transducer": {"name": "not stated", "range_N": [1e9] * 3, "axes": {"x": "+F1", "y": "+F2", "z": "+F3"}},
+    "container": dict.fromkeys(("length_cm", "width_cm", "depth_cm"), 1e6),
+    "intruders": {"plate": {"shape": "flat", "area_cm2": 1.0, "length_cm": 1.0, "thickness_cm": 1.0}},
+}  # fmt: skip
+"""Keys that a campaign with logs must give and a table makes needless; its stress is force over 1 cm^2."""
+
+
 class Fourier(Model):
     """The nine-term fit."""
 
@@ -468,6 +505,11 @@ class Config(Model):
     title: str = need("name of the campaign, for the report")
     raw: str = need("folder of the logs, relative to the campaign's folder")
     run_sheet: str = need("csv, tsv or xlsx, relative to the campaign's folder")
+    table: Table | None = key(
+        None,
+        "the run sheet is itself a table of stress or alpha; transducer, container and intruders are "
+        "then not needed",
+    )
     dialect: Name = key("rig", "log dialect, see rftfit inspect --help")
     force_log: ForceLog = key(
         ForceLog(), "how force logs are written; for other logs than the rig's"
@@ -499,6 +541,13 @@ class Config(Model):
     figures: Figures = key(Figures(), "what the figures show")
     publication: Publication = key(Publication(), "who makes the results known, and when")
     robot: RobotRuns | None = key(None, "a legged robot on one of the media; default: no robot")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _table_needs_no_rig(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.get("table") is not None:
+            return {**_NOT_OF_TABLES, **data}
+        return data
 
     def grid_of(self, medium: str) -> Grid:
         """Directions of one medium: a natural sand has none planned, but the same tolerance."""

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.config import PLATE_SHAPES, Config
 from rftfit.campaign.files import Folder, folded
-from rftfit.campaign.problems import CampaignError, Problem
+from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
+from rftfit.campaign.tables import read_pushes
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rftfit.campaign.files import Entry
     from rftfit.campaign.schema import KeyPath
     from rftfit.campaign.sheet import Run
+    from rftfit.campaign.tables import Push
 
 RESULTS = "results"
+REENACTED = "REENACTED.txt"
+"""File in the raw folder of logs that were computed from published results."""
+
 _SHAPES = (*PLATE_SHAPES, "leg")
 
 
@@ -31,6 +38,7 @@ class Campaign:
     `raw`: The folder of the logs.
     `sheet`: The run sheet.
     `runs`: In the order of the sheet.
+    `numbers`: By run_id, of a campaign that is a table: its rows, in cm and N.
     """
 
     root: Path
@@ -38,6 +46,12 @@ class Campaign:
     sheet: Path
     config: Config
     runs: tuple[Run, ...]
+    numbers: Mapping[str, tuple[dict[str, float], ...]] = field(default_factory=dict)
+
+    @cached_property
+    def reenacted(self) -> bool:
+        """Whether the logs are re-enacted: the marker in the raw folder says so."""
+        return (self.raw / REENACTED).is_file()
 
     @cached_property
     def by_id(self) -> dict[str, Run]:
@@ -67,6 +81,17 @@ class Campaign:
     def of_role(self, role: str) -> tuple[str, ...]:
         """Media with runs that play a role: ``laboratory`` or ``natural_sand``."""
         return tuple(name for name in self.media_with_runs if self.config.media[name].role == role)
+
+    def of_logs(self, role: str = "") -> tuple[str, ...]:
+        """Media whose runs were recorded: none of a campaign that is a table."""
+        return () if self.numbers else self.of_role(role) if role else self.media_with_runs
+
+    def of_samples(self, role: str = "") -> tuple[str, ...]:
+        """Media with stress against depth: none of a campaign that is a table of alpha."""
+        table = self.config.table
+        if table is not None and table.holds == "alpha":
+            return ()
+        return self.of_role(role) if role else self.media_with_runs
 
     def with_legs(self, role: str) -> tuple[str, ...]:
         """Media of a role in which legs were turned."""
@@ -128,13 +153,32 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
     _check_rigid_contact(file, logs)
     runs: list[Run] = []
     of_sheet: list[Problem] = []
-    if sheet:
+    pushes: list[Push] = []
+    if sheet and file.model is not None and file.model.table is not None:
+        pushes, of_sheet = _read_table(file.model, root, raw, sheet)
+        runs = [push.run for push in pushes]
+    elif sheet:
         runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs, medium)
     _check_robot(file, within, logs, runs)
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
     if file.model is None or any(problem.severity == "error" for problem in problems):
         return None, problems
-    return Campaign(root, root / raw, root / sheet, file.model, tuple(runs)), problems
+    numbers = {push.run.run_id: push.rows for push in pushes}
+    return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers), problems
+
+
+def _read_table(
+    config: Config, root: Path, raw: str, sheet: str
+) -> tuple[list[Push], list[Problem]]:
+    """Read the table that stands in place of run sheet and logs."""
+    assert config.table is not None
+    if not _inside(sheet, raw):
+        allowed = (
+            f"a table inside the raw folder, {raw}: it is the record that all results come from"
+        )
+        return [], [Problem("table.not-in-raw", Place(sheet), None, allowed)]
+    within = sheet[len(raw) + 1 :]
+    return read_pushes(root / sheet, sheet, config.table, config.media, within)
 
 
 def root_of(config_path: Path) -> Path:

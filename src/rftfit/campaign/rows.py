@@ -573,6 +573,31 @@ def _rows_of(data: bytes, most: int, *, formulas: bool = False) -> Iterator[tupl
     return islice(sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True), most + 1)
 
 
+def sheet_rows(
+    data: bytes, schema: Schema, file: str
+) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:
+    """Every sheet of a workbook: its name, and its rows that are not blank, by number, as text."""
+    openpyxl: Any = import_module("openpyxl")
+    try:
+        _check_archive(data, schema, file)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+            for sheet in book.worksheets:
+                sheet.reset_dimensions()
+                rows = islice(
+                    sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True), schema.most_rows
+                )
+                texts = enumerate(([_text(value) for value in row] for row in rows), start=1)
+                yield sheet.title, [(number, row) for number, row in texts if any(row)]
+    except CampaignError:
+        raise
+    # as in `_read_workbook`
+    except Exception as error:
+        allowed = f"this workbook cannot be read ({error}); save it again as .xlsx or .csv"
+        raise _refusal(schema, file, "not-a-workbook", allowed) from error
+
+
 def _text(value: Any) -> str:
     if value is None:
         return ""

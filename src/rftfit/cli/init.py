@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import os
+import shutil
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from rftfit.cli.output import say
 from rftfit.errors import InputError
 from rftfit.store import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 
 def init_campaign(folder: Path) -> list[Path]:
@@ -34,42 +39,128 @@ def init_campaign(folder: Path) -> list[Path]:
         "config/runs.csv": header + "\n",
         "config/config.yaml": _template("config.yaml"),
     }
+    _refuse_overwriting(folder, texts)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return [folder / name for name in texts]
+
+
+def _refuse_overwriting(folder: Path, names: Iterable[str]) -> None:
     if os.path.lexists(folder) and not folder.is_dir():
         raise InputError(f"{folder}: this is not a folder; name a new one or one that exists")
     # lexists: a link that leads nowhere is there too
-    there = [name for name in texts if os.path.lexists(folder / name)]
+    there = [name for name in names if os.path.lexists(folder / name)]
     if there:
         raise InputError(
             f"{folder}: {', '.join(there)} would be overwritten, so nothing was written; name a "
             "new folder or move these files away"
         )
-    for name, text in texts.items():
-        write_text(folder / name, text)
-    return [folder / name for name in texts]
 
 
 def _template(name: str) -> str:
     return files("rftfit.campaign").joinpath("template", name).read_text(encoding="utf-8")
 
 
+def init_from_table(folder: Path, table: Path, holds: Literal["stress", "alpha"]) -> list[Path]:
+    """Write a campaign whose data are a table of stress or alpha, copied into its raw folder."""
+    from rftfit.campaign.config import Table
+    from rftfit.campaign.schema import json_schema, reference_markdown
+    from rftfit.campaign.tables import media_of_table, read_pushes
+
+    if not table.is_file():
+        raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
+    name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
+    titles = dict(media_of_table(table, holds))
+    pushes, _ = read_pushes(table, table.name, Table(holds=holds), titles, table.name)
+    cells = {
+        key: {(p.run.beta_deg, p.run.gamma_deg) for p in pushes if p.run.medium == key}
+        for key in titles
+    }
+    media = "\n".join(_medium(key, title, cells[key]) for key, title in titles.items())
+    config = _template("table.yaml").replace("@FILE@", f"raw/{name}").replace("@HOLDS@", holds)
+    texts = {
+        "config/README.md": reference_markdown(),
+        "config/config.schema.json": json_schema(),
+        "config/config.yaml": config.replace("@MEDIA@", media),
+    }
+    _refuse_overwriting(folder, [f"raw/{name}", *texts])
+    (folder / "raw").mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(table, folder / "raw" / name)
+    for path, text in texts.items():
+        write_text(folder / path, text)
+    return [folder / path for path in (f"raw/{name}", *texts)]
+
+
+def _medium(key: str, title: str, cells: set[tuple[float, float]]) -> str:
+    """One line of the config: what the table says of a medium."""
+    from rftfit.reference import MEDIA, SANDS
+
+    facts = [f"title: {json.dumps(title)}"]
+    if cells == {(0.0, 90.0)}:
+        facts.append("role: natural_sand")
+    if key in (*MEDIA, *SANDS):
+        facts.append(f"published_as: {key}")
+    return f"  {key}: {{{', '.join(facts)}}}"
+
+
 def init(
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="Folder of the new campaign; made if need be.")
     ],
+    stress_table: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The data are this table of stress against depth."),
+    ] = None,
+    alpha_table: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The data are this table of alpha, long or in blocks."),
+    ] = None,
 ) -> None:
     """Make a new campaign: configuration, empty run sheet, and a README that says what goes where.
 
-    Nothing that is there is ever overwritten.
+    With a table the campaign needs no logs and is ready to run. Nothing that is there is ever
+    overwritten.
     """
+    if stress_table is not None and alpha_table is not None:
+        raise InputError("--stress-table and --alpha-table: a campaign is one table, not two")
+    if table := stress_table or alpha_table:
+        _from_table(folder, table, "stress" if stress_table else "alpha")
+        return
     written = init_campaign(folder)
     say(f"A new campaign is in {folder}:")
     for path in sorted(written):
         say(f"  {path.relative_to(folder).as_posix()}")
-    # a folder with blanks has to survive being pasted into a shell
-    shown = f'"{folder}"' if " " in str(folder) else str(folder)
+    shown = _pasted(folder)
     say()
     say("Next:")
     say(f"  1. describe transducer, arm, intruders and media in {folder / 'config/config.yaml'}")
     say(f"  2. put the logs into {folder / 'raw'} and one row per run into")
     say(f"     {folder / 'config/runs.csv'} ({folder / 'README.md'} has example rows)")
     say(f"  3. cd {shown}, then rftfit check until all is well, then rftfit run")
+
+
+def _from_table(folder: Path, table: Path, holds: Literal["stress", "alpha"]) -> None:
+    from rftfit.campaign.load import check_campaign
+    from rftfit.cli.check import summary
+
+    written = init_from_table(folder, table, holds)
+    say(f"A new campaign is in {folder}:")
+    for path in sorted(written):
+        say(f"  {path.relative_to(folder).as_posix()}")
+    say()
+    campaign, problems = check_campaign(folder / "config/config.yaml")
+    for problem in problems[:20]:
+        say(f"  {problem}")
+    if campaign is not None:
+        say(summary(campaign))
+        say()
+        say(f"Next: cd {_pasted(folder)}, then rftfit run")
+        return
+    say()
+    say("Next: names and units of the table's columns go under `table` in config/config.yaml; then")
+    say(f"cd {_pasted(folder)}, rftfit check until all is well, then rftfit run")
+
+
+def _pasted(folder: Path) -> str:
+    """A folder as it can be pasted into a shell, also with blanks."""
+    return f'"{folder}"' if " " in str(folder) else str(folder)

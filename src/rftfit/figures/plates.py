@@ -86,7 +86,7 @@ def _value(row: Row, component: str) -> str:
     "stress_of_runs",
     reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
     settings=("intruders", "fit", "figures", "media"),
-    media=only_if(stress_runs),
+    media=only_if(lambda campaign: campaign.of_samples() and stress_runs(campaign)),
     paper="Fig. 2B",
     section="Measurement",
     caption="""Stress against depth of single runs, with the line through zero and its {level} interval.
@@ -182,7 +182,7 @@ _NOTE_PT = 5.5
     reads=("tared/{laboratory}.parquet", "windows/{laboratory}.parquet", "fits/{laboratory}.csv",
            "alpha/{laboratory}.csv"),
     settings=("intruders", "fit", "media"),
-    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    media=only_if(lambda campaign: campaign.of_samples("laboratory")),
     section="Measurement",
     caption="""Is stress in proportion to depth, in all media and directions?
 Lines are the slopes of the alpha table, through zero; a horizontal run is one point at its depth, with its \

@@ -161,7 +161,7 @@ def _about(run: Run) -> str:
     reads=("traces/{medium}.parquet", "tared/{medium}.parquet", "windows/{medium}.parquet",
            "fits/{medium}.csv", "legs/{medium}.csv"),
     settings=("intruders", "fit", "media"),
-    media=lambda campaign: campaign.of_role("laboratory")[:1],
+    media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
     caption="""How a force becomes a slope, in {medium}.
 One run of each kind in a column: its position, the force on it beside that on its tare (the rod alone, or \
@@ -330,7 +330,7 @@ def _draw_leg(axes: Axes, column: Column) -> str:
     "tare",
     reads=("tared/{medium}.parquet", "tares/{medium}.csv"),
     settings=("media",),
-    media=lambda campaign: campaign.of_role("laboratory")[:1],
+    media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
     caption="""What the rod and the mount alone felt along the deepest slanted path in {medium}, and the \
 depths at which it may be taken off. Outside them the tare refuses, and those samples are not used.
@@ -392,7 +392,7 @@ _GOOD = (
     settings=("raw", "dialect", "force_log", "motion_log", "transducer", "arm", "clock", "surface",
               "rigid_contact", "intruders", "fit"),
     logs=True,
-    media=lambda c: c.media_with_runs if c.config.clock.method == "estimate" else (),
+    media=lambda c: c.of_logs() if c.config.clock.method == "estimate" else (),
     section="Measurement",
     caption="""How the clocks of force and motion log were brought together in {medium}, run by run, from \
 what both saw.

@@ -34,7 +34,7 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:
     "{medium}",
     reads=("tared/{medium}.parquet", "windows/{medium}.parquet", "fits/{medium}.csv"),
     settings=("intruders", "media"),
-    media=lambda campaign: campaign.media_with_runs,
+    media=lambda campaign: campaign.of_samples(),
     group="quality",
     folder="quality",
     section="Measurement",

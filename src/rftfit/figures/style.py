@@ -246,6 +246,8 @@ _METADATA: dict[str, dict[str, Any]] = {
     "svg": {"Creator": None, "Date": None},
 }
 
+_REMARK = {"png": "Description", "pdf": "Subject", "svg": "Description"}
+
 FORMATS = tuple(_METADATA)
 
 
@@ -262,31 +264,34 @@ def _lean_fonts() -> Iterator[None]:
         Options._drop_tables_default = usual
 
 
-def content(figure: Figure, ending: str) -> bytes:
-    """Return what a figure's file of one of `FORMATS` holds.
+def content(figure: Figure, ending: str, about: str = "") -> bytes:
+    """Return what a figure's file of one of `FORMATS` holds, with a remark in its metadata.
 
     The whole file: what matplotlib itself raises on a full disk does not say that it is full.
     """
     # hard compression takes a third of the time of a large png and saves nothing
     more: dict[str, Any] = {"pil_kwargs": {"compress_level": 2}} if ending == "png" else {}
+    metadata = _METADATA[ending] | ({_REMARK[ending]: about} if about else {})
     whole = BytesIO()
     # some settings (letters, hatches, salt of the ids) are looked up while writing
     with context(), _lean_fonts():
-        figure.savefig(whole, format=ending, metadata=_METADATA[ending], **more)
+        figure.savefig(whole, format=ending, metadata=metadata, **more)
     return whole.getvalue()
 
 
-def save(figure: Figure, base: str | Path) -> list[Path]:
+def save(figure: Figure, base: str | Path, about: str = "") -> list[Path]:
     """Write ``base.png``, ``base.pdf`` and ``base.svg``; a point in the name is part of the name."""
     base = Path(base)
     # not with_suffix: it would cut glass0.3mm_LP at the point
     targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in FORMATS}
     for ending, target in targets.items():
-        write_bytes(target, content(figure, ending))
+        write_bytes(target, content(figure, ending, about))
     return list(targets.values())
 
 
-def save_pages(figures: Figure | Sequence[Figure], root: Path, base: str) -> list[str]:
+def save_pages(
+    figures: Figure | Sequence[Figure], root: Path, base: str, about: str = ""
+) -> list[str]:
     """Write a figure, or pages of one: further pages as ``<base>_page2`` and so on.
 
     Returns the paths written, from `root`.
@@ -296,5 +301,5 @@ def save_pages(figures: Figure | Sequence[Figure], root: Path, base: str) -> lis
     pages = [figures] if isinstance(figures, Figure) else figures
     names = [base if number == 1 else f"{base}_page{number}" for number in range(1, len(pages) + 1)]
     for page, name in zip(pages, names, strict=True):
-        save(page, root / name)
+        save(page, root / name, about)
     return [f"{name}.{ending}" for name in names for ending in FORMATS]

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit import conventions
 from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
@@ -81,9 +80,8 @@ def filed(traces: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
 
     Every trace then lies along ``alpha * depth`` of its row in `fits`. Returns a copy.
     """
-    pulled = fits.loc[fits["direction"] == "extraction", "run_id"].astype(str)
-    sign = conventions.file_extraction(0.0, 0.0)[2]
-    factor = np.where(_run_ids(traces).isin(pulled), sign, 1.0)
+    turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
+    factor = np.where(_run_ids(traces).isin(turned), -1.0, 1.0)
     names = [name for name in traces.columns if name.endswith("_x_N_per_cm2")]
     return traces.assign(**{name: traces[name].to_numpy(float) * factor for name in names})
 

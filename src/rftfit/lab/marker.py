@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rftfit.campaign.load import REENACTED
 from rftfit.errors import InputError, OutputError
 from rftfit.reference import CITATION
 from rftfit.store import write_text
@@ -15,7 +16,7 @@ from rftfit.store import write_text
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-MARKER = "REENACTED.txt"
+MARKER = REENACTED
 
 _LIST = "files (bytes, path from this folder):"
 _UNFINISHED = "-"

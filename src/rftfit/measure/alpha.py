@@ -111,7 +111,8 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
         new = [run for run in runs
                if math.isfinite(run[column(component)]) and run["run_id"] not in seen]  # fmt: skip
         seen.update(str(run["run_id"]) for run in new)
-        parts = _by_depth(new) if new and new[0]["gamma_deg"] == 0 else [new]
+        level = new and new[0]["gamma_deg"] == 0
+        parts = _by_depth(new) if level and math.isfinite(new[0]["depth_from_cm"]) else [new]
         groups += [_parts(part, component)[:2] for part in parts if part]
     return groups
 
@@ -132,6 +133,8 @@ def _cell(
     names = [column(component, quantity) for component in COMPONENTS for quantity in QUANTITIES]
     cell: dict[str, float | int | str] = dict.fromkeys(names, math.nan)
     good = [run for run in runs if math.isfinite(run[column("z")])]
+    # a table may hold the stress at all depths of a level motion as one run
+    horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
     flags = [f"{run['run_id']}: {run['flags']}" for run in runs if run["flags"]]
     reasons = [f"{run['run_id']}: {run['reason']}" for run in runs if run["reason"]]
     n_depths = len(_by_depth(good)) if horizontal else depths

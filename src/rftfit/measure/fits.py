@@ -10,7 +10,7 @@ import numpy as np
 
 from rftfit.conventions import file_extraction
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.slopes import Slope, fit_slope, unfinished_start
+from rftfit.measure.slopes import FEWEST, Slope, fit_few, fit_slope, unfinished_start
 from rftfit.measure.strokes import split_runs
 from rftfit.measure.tare import NO_TARE_FLAG
 
@@ -33,7 +33,7 @@ _OF_COMPONENT = (
     "intercept_{}_N_per_cm2", "free_slope_{}_N_per_cm3", "nonlinear_{}_p", "nonlinear_{}_ratio",
 )  # fmt: skip
 FIT_COLUMNS = [
-    "run_id", "medium", "beta_deg", "gamma_deg", "direction", "tare_run", "depth_from_cm",
+    "run_id", "medium", "beta_deg", "gamma_deg", "direction", "mirrored", "tare_run", "depth_from_cm",
     "depth_to_cm", "n_points", *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
     "flags", "note", "reason",
 ]  # fmt: skip
@@ -181,8 +181,10 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
             f"tare shorter than the run or with a gap: {untared} samples of the window have no tare"
         )
     points = int(np.count_nonzero(usable))
-    if points < max(config.fit.min_points, 8):
-        return refuse(f"too few points: {points} in the window, {config.fit.min_points} wanted")
+    # rows of a table are depths that somebody chose, samples of a log are not
+    fewest = 1 if config.table else max(config.fit.min_points, FEWEST)
+    if points < fewest:
+        return refuse(f"too few points: {points} in the window, {fewest} wanted")
 
     depth = stroke.depth[usable]
     stress = stroke.force / plate.area_cm2
@@ -190,6 +192,11 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
     startup = None
     if run.direction == "horizontal":
         startup = unfinished_start(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
+    if config.table and (points < FEWEST or not (np.diff(depth) > 0).all()):
+        slope = fit_few(depth, stress[:, usable])
+        return RunFit(
+            beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why, stroke.flags
+        )
     slope = fit_slope(
         depth, stress[:, usable], stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof,
         stroke.depth_sd, startup,
@@ -201,7 +208,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
 def _window(run: Run, stroke: Stroke, plate: AnyPlate, config: Config) -> np.ndarray:
     beta = math.radians(run.beta_deg)
     medium = config.media[run.medium]
-    if medium.role == "natural_sand":
+    if medium.role == "natural_sand" or config.table:
         return linear_window(stroke.depth, medium.linear_to_cm or math.inf, config.fit)
     if run.direction == "horizontal":
         return horizontal_window(stroke.path, stroke.x, plate, beta, config.container, config.fit)
@@ -257,7 +264,7 @@ def fit_medium(
     for run in runs:
         fact, part = facts[run.run_id], where.get(run.run_id)
         flags = tuple(filter(None, str(fact["flags"]).split("; ")))
-        if part is not None and not run.tare_run:
+        if part is not None and not run.tare_run and not campaign.numbers:
             flags += (NO_TARE_FLAG,)
         if n_plates > 1:
             flags += (f"{run.intruder}, one of {n_plates} plates in this medium",)
@@ -306,7 +313,8 @@ def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
 def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     row: Row = {
         "run_id": run.run_id, "medium": run.medium, "beta_deg": fit.beta_deg,
-        "gamma_deg": fit.gamma_deg, "direction": run.direction, "tare_run": run.tare_run,
+        "gamma_deg": fit.gamma_deg, "direction": run.direction,
+        "mirrored": filed_under(run)[2] < 0, "tare_run": run.tare_run,
         "depth_from_cm": fit.depth_from_cm, "depth_to_cm": fit.depth_to_cm, "n_points": 0,
         "flags": "; ".join(fit.flags), "note": note, "reason": fit.reason,
     }  # fmt: skip

@@ -53,6 +53,11 @@ _FLAT_DEG = 3.0
 _PAUSE_CM = 0.2
 _RAMP_S = 0.1
 
+SAMPLE_COLUMNS = (
+    "time_s", "phase", "x_cm", "depth_cm", "angle_deg", "force_z_N", "force_x_N", "why"
+)  # fmt: skip
+"""Columns of the table of samples, beside the run."""
+
 RUN_COLUMNS: dict[str, object] = {
     **dict.fromkeys(("run_id", "kind", "status", "reason", "flags", "note"), ""),
     **dict.fromkeys(("rows_force", "rows_motion"), 0),
@@ -198,14 +203,13 @@ def samples_of(traces: list[Trace]) -> pd.DataFrame:
     """Put the samples of all runs into one long table."""
     import pandas as pd
 
-    columns = ("time_s", "phase", "x_cm", "depth_cm", "angle_deg", "force_z_N", "force_x_N", "why")
     parts = {
-        one.run.run_id: dict(zip(columns, (
+        one.run.run_id: dict(zip(SAMPLE_COLUMNS, (
             one.time, one.phase, one.x, -one.z, np.degrees(one.angle), *one.force, one.why
         ), strict=True))
         for one in traces
     }  # fmt: skip
-    samples = join_runs(parts, columns)
+    samples = join_runs(parts, SAMPLE_COLUMNS)
     codes = samples["phase"].to_numpy(int)
     samples["phase"] = pd.Categorical.from_codes(codes, categories=pd.Index(PHASES))
     return samples

@@ -22,6 +22,10 @@ ORDER = 5
 _MAX_SUM = 0.98
 
 
+FEWEST = 8
+"""Samples from which their autocorrelation can be told."""
+
+
 @lru_cache(maxsize=512)
 def _cosines(n: int, count: int) -> FloatArray:
     """First `count` cosine modes over `n` samples, orthonormal, shape (count, n)."""
@@ -42,8 +46,10 @@ def weighted_sum_variance(
     `fitted`: shape (p, n); What was fitted, linearly independent; by default the weight alone.
     """
     n = weight.size
-    if n < 8:
-        raise ValueError(f"{n} samples are too few to tell their autocorrelation; at least 8")
+    if n < FEWEST:
+        raise ValueError(
+            f"{n} samples are too few to tell their autocorrelation; at least {FEWEST}"
+        )
     memory = _autoregression(residual, min(ORDER, n // 8))
     order = memory.shape[1]
     white = residual[:, order:].copy()
@@ -359,6 +365,23 @@ def fit_slope(
     return Slope(
         alpha, se, combine_dof(parts, dofs), ols_se, intercept, free_slope, p_value, ratio,
         depth.size, moved,
+    )  # fmt: skip
+
+
+def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
+    """Zero-intercept slope of a few independent depths, with the textbook error; of one depth none.
+
+    `depth`: shape (n,), cm. `stress`: shape (k, n), N/cm^2.
+    """
+    alpha, se = zero_intercept(depth, stress)
+    if depth.size < 2:
+        se = np.full(alpha.size, np.nan)
+    unknown = np.full((2, alpha.size), np.nan)
+    intercept, free_slope = _free_intercept(depth, stress) if depth.size > 2 else unknown
+    dof = np.full(alpha.size, max(depth.size - 1.0, 1.0))
+    return Slope(
+        alpha, se, dof, se, intercept, free_slope, unknown[0], unknown[1], depth.size,
+        np.zeros(alpha.size),
     )  # fmt: skip
 
 

@@ -75,8 +75,17 @@ def measured_profile(
     table: pd.DataFrame, config: Config, name: str = "measured table", *, draws: bool = True
 ) -> TableProfile:
     """Interpolate an alpha table; its spread are draws within its errors."""
-    spread = TableProfile(*draws_of(table, config), *directions(table)) if draws else None
+    spread = None
+    if draws and errors_known(table):
+        spread = TableProfile(*draws_of(table, config), *directions(table))
     return TableProfile.from_table(table, name, spread)
+
+
+def errors_known(table: pd.DataFrame) -> bool:
+    """Whether every alpha of a table has an interval: a table of others may state none."""
+    return all(
+        bool((table[column(c, "_hi")].notna() | table[column(c)].isna()).all()) for c in COMPONENTS
+    )
 
 
 def typical_dof(table: pd.DataFrame, confidence: float) -> float:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.measure.alpha import both, cell_at, column, directions
-from rftfit.model.draws import Term, draws_of, interval_of_sum, typical_dof
+from rftfit.model.draws import Term, draws_of, errors_known, interval_of_sum, typical_dof
 from rftfit.model.fourier import (
     TERMS,
     TERMS_Z,
@@ -453,7 +453,7 @@ class MediumFit:
     @cached_property
     def draws(self) -> FloatArray:
         """`used` under the errors of alpha, the selection of terms held fixed, shape (draws, 9)."""
-        if self.reason:
+        if self.reason or not errors_known(self.table):
             return np.full((self.config.fourier.draws, len(TERMS)), np.nan)
         return _transform(self.method, directions(self.table), self._alpha_draws, self.keep)
 

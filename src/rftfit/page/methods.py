@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import rftfit
 from rftfit.campaign.config import Leg, Plate
 from rftfit.figures.captions import name_of
+from rftfit.measure.slopes import AS_PREPARED, STATED
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.outlines import ELEMENTS
 from rftfit.model.scaling import published
@@ -53,8 +54,25 @@ def paragraphs(results: Results, outcome: Outcome) -> list[str]:
 
 
 def _measurement(results: Results, outcome: Outcome) -> str:
-    config = results.config
-    fit, box = config.fit, config.container
+    config, fits = results.config, results.joined("fits/{medium}.csv")
+    done = fits[fits["reason"] == ""] if "reason" in fits else fits
+    media = f"{len(results.media)} granular {'medium' if len(results.media) == 1 else 'media'}"
+    dropped = f" and {len(outcome.dropped)} dropped" if outcome.dropped else ""
+    used = f"{outcome.runs_used} runs were used{dropped}."
+    if config.table is not None and config.table.holds == "alpha":
+        return (
+            f"The stress per depth alpha(beta, gamma) of {media} was taken from a table, "
+            f"{config.run_sheet}: {outcome.runs_used} values. {_spread(results)}"
+        )
+    slope = (
+        "The stress per depth alpha(beta, gamma) is the zero-intercept least-squares slope of stress "
+        f"over depth{_window(config, done)}."
+    )
+    if config.table is not None:
+        return (
+            f"Stress on a plate against depth in {media} was taken from a table, {config.run_sheet}. "
+            f"{used} {slope} {_spread(results)}"
+        )
     plates = [item for item in config.intruders.values() if isinstance(item, Plate)]
     plate = "a flat plate"
     if plates:
@@ -63,24 +81,79 @@ def _measurement(results: Results, outcome: Outcome) -> str:
             f" ({first.length_cm:g} x {first.width_cm:g} cm^2, {first.thickness_cm:g} cm thick)"
         )
     tare = _tare(
-        results.joined("fits/{medium}.csv"),
+        fits,
         "The force on rod and mount alone, recorded along the same path, was subtracted at the same "
         "depth",
         "No force on rod and mount alone was recorded, so none was subtracted",
     )
-    depths = ", ".join(f"{depth:g}" for depth in fit.horizontal_depths_cm)
-    return (
-        f"Stresses on {plate} were measured in {len(results.media)} granular media in a container "
-        f"of {box.length_cm:g} x {box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth, at "
-        f"{config.arm.speed_cm_per_s:g} cm/s, following ref. 1. {outcome.runs_used} runs were "
-        f"used and {len(outcome.dropped)} dropped. {tare} The stress per depth alpha(beta, gamma) is "
-        "the zero-intercept least-squares slope of stress over depth, over the depths at which "
-        "the plate was wholly submerged and further than "
-        f"{fit.wall_clearance_cm:g} cm from walls and bottom; for horizontal motion, of the "
-        f"steady mean stress over depth at {depths} cm. {100 * fit.confidence:g} % intervals allow "
-        "for the correlation of successive samples (ref. 3) and add the errors of the force zero "
-        "and of the clocks."
+    box = config.container
+    what = (
+        "re-enacted from published results, not measured,"
+        if results.campaign.reenacted
+        else "measured"
     )
+    return (
+        f"Stresses on {plate} were {what} in {media} in a container of {box.length_cm:g} x "
+        f"{box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth, at {config.arm.speed_cm_per_s:g} cm/s, "
+        f"following ref. 1. {used} {tare} {slope} {_spread(results)}"
+    )
+
+
+def _window(config: Config, fits: pd.DataFrame) -> str:
+    """Which depths the slopes were taken over, as far as there are such slopes."""
+    fit, parts = config.fit, []
+    slanted = fits[fits["direction"] != "horizontal"] if len(fits) else fits
+    laboratory = {name for name, one in config.media.items() if one.role == "laboratory"}
+    if config.table is not None or slanted["medium"].isin(laboratory).any():
+        least = f"from {fit.submergence_cm:g} cm" if fit.submergence_cm is not None else ""
+        most = f"to {fit.max_depth_cm:g} cm" if fit.max_depth_cm is not None else ""
+        stated = " ".join(filter(None, (least, most)))
+        if config.table is not None:
+            parts.append(stated and f"over depths {stated}")
+        else:
+            own = [f"over depths {stated}" if stated else "over the depths"]
+            own += [] if least else ["at which the plate was wholly submerged"]
+            clear = f"further than {fit.wall_clearance_cm:g} cm from walls"
+            own.append(f"and {clear}" if most else f"and {clear} and bottom")
+            parts.append(" ".join(own))
+    sands = {
+        f"{one.title} down to {one.linear_to_cm:g} cm"
+        for name, one in config.media.items()
+        if one.linear_to_cm is not None and (fits["medium"] == name).any()
+    }
+    if sands:
+        parts.append(f"of a push into {', '.join(sorted(sands))}")
+    level = fits[fits["direction"] == "horizontal"] if len(fits) else fits
+    if len(level):
+        depths = sorted({f"{depth:.1f}" for depth in level["depth_from_cm"]}, key=float)
+        parts.append(
+            f"for horizontal motion, of the steady mean stress over depth at {', '.join(depths)} cm"
+        )
+    told = "; ".join(filter(None, parts))
+    return f", {told}" if told else ""
+
+
+def _spread(results: Results) -> str:
+    """What the intervals hold, by the records of this campaign."""
+    level = f"{100 * results.config.fit.confidence:g} % intervals"
+    tables = results.joined("alpha/{medium}.csv")
+    known = tables[tables["alpha_z_se_N_per_cm3"].notna()]
+    if known.empty:
+        return "No error of alpha is stated, so nothing here has an interval that holds it."
+    if results.config.table is not None and results.config.table.holds == "alpha":
+        first = f"{level} of alpha are made from the standard errors that the table states"
+    else:
+        runs = results.joined("runs/{medium}.csv")
+        clocks = (runs["clock_se_s"] > 0).any()
+        errors = " and add the errors of the force zero" if not results.campaign.numbers else ""
+        errors += " and of the clocks" if clocks and errors else ""
+        first = f"{level} allow for the correlation of successive samples (ref. 3){errors}"
+    kinds = set(known["spread"])
+    if kinds == {AS_PREPARED}:
+        return f"{first}; they are those of one bed as prepared, since no repeat shows how beds differ."
+    size = value(known["run_to_run_z_N_per_cm3"].median(), 4)
+    how = "as stated" if kinds == {STATED} else "pooled from repeats, where there are enough"
+    return f"{first}, and the spread from run to run ({how}; median of alpha_z {size} N/cm^3)."
 
 
 def _tare(table: pd.DataFrame, done: str, nothing: str) -> str:

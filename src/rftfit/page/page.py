@@ -58,6 +58,7 @@ def context(results: Results) -> dict[str, Any]:
     reversal = tables.reversal(results)
     return {
         "title": config.title,
+        "reenacted": results.campaign.reenacted,
         "level": f"{100 * config.fit.confidence:g} %",
         "method": config.fourier.method,
         "summary": tables.summary(results, outcome),

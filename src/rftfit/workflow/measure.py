@@ -10,6 +10,7 @@ from rftfit.measure.ingest import account_unclaimed, ingest_medium
 from rftfit.measure.ledger import check, join
 from rftfit.measure.legs import leg_curves
 from rftfit.measure.pairs import one_table
+from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Read all logs of a medium: samples, a row for each run, counts of rows."""
+    if results.campaign.numbers:
+        return ingest_table(results.campaign, medium)
     samples, runs, book = ingest_medium(results.campaign, medium)
     return samples, runs, book.table()
 
@@ -37,7 +40,11 @@ def slopes(
     """Fit every plate run of a medium: fits, its alpha table, windows of the fits, counts of rows."""
     tared, tares = results.table(f"tared/{medium}.parquet"), results.table(f"tares/{medium}.csv")
     runs = results.table(f"runs/{medium}.csv")
-    fits, windows, book = fit_medium(results.campaign, medium, runs, tared, tares)
+    table = results.config.table
+    if table is not None and table.holds == "alpha":
+        fits, windows, book = fit_alpha_table(results.campaign, medium, tared)
+    else:
+        fits, windows, book = fit_medium(results.campaign, medium, runs, tared, tares)
     config, spread = results.config, results.config.fit.run_to_run_N_per_cm3
     depths = len(config.fit.horizontal_depths_cm)
     alpha = alpha_table(fits, medium, config.fit.confidence, depths, spread, config.grid_of(medium))

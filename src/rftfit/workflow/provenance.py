@@ -105,7 +105,7 @@ def provenance(results: Results, plan: Plan) -> tuple[str, str, pd.DataFrame, st
         if stage != STAGE
     }
     data = {
-        "format": FORMAT, "settings": state.settings, "modules": state.modules,
+        "format": FORMAT, "reenacted": plan.campaign.reenacted, "settings": state.settings, "modules": state.modules,
         "versions": state.versions, "commit": commit(), "stages": records,
     }  # fmt: skip
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
@@ -191,6 +191,8 @@ def crate_text(config: Config, plan: Plan, files: Mapping[str, tuple[int, str]],
         "says which logs, rows of the run sheet, settings and code each file was made from; "
         "`rftfit verify` checks whether they are still the same."
     )
+    if plan.campaign.reenacted:
+        description += " The logs are re-enacted from published results: nothing was measured."
     if not told.date:
         description += " The date is a placeholder: the campaign's configuration gives none."
     steps = [name for name in plan.stages if name != STAGE]

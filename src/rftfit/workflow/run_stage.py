@@ -125,7 +125,10 @@ def write_all(results: Results, task: Task, made: Any) -> list[str]:
     if task.writes[0].endswith(".png"):
         from rftfit.figures.style import save_pages
 
-        return save_pages(made, results.root, task.writes[0].removesuffix(".png"))
+        about = (
+            "Made from re-enacted logs, not from recordings." if results.campaign.reenacted else ""
+        )
+        return save_pages(made, results.root, task.writes[0].removesuffix(".png"), about)
     contents = made if isinstance(made, tuple) else (made,)
     for path, content in zip(task.writes, contents, strict=True):
         target = results.root / path

@@ -73,7 +73,12 @@ def foreign_dialects(config: Config) -> dict[str, Origin]:
 def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
     """Cells of a medium's rows of the run sheet, or of all; order and numbers of rows do not count."""
     runs = campaign.runs_of(medium) if medium else campaign.runs
-    return sorted([*cells(run).values()] for run in runs)
+    # whether they are recordings at all is told beside the whole
+    origin = [] if medium else [[f"re-enacted: {campaign.reenacted}"]]
+    return origin + sorted(
+        [*cells(run).values(), *(str(row) for row in campaign.numbers.get(run.run_id, ()))]
+        for run in runs
+    )
 
 
 def cells(run: Run) -> dict[str, str]:

@@ -1,0 +1,85 @@
+"""A campaign that is a table of stress or alpha: its rows as samples and fits of the chain."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.measure.fits import FIT_COLUMNS, filed_under
+from rftfit.measure.ingest import PHASES, RUN_COLUMNS, SAMPLE_COLUMNS
+from rftfit.measure.ledger import USED, Ledger, RowStatus
+from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.measure.strokes import join_runs
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.campaign.load import Campaign
+
+
+def ingest_table(
+    campaign: Campaign, medium: str
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """As `rftfit.measure.ingest.ingest_medium`: of stress a sample for each row, of alpha none."""
+    import pandas as pd
+
+    parts: dict[str, dict[str, np.ndarray]] = {}
+    known = {"zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0, "zero_dof": GIVEN_DOF, "clock_se_s": 0.0}
+    rows = []
+    for run in campaign.runs_of(medium):
+        numbers = campaign.numbers[run.run_id]
+        count = {"rows_force": len(numbers), "rows_motion": len(numbers), "sample_step_s": 1.0}
+        name = {"run_id": run.run_id, "kind": run.kind, "status": "read"}
+        rows.append(RUN_COLUMNS | name | count | known)
+        if "depth_cm" not in numbers[0]:
+            continue
+        table = {key: np.array([row[key] for row in numbers]) for key in numbers[0]}
+        size = len(numbers)
+        columns = (
+            np.arange(size, dtype=float), np.full(size, PHASES.index("stroke")), np.zeros(size),
+            table["depth_cm"], np.full(size, run.beta_deg), table["stress_z_N_per_cm2"],
+            table["stress_x_N_per_cm2"], np.full(size, RowStatus.GOOD, dtype=np.int8),
+        )  # fmt: skip
+        parts[run.run_id] = dict(zip(SAMPLE_COLUMNS, columns, strict=True))
+    samples = join_runs(parts, SAMPLE_COLUMNS)
+    codes = samples["phase"].to_numpy(int)
+    samples["phase"] = pd.Categorical.from_codes(codes, categories=pd.Index(PHASES))
+    return samples, pd.DataFrame(rows, columns=list(RUN_COLUMNS)), Ledger().table()
+
+
+def fit_alpha_table(
+    campaign: Campaign, medium: str, tared: pd.DataFrame
+) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
+    """As `rftfit.measure.fits.fit_medium`, of slopes that the table gives."""
+    import pandas as pd
+
+    ledger, level = Ledger(), campaign.config.fit.confidence
+    rows = []
+    for run in campaign.runs_of(medium):
+        (numbers,) = campaign.numbers[run.run_id]
+        beta, gamma, _ = filed_under(run)
+        row = dict.fromkeys(FIT_COLUMNS, math.nan) | {
+            "run_id": run.run_id, "medium": medium, "beta_deg": beta, "gamma_deg": gamma,
+            "direction": run.direction, "mirrored": False, "tare_run": "", "n_points": 0,
+            "flags": "", "note": "", "reason": "",
+        }  # fmt: skip
+        runs = int(numbers.get("n", 0))
+        dof = runs - 1.0 if runs > 1 else GIVEN_DOF
+        for c in "zx":
+            alpha, se = numbers[f"alpha_{c}_N_per_cm3"], numbers.get(f"se_{c}", math.nan)
+            half = float(student_quantile(level, dof)) * se
+            values = {
+                "": alpha,
+                "_se": se,
+                "_lo": alpha - half,
+                "_hi": alpha + half,
+                "_startup": 0.0,
+            }
+            row |= {f"alpha_{c}{end}_N_per_cm3": value for end, value in values.items()}
+            row[f"alpha_{c}_dof"] = dof
+        rows.append(row)
+        ledger.add(run, run.force_log, USED, "slope", 1)
+    windows = pd.DataFrame({"run_id": tared["run_id"], "why": tared["why"]})
+    return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger

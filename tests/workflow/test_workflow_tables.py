@@ -1,0 +1,105 @@
+"""A table of stress or alpha to coefficients and a page, as a user would have it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from campaigns import Folder
+
+from rftfit.cli.main import main
+from rftfit.lab.truth import table_s5
+from rftfit.reference import MEDIA, load
+
+pytestmark = pytest.mark.slow
+PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data" / "published"
+
+
+@pytest.fixture(scope="module")
+def alpha(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+    """Table S5 as a user has it, in a folder whose name has a blank."""
+    root = tmp_path_factory.mktemp("alpha") / "my table"
+    source = PUBLISHED / "table_s5_alpha_measured.csv"
+    if not source.is_file():
+        source = root.parent / "table s5.csv"
+        load("table_s5").to_csv(source, index=False)
+    assert main(["init", str(root), "--alpha-table", str(source)]) == 0
+    folder = Folder(root)
+    folder.run_here()
+    return folder
+
+
+def test_zeta_and_chi_of_table_s3(alpha: Folder) -> None:
+    rows = alpha.table("penetration.csv")
+    printed = rows[rows["method"] == "dft-index, printed terms"].set_index("medium")
+    assert [f"{printed.loc[m, 'zeta']:.2f}" for m in MEDIA] == [
+        "0.26",
+        "0.47",
+        "0.19",
+        "0.38",
+        "0.22",
+    ]
+    assert [f"{printed.loc[m, 'chi']:.2f}" for m in MEDIA] == [
+        "1.37",
+        "1.19",
+        "1.27",
+        "1.05",
+        "1.33",
+    ]
+    lsq = rows[rows["method"] == "lsq"].set_index("medium")
+    assert [f"{lsq.loc[m, 'chi']:.2f}" for m in MEDIA] == ["1.26", "1.09", "1.12", "0.97", "1.22"]
+
+
+def test_no_error_is_made_up(alpha: Folder) -> None:
+    """The table states none: there is no interval anywhere, and the page says so."""
+    for name in ("coefficients", "penetration"):
+        table = alpha.table(f"{name}.csv")
+        ends = [
+            column for column in table if str(column).split("_N_")[0].split("_")[-1] in ("lo", "hi")
+        ]
+        assert ends
+        assert table[ends].isna().all(axis=None)
+    page = (alpha.root / "results" / "report.html").read_text(encoding="utf-8")
+    assert "No error of alpha is stated" in page
+    assert "was taken from a table" in page
+    assert "rod and mount" not in page.partition('id="methods"')[2]
+    ledger = alpha.table("ledger.csv")
+    assert (ledger["rows"].sum(), set(ledger["fate"])) == (455, {"used"})
+
+
+def test_no_figure_of_logs_that_there_are_not(alpha: Folder) -> None:
+    figures = {path.stem for path in (alpha.root / "results" / "figures").glob("*.png")}
+    assert {"alpha_maps", "fit_maps", "generic_profile"} <= figures
+    assert not {"linearity", "stress_of_runs", "protocol_poppy_LP", "tare_poppy_LP"} & figures
+
+
+def test_stress_on_another_grid(tmp_path: Path) -> None:
+    random = np.random.default_rng(1)
+    rows = ["medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"]
+    truth = {}
+    for beta in (-75, -45, -15, 15, 45, 75):
+        for gamma in (-80, -50, -20, 0, 20, 50, 80):
+            truth[beta, gamma] = alpha = table_s5("poppy_LP", beta, gamma)
+            for depth in np.arange(1, 8.1, 0.25 if gamma else 2.0):
+                stress = [a * depth + random.normal(0, 0.002) for a in alpha]
+                rows.append(f"sand,{beta},{gamma},{depth},{stress[0]},{stress[1]}")
+    source = tmp_path / "stress.csv"
+    source.write_text("\n".join(rows), encoding="utf-8")
+    assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
+    folder = Folder(tmp_path / "c")
+    folder.run_here()
+    table = folder.table("alpha/sand.csv")
+    assert len(table) == len(truth) == 42
+    inside = []
+    for row in table.to_dict("records"):
+        for c, alpha_c in zip("zx", truth[row["beta_deg"], row["gamma_deg"]], strict=True):
+            inside.append(
+                row[f"alpha_{c}_lo_N_per_cm3"] <= alpha_c <= row[f"alpha_{c}_hi_N_per_cm3"]
+            )
+    assert np.mean(inside) > 0.88
+    rows_of_lsq = folder.table("coefficients.csv").query("method == 'lsq' and medium == 'sand'")
+    assert rows_of_lsq[["value_N_per_cm3"]].notna().all(axis=None)
+    flags = folder.table("fits/sand.csv")["flags"].astype(str)
+    assert not flags.str.contains("tare").any()
+    assert (folder.root / "results" / "figures" / "linearity.png").is_file()
