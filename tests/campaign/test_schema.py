@@ -85,7 +85,8 @@ def test_the_template_names_every_needed_key(tmp_path: Path) -> None:
     init_campaign(tmp_path)
     text = (tmp_path / "config" / "config.yaml").read_text(encoding="utf-8")
     for key in all_keys():
-        if key.default == "required":
+        # `table` is for campaigns without logs, which have a template of their own
+        if key.default == "required" and key.path[0] != "table":
             assert f"{key.path[-1]}:" in text, key.path
 
 

@@ -150,7 +150,7 @@ def test_more_cells_than_columns(room: Room) -> None:
             [lines[0], *lines[2:], "p1" + lines[1][2:].replace('"30,5"', "30") + ",x"]
         ).encode(),
     )
-    assert (problem.place, problem.found) == (Place("runs.csv", 7, "number 17"), "x")
+    assert (problem.place, problem.found) == (Place("runs.csv", 7, "number 19"), "x")
     assert "decimal comma" in problem.allowed
 
 

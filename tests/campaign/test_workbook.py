@@ -44,7 +44,7 @@ def _cell(text: str) -> str | float | None:
 
 
 def address(room: Room, column: str, row: int) -> str:
-    return f"{'ABCDEFGHIJKLMNOP'[room.columns.index(column)]}{row}"
+    return f"{'ABCDEFGHIJKLMNOPQR'[room.columns.index(column)]}{row}"
 
 
 def test_a_workbook_gives_the_same_runs_as_csv(room: Room) -> None:

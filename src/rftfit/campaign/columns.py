@@ -144,4 +144,19 @@ COLUMNS = (
         "reason", "text", "why the run is left out; needed where excluded is yes", needed=False
     ),
     SheetColumn("note", "text", "free text", needed=False),
+    SheetColumn(
+        "zero_log",
+        "path",
+        "force log without load: the zero of this run, in place of its own rest in air",
+        needed=False,
+    ),
+    SheetColumn(
+        "stroke",
+        "number",
+        "which stroke along the path, from 1, where one log holds several; blank: the longest",
+        needed=False,
+        kinds=_PLATES,
+        low=1,
+        high=10000,
+    ),
 )

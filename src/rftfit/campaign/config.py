@@ -201,11 +201,18 @@ class Column(Model):
     constant: float | None = key(
         None, "value of a quantity that no column holds and that stays the same"
     )
+    rate: float | None = key(
+        None,
+        "change per second of a quantity that no column holds, from `constant` at the first row on: "
+        "an actuator of known speed",
+    )
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Column:
         if (self.column is None) == (self.constant is None):
             raise ValueError("needs either a column or a constant")
+        if self.rate is not None and self.constant is None:
+            raise ValueError("a rate needs a constant: the value at the first row")
         if self.factor == 0:
             raise ValueError("a factor of 0 would erase the column")
         return self
@@ -299,6 +306,33 @@ class Transducer(Model):
         "drop: rows in which all channels repeat the row before are the last reading of "
         "a transducer slower than its logger, and are left out",
     )
+
+
+class Zero(Model):
+    """What the transducer reads without load."""
+
+    method: Literal["air", "stated"] = key(
+        "air",
+        "air: the intruder's rest in air within each log; stated: the readings below, for logs "
+        "without such a rest. A `zero_log` of the run sheet goes before both",
+    )
+    readings_N: tuple[float, float, float] = key(
+        (0.0, 0.0, 0.0),
+        "what channels F1, F2, F3 read without load, for stated; 0 for logs whose zero was taken off",
+        strict=False,
+    )
+    sd_N: NotNegative | None = key(
+        None, "standard error of a stated reading; enters the intervals, so stated needs it"
+    )
+    log_age_min: NotNegative = key(
+        10.0, "longest time between a zero_log and its run: the zero may have drifted by then, min"
+    )
+
+    @model_validator(mode="after")
+    def _stated_has_an_error(self) -> Zero:
+        if self.method == "stated" and self.sd_N is None:
+            raise ValueError("method stated needs sd_N: how far the zero may be off, N")
+        return self
 
 
 class Arm(Model):
@@ -516,6 +550,7 @@ class Config(Model):
     )
     motion_log: MotionLog = key(MotionLog(), "how motion logs are written; may be the same file")
     transducer: Transducer = need("the force sensor and how it is mounted")
+    zero: Zero = key(Zero(), "what the transducer reads without load")
     arm: Arm = key(Arm(), "the robot arm that moves the intruder")
     clock: Clock = key(Clock(), "how the clocks of the two logs are brought together")
     surface: FreeSurface = key(FreeSurface(), "where the free surface lies")

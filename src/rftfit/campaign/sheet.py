@@ -29,7 +29,8 @@ ANGLE_TOLERANCE_DEG = 0.05
 """Angles closer than this are the same in a sheet, where 18.43 and 18.435 both stand for atan 1/3."""
 
 _SHAPES = {"plate": PLATE_SHAPES, "rod": PLATE_SHAPES, "leg": ("leg",), "leg_air": ("leg",)}
-_LOGS = tuple(column for column in COLUMNS if column.form == "path")
+_LOGS = tuple(column for column in COLUMNS if column.form == "path" and column.needed)
+_ZERO_LOG = next(column for column in COLUMNS if column.name == "zero_log")
 _ORDER = {column.name: at for at, column in enumerate(COLUMNS)}
 _TARE_OF = {"plate": "rod", "leg": "leg_air"}
 _TARE = {"rod": "a rod run", "leg_air": "a leg_air run"}
@@ -52,6 +53,8 @@ class Run:
     `tare_run`: run_id of the run to subtract; empty if there is none.
     `tare_shared`: Whether that tare is meant to serve several runs.
     `surface_z_mm`: Arm z of the free surface; None means the configuration's.
+    `zero_log`: Force log without load that gives the zero; empty: the run's own rest in air.
+    `stroke`: Which stroke along the path, from 1; None: the longest.
     `row`: As a spreadsheet numbers it; the header is row 1.
     """
 
@@ -72,6 +75,8 @@ class Run:
     reason: str
     note: str
     row: int
+    zero_log: str = ""
+    stroke: int | None = None
 
 
 @dataclass(frozen=True)
@@ -129,10 +134,11 @@ def read_sheet(
         _check_gamma(draft)
         _check_cell(draft, vocabulary)
         _check_depth(draft, vocabulary)
+        _check_stroke(draft)
         _check_excluded(draft)
         if logs is not None:
             lost = "" if draft.yes("excluded") else "this run will be dropped"
-            for column in _LOGS:
+            for column in (*_LOGS, _ZERO_LOG):
                 draft.check_file(column, logs, lost)
     _check_ids(drafts)
     _check_files(drafts, vocabulary)
@@ -148,7 +154,12 @@ def _run(draft: DraftRow) -> Run:
             values[column.name] = draft.number.get(column.name, float("nan"))
         elif column.form == "flag":
             values[column.name] = draft.yes(column.name)
-    return Run(**{**values, "surface_z_mm": draft.number.get("surface_z_mm")})
+    stroke = draft.number.get("stroke")
+    given = {
+        "surface_z_mm": draft.number.get("surface_z_mm"),
+        "stroke": None if stroke is None else int(stroke),
+    }
+    return Run(**{**values, **given})
 
 
 # --- within one row
@@ -210,6 +221,12 @@ def _check_cell(draft: DraftRow, vocabulary: Vocabulary) -> None:
         )
         found = f"{draft.text['beta_deg']}, {draft.text['gamma_deg']}"
         draft.note("gamma_deg", "cell-unplanned", found, allowed)
+
+
+def _check_stroke(draft: DraftRow) -> None:
+    stroke = draft.number.get("stroke")
+    if stroke is not None and stroke != int(stroke):
+        draft.note("stroke", "not-whole", draft.text["stroke"], "a whole number, from 1")
 
 
 def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
@@ -276,12 +293,20 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             same_row = other is draft and use != name and other.text[use] == path
             if same_row and method not in (None, "same_clock"):
                 draft.note(name, "one-file", path, same_file_needs_one_clock(str(method)))
+            elif _are_strokes(draft, other) and other.text[use] == path:
+                continue
             elif (other, use) != (draft, name) and not same_row:
                 where = "of this row" if other is draft else f"of row {other.row}"
                 allowed = f"a file of its own; {use} {where} names this one"
                 if other.text[use] != path:
                     allowed += f", as {other.text[use]}: not every disk tells the two apart"
                 draft.note(name, "shared-file", path, allowed)
+
+
+def _are_strokes(one: DraftRow, other: DraftRow) -> bool:
+    """Whether two rows name different strokes of one log."""
+    strokes = one.number.get("stroke"), other.number.get("stroke")
+    return None not in strokes and strokes[0] != strokes[1]
 
 
 def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:

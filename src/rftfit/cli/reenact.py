@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit import __version__
+from rftfit.campaign.problems import choose
 from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError
 
@@ -55,6 +56,17 @@ def reenact(
             "the paper's angles its table is interpolated.",
         ),
     ] = "",
+    protocol: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="How a run is recorded: paper, no-pause, stroke-only, separate-zero, one-file.",
+        ),
+    ] = "paper",
+    no_tare: Annotated[
+        bool, typer.Option("--no-tare", help="Without runs of rod and mount alone or legs in air.")
+    ] = False,
+    no_legs: Annotated[bool, typer.Option("--no-legs", help="Without legs.")] = False,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes that write at once; default: all cores.")
     ] = None,
@@ -75,7 +87,8 @@ def reenact(
     if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
         say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
         return
-    _write(places, seed, media or None, tuple(fault or ()), workers or usable_cores(), spread, grid)
+    _write(places, seed, media or None, tuple(fault or ()), workers or usable_cores(), spread, grid,
+           protocol, tare=not no_tare, legs=not no_legs)  # fmt: skip
 
 
 def _lacks_tracks(places: Layout) -> bool:
@@ -102,11 +115,16 @@ def _write(
     workers: int,
     spread: float,
     grid: str,
+    protocol: str,
+    *,
+    tare: bool,
+    legs: bool,
 ) -> None:
     from rftfit.lab import plan_runs
     from rftfit.lab import reenact as enact
     from rftfit.lab.marker import MARKER, clear, find_earlier, write_marker
     from rftfit.lab.plan import directions_of, media_of
+    from rftfit.lab.protocols import PAPER, PROTOCOLS, check_protocol, with_files, without
     from rftfit.lab.rig import resolve
     from rftfit.lab.tracks import track_files
 
@@ -129,7 +147,10 @@ def _write(
             "--grid: the config plans its own directions under `grid`; take that section out, or "
             "leave --grid away to measure the planned ones"
         )
-    runs = plan_runs(places.config, media, directions)
+    choose("--protocol", protocol, tuple(PROTOCOLS))
+    check_protocol(protocol, places.config)
+    runs = with_files(plan_runs(places.config, media, directions), protocol)
+    runs = without(runs, tare=not tare, legs=not legs)
     resolve(faults, {run.run_id: run for run in runs}, chosen[0])
     earlier = find_earlier(places.raw, places.sheet)
 
@@ -137,9 +158,18 @@ def _write(
     made_by += f"faults: {', '.join(faults) or 'none'}"
     if grid:
         made_by += f", grid: {grid}"
+    if protocol != PAPER:
+        made_by += f", protocol: {protocol}"
+    made_by += "" if tare else ", no tare"
+    made_by += "" if legs else ", no legs"
     if spread:
         made_by += f", run-to-run spread: {spread:g} N/cm^3"
-    logs = [places.raw / name for run in runs for name in (run.force_log, run.motion_log)]
+    logs = [
+        places.raw / name
+        for run in runs
+        for name in (run.force_log, run.motion_log, run.zero_log)
+        if name
+    ]
     if places.config.robot is not None and places.config.robot.medium in chosen:
         logs += track_files(places.config, places.raw, seed)
     clear(earlier)
@@ -150,6 +180,7 @@ def _write(
     done = enact(
         places.config, places.raw, places.sheet,
         seed=seed, media=media, directions=directions, faults=faults, workers=workers, spread=spread,
+        protocol=protocol, tare=tare, legs=legs,
     )  # fmt: skip
     write_marker(places.raw, [*logs, places.sheet], made_by, complete=True)
     say(

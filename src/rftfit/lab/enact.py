@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING
 
 from rftfit.errors import OutputError, RftfitError
 from rftfit.lab.plan import media_of, plan_runs
+from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, with_files, without
 from rftfit.lab.rig import Fault, damage_recording, damage_text, record, resolve
 from rftfit.lab.tracks import write_tracks
-from rftfit.lab.write import force_text, motion_text, sheet_text
+from rftfit.lab.write import force_text, motion_text, one_text, sheet_text
 from rftfit.store import write_bytes, write_text
 from rftfit.store.environment import child_environment
 
@@ -63,6 +64,7 @@ class Job:
     seed: int
     runs: tuple[tuple[Run, tuple[str, ...]], ...]
     spread: float = 0.0
+    protocol: str = PAPER
 
 
 def reenact(
@@ -76,6 +78,9 @@ def reenact(
     faults: Sequence[str] = (),
     workers: int = 2,
     spread: float = 0.0,
+    protocol: str = PAPER,
+    tare: bool = True,
+    legs: bool = True,
 ) -> Summary:
     """Write the logs that the paper's lab would have recorded, and their run sheet.
 
@@ -90,13 +95,18 @@ def reenact(
     by default. `faults`: ``NAME`` or ``NAME:run_id``, names from `FAULTS`. `workers`:
     Processes that write at once. `spread`: Standard deviation of alpha from one prepared bed to
     the next, N/cm^3. By default every bed is the same, so that Table S5 comes back as it is.
+    `protocol`: One of `PROTOCOLS`. `tare`, `legs`: Whether there are any.
     """
     began = time.perf_counter()
     raw, chosen = Path(raw).resolve(), media_of(config, media)
-    runs = plan_runs(config, media, directions)
+    check_protocol(protocol, config)
+    runs = with_files(plan_runs(config, media, directions), protocol)
+    runs = without(runs, tare=not tare, legs=not legs)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     damaged = {run.run_id: tuple(f.name for f in found if f.changed == run.run_id) for run in runs}
-    job = Job(config, raw, seed, tuple((run, damaged[run.run_id]) for run in runs), spread)
+    job = Job(
+        config, raw, seed, tuple((run, damaged[run.run_id]) for run in runs), spread, protocol
+    )
     n_files, n_bytes = write_all(job, workers)
     if config.robot is not None and config.robot.medium in chosen:
         tracks = write_tracks(config, raw, seed)
@@ -149,7 +159,8 @@ def write_runs(job: Job) -> tuple[int, int]:
     """Write the logs of a job; the number of files and their bytes."""
     files = size = 0
     for run, faults in job.runs:
-        for name, content in run_logs(run, job.config, job.seed, faults, job.spread).items():
+        logs = run_logs(run, job.config, job.seed, faults, job.spread, job.protocol)
+        for name, content in logs.items():
             if content is None:
                 _remove(job.raw / name)
                 continue
@@ -160,18 +171,29 @@ def write_runs(job: Job) -> tuple[int, int]:
 
 
 def run_logs(
-    run: Run, config: Config, seed: int, faults: tuple[str, ...] = (), spread: float = 0.0
+    run: Run,
+    config: Config,
+    seed: int,
+    faults: tuple[str, ...] = (),
+    spread: float = 0.0,
+    protocol: str = PAPER,
 ) -> dict[str, bytes | None]:
-    """Make the two logs of a run: content by path relative to raw, None where a fault takes it away."""
-    recording = record(run, config, seed, raised="never_touches" in faults, spread=spread)
+    """Make the logs of a run: content by path relative to raw, None where a fault takes it away."""
+    raised, pause = "never_touches" in faults, protocol != "no-pause"
+    recording = record(run, config, seed, raised, spread, pause)
+    recording, unloaded = as_recorded(recording, protocol)
     if faults:
         recording = damage_recording(faults, recording, config)
     unit = config.transducer.force_unit
     if "wrong_unit" in faults:
         unit = "N" if unit == "lbf" else "lbf"
+    if run.one_file:
+        text = damage_text(faults, one_text(run, recording, unit, config.arm.position_unit))
+        return {run.force_log: None if text is None else text.encode()}
+    zero = {run.zero_log: force_text(run, unloaded, unit).encode()} if unloaded else {}
     force = damage_text(faults, force_text(run, recording, unit))
     motion = motion_text(run, recording, config.arm.position_unit)
-    return {
+    return zero | {
         run.force_log: None if force is None else force.encode(),
         run.motion_log: None if "missing_tare" in faults else motion.encode(),
     }

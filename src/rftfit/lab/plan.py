@@ -50,6 +50,8 @@ class Run:
     `tare_shared`: Whether other runs use the same tare.
     `leg`: Name in `reference.LEGS`; empty for plate and rod.
     `natural`: Whether the medium is a natural sand.
+    `one_file`: Whether force and motion are in one file.
+    `own_zero`: Whether a log without load is recorded before it.
     `clock_s`: Earliest start on the force log's clock, s since midnight.
     """
 
@@ -68,6 +70,8 @@ class Run:
     natural: bool = False
     note: str = ""
     clock_s: float = 0.0
+    one_file: bool = False
+    own_zero: bool = False
 
     @property
     def folder(self) -> str:
@@ -77,12 +81,17 @@ class Run:
     @property
     def force_log(self) -> str:
         """Path of the force log relative to raw."""
-        return f"{self.folder}/{self.run_id}_force.csv"
+        return f"{self.folder}/{self.run_id}{'' if self.one_file else '_force'}.csv"
 
     @property
     def motion_log(self) -> str:
         """Path of the motion log relative to raw."""
-        return f"{self.folder}/{self.run_id}_motion.csv"
+        return self.force_log if self.one_file else f"{self.folder}/{self.run_id}_motion.csv"
+
+    @property
+    def zero_log(self) -> str:
+        """Path of the log without load relative to raw; empty where there is none."""
+        return f"{self.folder}/{self.run_id}_zero.csv" if self.own_zero else ""
 
 
 def plate_of(config: Config) -> tuple[str, Plate]:
@@ -376,8 +385,23 @@ def _move(
     return Segment(phase, start, end, distance / speed + RAMP_S, distance, speed)
 
 
-def segments(run: Run, config: Config, raised: bool = False) -> tuple[Segment, ...]:
-    """Rests and moves of a run; `raised` lifts the whole path into the air."""
+def segments(
+    run: Run, config: Config, raised: bool = False, pause: bool = True
+) -> tuple[Segment, ...]:
+    """Rests and moves of a run; `raised` lifts the whole path into the air; `pause`: at the surface."""
+    parts = _segments(run, config, raised)
+    if pause or not any(part.phase == "pause" for part in parts):
+        return parts
+    going = [part for part in parts if part.phase != "pause"]
+    first = next(i for i, part in enumerate(going) if part.moving)
+    one, other = going[first : first + 2]
+    if one.start[0] == other.end[0]:  # straight down or up: one move through the surface
+        speed = max(one.speed, other.speed)
+        going[first : first + 2] = [_move("stroke", one.start, other.end, speed)]
+    return tuple(going)
+
+
+def _segments(run: Run, config: Config, raised: bool) -> tuple[Segment, ...]:
     intruder = config.intruders[run.intruder]
     if isinstance(intruder, Leg):
         first = (0.0, intruder.hip_height_cm, -THETA_END_DEG)

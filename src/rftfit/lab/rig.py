@@ -82,6 +82,9 @@ class Recording:
     `motion_time_s`: shape (m,); On the arm controller's clock, since midnight.
     `x_mm`, `z_mm`: shape (m,); Reference point of the intruder in arm coordinates.
     `angle_deg`: shape (m,); beta of a plate, theta of a leg.
+    `in_air`: shape (n,); Force samples at rest in air; not in the log.
+    `motion_stroke`: shape (m,); Motion samples taken during the stroke; not in the log.
+    `motion_ahead_s`: shape (m,); What the arm controller's clock is ahead of the force log's.
     """
 
     force_time_s: FloatArray
@@ -92,6 +95,9 @@ class Recording:
     x_mm: FloatArray
     z_mm: FloatArray
     angle_deg: FloatArray
+    in_air: npt.NDArray[np.bool_]
+    motion_stroke: npt.NDArray[np.bool_]
+    motion_ahead_s: FloatArray
 
 
 def _stream(seed: int, run_id: str, purpose: int) -> np.random.Generator:
@@ -136,13 +142,14 @@ def ideal(
     raised: bool = False,
     phase_s: float = 0.0,
     bed: tuple[float, float] = (0.0, 0.0),
+    pause: bool = True,
 ) -> Ideal:
     """Noise-free forces of a run at the force log's sample times.
 
     `raised`: The whole path stays above the surface. `phase_s`: Time of the first sample after the
     start, s. `bed`: By how much alpha_z and alpha_x of its bed are off, N/cm^3.
     """
-    parts = segments(run, config, raised)
+    parts = segments(run, config, raised, pause)
     count = int((duration(parts) - phase_s) * FORCE_HZ) + 1
     motion = motion_at(parts, phase_s + np.arange(count) / FORCE_HZ)
     nothing = np.zeros(count)
@@ -189,15 +196,20 @@ def _noise(random: np.random.Generator, count: int, deviation: float) -> FloatAr
 
 
 def record(
-    run: Run, config: Config, seed: int, raised: bool = False, spread: float = 0.0
+    run: Run,
+    config: Config,
+    seed: int,
+    raised: bool = False,
+    spread: float = 0.0,
+    pause: bool = True,
 ) -> Recording:
     """Record a run the way the rig does.
 
     `raised`: The whole path stays above the surface. `spread`: Standard deviation of alpha from
-    one prepared bed to the next, N/cm^3.
+    one prepared bed to the next, N/cm^3. `pause`: At the surface.
     """
     drawn = nuisance(run, seed)
-    true = ideal(run, config, raised, drawn.force_phase_s, bed_of(run, seed, spread))
+    true = ideal(run, config, raised, drawn.force_phase_s, bed_of(run, seed, spread), pause)
     motion = true.motion
     count = motion.elapsed_s.size
     drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
@@ -209,7 +221,7 @@ def record(
     channels = np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 
     # the motion log: same run, other clock; e is s since the start on the force log's clock
-    parts = segments(run, config, raised)
+    parts = segments(run, config, raised, pause)
     rate = 1 + _DRIFT_PPM * 1e-6
     begin = drawn.start_s + drawn.motion_offset_s
     ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
@@ -218,6 +230,8 @@ def record(
     random = _stream(seed, run.run_id, 2)
     wobble = random.normal(0, 1, (3, ticks))
     stroke = np.array([part.phase == "stroke" for part in parts])
+    # a leg rests in air at both ends, a plate where it is above the surface
+    air = np.array([part.phase == "rest" and part.start[1] > 0 for part in parts])
     return Recording(
         force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(count) / FORCE_HZ,
         arm_moving=motion.moving.astype(np.int64),
@@ -227,6 +241,9 @@ def record(
         x_mm=10 * arm.x_cm + _POSITION_SD_MM * wobble[0],
         z_mm=config.arm.surface_z_mm + 10 * arm.z_cm + _POSITION_SD_MM * wobble[1],
         angle_deg=arm.angle_deg + _ANGLE_SD_DEG * wobble[2],
+        in_air=air[motion.segment],
+        motion_stroke=stroke[arm.segment],
+        motion_ahead_s=clock - (drawn.start_s + (clock - begin) / rate),
     )
 
 

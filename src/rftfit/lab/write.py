@@ -23,6 +23,7 @@ _LENGTH_DECIMALS = {"mm": 2, "cm": 3, "m": 5, "in": 4}
 SHEET_COLUMNS = (
     "run_id", "kind", "medium", "intruder", "direction", "beta_deg", "gamma_deg", "depth_cm",
     "force_log", "motion_log", "tare_run", "tare_shared", "surface_z_mm", "excluded", "reason", "note",
+    "zero_log",
 )  # fmt: skip
 
 
@@ -52,6 +53,22 @@ def force_text(run: Run, recording: Recording, unit: str) -> str:
     return head + fixed(columns, [3, 0, *[_FORCE_DECIMALS[unit]] * 3])
 
 
+def one_text(run: Run, recording: Recording, unit: str, length: str) -> str:
+    """Text of a log that holds force and motion."""
+    head = (
+        f"# log of run {run.run_id}, re-enacted from published measurements\n"
+        f"# 100 samples/s: s since midnight\n"
+        f"time_s,arm_moving,F1_{unit},F2_{unit},F3_{unit},x_{length},z_{length},angle_deg\n"
+    )
+    x, z = recording.x_mm / _MILLIMETRES[length], recording.z_mm / _MILLIMETRES[length]
+    columns = [
+        recording.force_time_s, recording.arm_moving.astype(float),
+        *(recording.channels_N / NEWTONS[unit]).T, x, z, recording.angle_deg,
+    ]  # fmt: skip
+    places = _LENGTH_DECIMALS[length]
+    return head + fixed(columns, [3, 0, *[_FORCE_DECIMALS[unit]] * 3, places, places, 2])
+
+
 def motion_text(run: Run, recording: Recording, unit: str) -> str:
     """Text of a motion log in mm, cm, m or in."""
     head = (
@@ -75,10 +92,13 @@ def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
     `tares`: run_id to the tare_run to be written instead of the run's own.
     """
     buffer = io.StringIO()
-    sheet = csv.DictWriter(buffer, SHEET_COLUMNS, lineterminator="\n")
+    runs = list(runs)
+    zeros = any(run.zero_log for run in runs)
+    columns = [name for name in SHEET_COLUMNS if zeros or name != "zero_log"]
+    sheet = csv.DictWriter(buffer, columns, lineterminator="\n")
     sheet.writeheader()
     for run in runs:
-        row = {name: getattr(run, name, "") for name in SHEET_COLUMNS}
+        row = {name: getattr(run, name, "") for name in columns}
         row |= {name: _number(getattr(run, name)) for name in ("beta_deg", "gamma_deg", "depth_cm")}
         row["tare_run"] = tares.get(run.run_id, run.tare_run)
         row["tare_shared"] = "yes" if run.tare_shared else ""

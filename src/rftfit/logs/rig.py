@@ -50,9 +50,9 @@ def _refusal(header: str, names: tuple[str, ...]) -> str:
             f"the header row is separated by {found}; this dialect wants commas between cells and "
             "points in numbers: export the log again that way"
         )
-    if names not in (FORCE_COLUMNS, MOTION_COLUMNS):
+    if names not in (FORCE_COLUMNS, MOTION_COLUMNS, (*FORCE_COLUMNS, *MOTION_COLUMNS[1:])):
         return (
             f"found the header {header[:120]!r}; allowed: 'time_s,arm_moving,F1_N,F2_N,F3_N' for a "
-            "force log, 'time_s,x_mm,z_mm,angle_deg' for a motion log"
+            "force log, 'time_s,x_mm,z_mm,angle_deg' for a motion log, or the columns of both in one"
         )
     return ""

@@ -95,7 +95,8 @@ def distinct(angles: Sequence[tuple[float, float]], grid: Grid) -> list[tuple[fl
     while left:
         # the most frequent first: the arm's 44.98 belongs to the planned 45
         name = max(left, key=lambda angle: (left[angle], angle))
-        cells.append(name)
+        # plates at -90 and 90 degrees are one: it is called 90
+        cells.append((90.0, name[1]) if name[0] == -90 else name)
         left = Counter({angle: n for angle, n in left.items() if not grid.same(name, angle)})
     return sorted(cells)
 

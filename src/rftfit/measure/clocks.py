@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 HOUR_S = 3600.0
 LONGEST_RAMP_S = 0.1
+_JITTER_S = 0.1
 
 
 class ClockError(ValueError):
@@ -70,14 +71,22 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     """Start and end of every stretch in which the arm moves, s, shape (k, 2).
 
     An edge is where the speed (n,) crosses the threshold, interpolated between samples; stretches of
-    less than 0.1 s are jitter and left out.
+    less than 0.1 s are jitter and left out, and so are rests: an arm that changes its direction
+    without a pause does not stop.
     """
     moving = np.concatenate([[False], speed > threshold, [False]])
     change = np.flatnonzero(moving[1:] != moving[:-1])
     first, last = change[::2], change[1::2] - 1
     starts = _crossing(time, speed, threshold, first - 1, first)
     ends = _crossing(time, speed, threshold, last, last + 1)
-    return np.stack([starts, ends], axis=1)[ends - starts > 0.1]
+    rests = starts[1:] - ends[:-1] > _JITTER_S
+    starts, ends = (
+        starts[np.append(True, rests)[: starts.size]],
+        ends[np.append(rests, True)[: ends.size]],
+    )
+    spans: FloatArray = np.stack([starts, ends], axis=1)
+    long: FloatArray = spans[ends - starts > _JITTER_S]
+    return long
 
 
 def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:

@@ -24,9 +24,10 @@ from rftfit.measure.pairs import (
     one_table,
     readers,
 )
+from rftfit.measure.slopes import GIVEN_DOF
 from rftfit.measure.strokes import Motion, StrokeError, find_stroke, join_runs
 from rftfit.measure.surface import Surface, SurfaceError, compliance_of, find_surface
-from rftfit.measure.zero import find_zero, height_needed
+from rftfit.measure.zero import Zero, find_zero, height_needed, zero_of_log
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -231,7 +232,7 @@ def ingest_run(
         assert isinstance(pair.motion, Log)
         force_log = without_repeats(config, pair.force)
         try:
-            trace = _make_trace(config, run, force_log, pair.motion, compliance)
+            trace = _make_trace(config, run, force_log, pair.motion, compliance, pair.zero)
         except ValueError as error:
             problems = [str(error)]
         else:
@@ -245,7 +246,12 @@ def ingest_run(
 
 
 def _make_trace(
-    config: Config, run: Run, force_log: Log, motion_log: Log, compliance: Compliance | None
+    config: Config,
+    run: Run,
+    force_log: Log,
+    motion_log: Log,
+    compliance: Compliance | None,
+    zero_log: Log | LogError | None,
 ) -> Trace:
     readings = read_force(config, force_log)
     motion = read_motion(config, run, motion_log)
@@ -268,17 +274,22 @@ def _make_trace(
     moving = _within(time, spans)
     intruder = config.intruders[run.intruder]
     in_air = z >= height_needed(intruder, angle, config.fit.air_clearance_cm)
-    zero = find_zero(
-        readings.time,
-        readings.force,
-        in_air & (why == RowStatus.GOOD) & ~in_stroke,
-        moving,
-        float(readings.time[in_stroke].mean()),
-        config.transducer.drift_N_per_min,
-    )
+    drift = config.transducer.drift_N_per_min
+    zero: Zero | None
+    if isinstance(zero_log, Log):
+        unloaded = read_force(config, zero_log).force
+        zero = zero_of_log(unloaded, time.size, drift, config.zero.log_age_min)
+    elif config.zero.method == "stated":
+        zero = _stated_zero(config, time.size)
+    else:
+        resting = in_air & (why == RowStatus.GOOD) & ~in_stroke
+        middle = float(readings.time[in_stroke].mean())
+        zero = find_zero(readings.time, readings.force, resting, moving, middle, drift)
     if zero is None:
         raise StrokeError(
-            "no_zero", "no zero: the intruder is never at rest in air for half a second"
+            "no_zero",
+            "no zero: the intruder is never at rest in air for half a second; where the zero is "
+            "known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config",
         )
     force = readings.force - zero.force
     if compliance is not None:
@@ -294,7 +305,9 @@ def _make_trace(
     missing = max(float(end - time[-1]), float(time[0] - start))
     flags = _damage(force_log, motion_log)
     flags += _flags(config, readings.time[in_stroke], missing, zero.drift_N)
-    if start <= motion.time[1] or end >= motion.time[-2]:
+    cut = start <= motion.time[1] or end >= motion.time[-2]
+    # a log that begins in air should also end after the stroke; others hold nothing but the stroke
+    if cut and config.zero.method == "air" and zero_log is None:
         flags.append("the motion log begins or ends within the stroke")
     stuck = int(np.count_nonzero(readings.saturated & in_stroke))
     if stuck:
@@ -304,6 +317,14 @@ def _make_trace(
         zero.variance, zero.dof, clock, tuple(flags), (force_log.rows, motion_log.rows),
         alignment, surface,
     )  # fmt: skip
+
+
+def _stated_zero(config: Config, size: int) -> Zero:
+    """The zero that the config states, the same in every run."""
+    stated = config.zero
+    force = (sensor_to_lab(config.transducer) @ np.array(stated.readings_N))[::-1]
+    variance = np.full(2, (stated.sd_N or 0.0) ** 2)
+    return Zero(np.repeat(force[:, None], size, axis=1), variance, GIVEN_DOF, math.nan)
 
 
 def sensor_to_lab(transducer: Transducer) -> FloatArray:

@@ -85,7 +85,11 @@ def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
             columns[quantity], found[quantity] = _column(log, quantity, chosen, units[quantity])
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
-        if chosen.constant is not None:
+        if chosen.rate is not None:
+            notes.append(
+                f"{quantity} changes by {chosen.rate:g} {chosen.unit or ''}/s by the config"
+            )
+        elif chosen.constant is not None:
             notes.append(f"{quantity} is {chosen.constant:g} {chosen.unit or ''} by the config")
     if problems:
         raise LogError("columns", f"{log.path}: {'; '.join(problems)}", log.rows)
@@ -100,6 +104,11 @@ def _column(log: Log, quantity: str, chosen: Column, wanted: str) -> tuple[Float
     """Values of a quantity, and their unit."""
     if chosen.constant is not None:
         values, stated = np.full(log.size, chosen.constant), ""
+        if chosen.rate is not None:
+            if quantity == "time" or "time" not in log.columns:
+                raise ValueError("a rate needs a column `time` in the log")
+            scale = TIME_TO_S.get(log.units.get("time", "s"), 1.0)
+            values += chosen.rate * scale * (log.columns["time"] - log.columns["time"][:1])
     else:
         name = _name(chosen)
         if name not in log.columns:
@@ -194,15 +203,17 @@ _AT_A_TIME = 32
 
 @dataclass(frozen=True)
 class Pair:
-    """Force and motion log of one run; an unusable one is its error."""
+    """Force and motion log of one run, and its log without load; an unusable one is its error."""
 
     force: Log | LogError
     motion: Log | LogError
+    zero: Log | LogError | None = None
 
     @property
     def problems(self) -> list[str]:
         """What is wrong with unusable logs."""
-        return [str(log) for log in (self.force, self.motion) if isinstance(log, LogError)]
+        logs = (self.force, self.motion, self.zero)
+        return [str(log) for log in logs if isinstance(log, LogError)]
 
 
 def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Pair]]:
@@ -212,16 +223,25 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
     """
     config, units = campaign.config, chain_units(campaign.config)
     force_reader, motion_reader = readers(config)
+    zeros: dict[str, Log | LogError] = {}
     for first in range(0, len(runs), _AT_A_TIME):
         part = runs[first : first + _AT_A_TIME]
         force = force_reader.load_many([campaign.raw / run.force_log for run in part])
         motion = motion_reader.load_many([campaign.raw / run.motion_log for run in part])
+        new = list(dict.fromkeys(r.zero_log for r in part if r.zero_log not in ("", *zeros)))
+        unloaded = force_reader.load_many([campaign.raw / name for name in new])
+        for run in part:
+            if run.zero_log in new and run.zero_log not in zeros:
+                log = unloaded[new.index(run.zero_log)]
+                how = partial(_force, config, units, run)
+                zeros[run.zero_log] = _usable(campaign, run.zero_log, log, how)
         for run, one, other in zip(part, force, motion, strict=True):
             yield (
                 run,
                 Pair(
                     _usable(campaign, run.force_log, one, partial(_force, config, units, run)),
                     _usable(campaign, run.motion_log, other, partial(_motion, config, units, run)),
+                    zeros.get(run.zero_log),
                 ),
             )
 

@@ -25,6 +25,8 @@ UNDERGROUND_CM = 0.3
 DEPTH_TOLERANCE_CM = 0.1
 SHORTEST_CM = 0.2
 BOTTOM_CM = 0.02
+_STROKE_SHARE = 0.5
+_CORNER_CM, _CORNER_DEG = 0.1, 10.0
 
 
 class StrokeError(ValueError):
@@ -95,7 +97,9 @@ def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tup
         wanted_x, wanted_z = -wanted_x, -wanted_z
     along: list[tuple[float, float, float]] = []
     seen: list[str] = []
-    for start, end in spans:
+    parts = [part for first, last in spans for part in _straight(motion, float(first), float(last))]
+    for first, last in parts:
+        start, end = _below(motion, first, last)
         (x0, x1), (z0, z1), _ = motion.at(np.array([start, end]))
         length = math.hypot(x1 - x0, z1 - z0)
         if min(z0, z1) > -UNDERGROUND_CM or length < SHORTEST_CM:
@@ -112,7 +116,59 @@ def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tup
             f"below the surface the arm moved along gamma = {', '.join(seen) or 'nothing'} deg; the "
             f"sheet's {run.direction} at gamma {run.gamma_deg:g} is along {way:.1f} deg",
         )
+    if run.stroke is not None:
+        # in the order of time; a stretch much shorter than the others is no stroke
+        longest = max(one[0] for one in along)
+        strokes = [one for one in along if one[0] > _STROKE_SHARE * longest]
+        if run.stroke > len(strokes):
+            raise StrokeError(
+                "no_stroke", f"the sheet asks for stroke {run.stroke}; the log holds {len(strokes)}"
+            )
+        _, start, end = strokes[run.stroke - 1]
+        return start, end
     _, start, end = max(along, key=lambda one: one[0])
+    return start, end
+
+
+def _straight(motion: Motion, start: float, end: float) -> list[tuple[float, float]]:
+    """Part a stretch at its corners: an arm may change its direction without a pause."""
+    inside = (motion.time > start) & (motion.time < end)
+    x, z = motion.x[inside], motion.z[inside]
+    if x.size < 3:
+        return [(start, end)]
+    dx, dz = x[-1] - x[0], z[-1] - z[0]
+    off = np.abs(dx * (z - z[0]) - dz * (x - x[0])) / max(math.hypot(dx, dz), SHORTEST_CM)
+    corner = int(off.argmax())
+    ends = np.array([[x[0], x[corner], x[-1]], [z[0], z[corner], z[-1]]])
+    before, after = np.diff(ends).T
+    lengths = float(np.hypot(*before)), float(np.hypot(*after))
+    if off[corner] < _CORNER_CM or min(lengths) < SHORTEST_CM:
+        return [(start, end)]
+    cosine = float(before @ after) / (lengths[0] * lengths[1])
+    if cosine > math.cos(math.radians(_CORNER_DEG)):
+        return [(start, end)]
+    at = float(motion.time[inside][corner])
+    return _straight(motion, start, at) + _straight(motion, at, end)
+
+
+def _below(motion: Motion, start: float, end: float) -> tuple[float, float]:
+    """Part of a stretch below the surface, of an arm that does not stop there: its times, s."""
+    inside = motion.time[(motion.time > start) & (motion.time < end)]
+    time = np.concatenate([[start], inside, [end]])
+    z = motion.at(time)[1]
+    above, below = np.flatnonzero(z > 0), np.flatnonzero(z <= 0)
+    if not above.size or not below.size:
+        return start, end
+
+    def crossing(one: int, other: int) -> float:
+        share = z[one] / (z[one] - z[other])
+        return float(time[one] + share * (time[other] - time[one]))
+
+    # a little above the surface is where strokes begin that pause there
+    if z[0] > UNDERGROUND_CM and z[-1] < 0:
+        start = crossing(above[-1], above[-1] + 1)
+    elif z[-1] > UNDERGROUND_CM and z[0] < 0:
+        end = crossing(above[0], above[0] - 1)
     return start, end
 
 

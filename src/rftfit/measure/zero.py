@@ -96,6 +96,20 @@ def find_zero(
     return Zero(line, variance, min(dof, last_dof), float(np.abs(last - first).max()))
 
 
+def zero_of_log(force: FloatArray, size: int, drift_N_per_min: float, age_min: float) -> Zero:
+    """Take the zero of a run of `size` samples from another log, recorded without load.
+
+    `force`: shape (2, n), N. Since then the zero may have drifted, for `age_min` at most.
+    """
+    if force.shape[1] < _FEWEST:
+        raise ValueError(
+            f"the zero log has {force.shape[1]} readings; at least {_FEWEST} are needed"
+        )
+    mean, variance, dof = _mean(force)
+    unseen = (drift_N_per_min * age_min) ** 2 / 3
+    return Zero(np.repeat(mean[:, None], size, axis=1), variance + unseen, dof, math.nan)
+
+
 def _fewest(time: FloatArray) -> int:
     """Count the samples in half a second of a slow transducer; `MIN_SAMPLES` at 100 Hz and faster."""
     step = float(np.median(np.diff(time))) if time.size > 1 else 0.0

@@ -29,7 +29,7 @@ def log_names(campaign: Campaign, medium: str) -> list[str]:
     `medium`: Empty for the runs that belong to none.
     """
     runs = campaign.runs_of(medium) if medium else campaign.unclaimed
-    names = {name for run in runs for name in (run.force_log, run.motion_log)}
+    names = {name for run in runs for name in (run.force_log, run.motion_log, run.zero_log)} - {""}
     contact = campaign.config.rigid_contact
     if contact is not None and medium:
         names |= {contact.force_log, contact.motion_log}

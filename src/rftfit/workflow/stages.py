@@ -50,7 +50,7 @@ STAGES = (
     Stage(
         "ingest", f"{_MEASURE}:ingest", each="media", rows=True, logs=True, parallel=True,
         writes=("traces/{medium}.parquet", "runs/{medium}.csv", "ledger/ingest/{medium}.csv"),
-        settings=("raw", "dialect", "force_log", "motion_log", "transducer", "arm", "clock",
+        settings=("raw", "table", "dialect", "force_log", "motion_log", "transducer", "zero", "arm", "clock",
                   "surface", "rigid_contact", "intruders", "fit"),
     ),
     Stage(
@@ -63,7 +63,7 @@ STAGES = (
         reads=("runs/{medium}.csv", "tared/{medium}.parquet", "tares/{medium}.csv"),
         writes=("fits/{medium}.csv", "alpha/{medium}.csv", "windows/{medium}.parquet",
                 "ledger/slopes/{medium}.csv"),
-        settings=("transducer", "container", "intruders", "fit", "media"),
+        settings=("transducer", "container", "intruders", "fit", "grid", "table", "media"),
     ),
     Stage(
         "legs", f"{_MEASURE}:legs", each="media", rows=True,

@@ -1,0 +1,101 @@
+"""Other ways of recording a run than the paper's: what is left of its two logs, and in which files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rftfit.campaign.config import Config
+    from rftfit.lab.plan import Run
+    from rftfit.lab.rig import Recording
+
+PAPER = "paper"
+PROTOCOLS = {
+    PAPER: "rest in air, approach, pause at the surface, stroke, rest; two logs on two clocks",
+    "no-pause": "the arm goes through the surface without a pause",
+    "stroke-only": "nothing but the stroke, one clock, the transducer set to zero before",
+    "separate-zero": "nothing but the stroke, one clock, and a log without load before it (zero_log)",
+    "one-file": "force and motion in one file, on one clock",
+}
+"""Name and what is recorded."""
+
+_NEEDED = {
+    "stroke-only": ("clock: {method: same_clock}", "zero: {method: stated, sd_N: 0.02}"),
+    "separate-zero": ("clock: {method: same_clock}",),
+    "one-file": ("clock: {method: same_clock}",),
+}
+
+
+def check_protocol(protocol: str, config: Config) -> None:
+    """Refuse a protocol whose logs the config would not read."""
+    wanted = _NEEDED.get(protocol, ())
+    missing = [line for line in wanted if not _has(line, config)]
+    if missing:
+        raise InputError(
+            f"--protocol {protocol}: the config would not read such logs; it needs: {'; '.join(missing)}"
+        )
+
+
+def _has(line: str, config: Config) -> bool:
+    section, _, rest = line.partition(":")
+    method = rest.split("method:")[1].strip(" }").split(",")[0]
+    return str(getattr(config, section).method) == method
+
+
+def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recording | None]:
+    """What a protocol records of a run, and its log without load where that is one of its own."""
+    if protocol in (PAPER, "no-pause"):
+        return recording, None
+    # one logger, one clock
+    one = replace(recording, motion_time_s=recording.motion_time_s - recording.motion_ahead_s)
+    if protocol == "one-file":
+        at = one.force_time_s
+        return replace(
+            one, motion_time_s=at,
+            x_mm=np.interp(at, one.motion_time_s, one.x_mm),
+            z_mm=np.interp(at, one.motion_time_s, one.z_mm),
+            angle_deg=np.interp(at, one.motion_time_s, one.angle_deg),
+        ), None  # fmt: skip
+    unloaded = _cut(one, one.in_air, np.zeros_like(one.motion_stroke))
+    if protocol == "stroke-only":
+        zero = one.channels_N[one.in_air].mean(axis=0)
+        one = replace(one, channels_N=one.channels_N - zero)
+    stroke = _cut(one, one.stroke, one.motion_stroke)
+    return stroke, unloaded if protocol == "separate-zero" else None
+
+
+def _cut(recording: Recording, force: np.ndarray, motion: np.ndarray) -> Recording:
+    parts = {
+        name: getattr(recording, name)[force]
+        for name in ("force_time_s", "arm_moving", "channels_N", "stroke", "in_air")
+    }
+    parts |= {
+        name: getattr(recording, name)[motion]
+        for name in ("motion_time_s", "x_mm", "z_mm", "angle_deg", "motion_stroke")
+    }
+    return replace(recording, **parts)
+
+
+def with_files(runs: Sequence[Run], protocol: str) -> list[Run]:
+    """The runs with the files that a protocol writes."""
+    if protocol == "one-file":
+        return [replace(run, one_file=True) for run in runs]
+    if protocol == "separate-zero":
+        return [replace(run, own_zero=True) for run in runs]
+    return list(runs)
+
+
+def without(runs: Sequence[Run], *, tare: bool, legs: bool) -> list[Run]:
+    """Leave out the tares, or the legs."""
+    kept = [
+        run for run in runs
+        if not (tare and run.kind in ("rod", "leg_air")) and not (legs and run.kind in ("leg", "leg_air"))
+    ]  # fmt: skip
+    return [replace(run, tare_run="", tare_shared=False) if tare else run for run in kept]

@@ -1,0 +1,70 @@
+"""Campaigns of other labs: grids and protocols that are not the paper's, re-enacted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from rftfit.campaign.config import Config
+from rftfit.lab import reenact
+from rftfit.lab.plan import directions_of
+
+PROJECT = Path(__file__).resolve().parents[2]
+GRIDS = {
+    "coarse": "-30,0,30,90 x -90,-60,-30,0,30,60,90",
+    "other": "-75,-40,-10,20,55,80 x -70,-45,-25,25,45,70",
+    "no-vertical": "-60,-20,20,60 x -75,-50,-20,20,50,75",
+    "one-row": "0 x -90,-60,-30,30,60,90",
+    "scattered": "scattered:25",
+    "one-push": "0:90",
+}
+SECTIONS = {
+    "paper": {},
+    "no-pause": {},
+    "stroke-only": {"clock": {"method": "same_clock"}, "zero": {"method": "stated", "sd_N": 0.02}},
+    "separate-zero": {"clock": {"method": "same_clock"}},
+    "one-file": {"clock": {"method": "same_clock"}},
+}
+MEDIUM = "poppy_CP"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One campaign."""
+
+    grid: str
+    protocol: str
+    tare: bool = True
+    legs: bool = False
+
+    def __str__(self) -> str:
+        more = ("" if self.tare else ", no tare") + (", legs" if self.legs else "")
+        return f"{self.grid}, {self.protocol}{more}"
+
+
+CASES = [
+    *(Case(grid, protocol) for grid in GRIDS for protocol in SECTIONS if grid != "one-push"),
+    Case("one-push", "paper"), Case("one-push", "stroke-only", tare=False),
+    Case("coarse", "paper", tare=False), Case("coarse", "one-file", tare=False, legs=True),
+    Case("scattered", "stroke-only", tare=False), Case("other", "paper", legs=True),
+    Case("coarse", "separate-zero", legs=True),
+]  # fmt: skip
+
+
+def make(folder: Path, case: Case) -> None:
+    """Write the campaign of a case: configuration, logs and run sheet."""
+    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    del values["robot"]
+    values["media"] = {MEDIUM: {"title": "close poppy seeds", "published_as": MEDIUM}}
+    values |= SECTIONS[case.protocol]
+    values["fit"]["missing_tare"] = "flag"
+    (folder / "config").mkdir(parents=True)
+    path = folder / "config" / "config.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+    raw = folder / "raw" / "paper"
+    reenact(
+        Config.model_validate(values), raw, raw / "runs.csv", protocol=case.protocol,
+        directions=directions_of(GRIDS[case.grid], 2013), tare=case.tare, legs=case.legs,
+    )  # fmt: skip

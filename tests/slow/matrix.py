@@ -1,0 +1,94 @@
+"""Campaigns of other labs, through `rftfit run`: grids x protocols, with and without tares and legs.
+
+    make matrix                        all of them, a table of what came out
+    make matrix ARGS="--only one-file" those whose name holds the word
+
+Each must end with exit status 0 and a page. With tares at least 90 % of the cells hold the truth in their
+95 % intervals; without, every run is flagged, and alpha is off by the rod's force.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from rftfit.lab.plan import directions_of
+from rftfit.lab.truth import table_s5
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "helpers"))
+from other_labs import CASES, GRIDS, MEDIUM, Case, make
+
+CELLS_WITHIN = 0.9
+
+
+def judge(folder: Path, case: Case) -> tuple[str, list[str]]:
+    """What came out, in words, and what is wrong with it."""
+    wanted = set(directions_of(GRIDS[case.grid], 2013))
+    table = pd.read_csv(folder / "results" / "alpha" / f"{MEDIUM}.csv")
+    found = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
+    wrong = [] if found == wanted else [f"{len(wanted - found)} directions without a row"]
+    if not (folder / "results" / "report.html").is_file():
+        wrong.append("no page")
+    inside, off = [], []
+    for row in table.to_dict("records"):
+        for c, true in zip("zx", table_s5(MEDIUM, row["beta_deg"], row["gamma_deg"]), strict=True):
+            name = f"alpha_{c}{{}}_N_per_cm3"
+            inside.append(row[name.format("_lo")] <= true <= row[name.format("_hi")])
+            off.append(abs(row[name.format("")] - true))
+    share = float(np.mean(inside))
+    flagged = pd.read_csv(folder / "results" / "fits" / f"{MEDIUM}.csv")["flags"].astype(str)
+    if case.tare and share < CELLS_WITHIN:
+        wrong.append("too few cells hold the truth")
+    if not case.tare and not flagged.str.contains("tare").all():
+        wrong.append("a run without a tare is not flagged")
+    if np.isnan(off).any():
+        wrong.append(f"{int(np.isnan(off).sum()) // 2} cells without alpha")
+    return (
+        f"{len(table)} cells, {100 * share:.0f} % hold the truth, worst off {max(off):.4f}",
+        wrong,
+    )
+
+
+def run(case: Case, folder: Path) -> tuple[str, list[str]]:
+    """Make and run one campaign."""
+    make(folder, case)
+    began = time.perf_counter()
+    command = [str(Path(sys.executable).parent / "rftfit"), "run"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    seconds = time.perf_counter() - began
+    if done.returncode:
+        last = (done.stderr or done.stdout).strip().splitlines()[-3:]
+        return f"exit status {done.returncode}", [" ".join(last)]
+    told, wrong = judge(folder, case)
+    return f"{seconds:5.0f} s, {told}", wrong
+
+
+def main() -> int:
+    """Run the cases; exit status 1 if one is wrong."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="cases whose name holds this")
+    words = parser.parse_args()
+    bad = 0
+    for case in [one for one in CASES if words.only in str(one)]:
+        folder = Path(tempfile.mkdtemp(prefix="rftfit_matrix_"))
+        try:
+            told, wrong = run(case, folder / "campaign")
+        finally:
+            shutil.rmtree(folder)
+        bad += bool(wrong)
+        print(f"{case!s:45} {told}{''.join(f'; WRONG: {one}' for one in wrong)}", flush=True)
+    print(f"{bad} of {len(CASES)} are wrong" if bad else "all as they should be")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

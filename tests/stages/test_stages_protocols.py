@@ -1,0 +1,122 @@
+"""Other protocols than the paper's, other grids: from re-enacted logs to alpha beside the truth."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from other_labs import MEDIUM, Case, make
+
+from rftfit.campaign.load import check_campaign, load_campaign
+from rftfit.lab.truth import table_s5
+from rftfit.measure.alpha import alpha_table
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.tare import tare_medium
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+
+def measured(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Alpha, fits and runs of the only medium of a campaign."""
+    campaign = load_campaign(folder / "config" / "config.yaml")
+    samples, runs, _ = ingest_medium(campaign, MEDIUM)
+    tared, tares, _ = tare_medium(campaign, MEDIUM, samples, runs)
+    fits, _, _ = fit_medium(campaign, MEDIUM, runs, tared, tares)
+    return alpha_table(fits, MEDIUM, 0.95, 3, None, campaign.config.grid), fits, runs
+
+
+def off_by_half_widths(table: pd.DataFrame) -> np.ndarray:
+    found = []
+    for row in table.to_dict("records"):
+        truth = table_s5(MEDIUM, row["beta_deg"], row["gamma_deg"])
+        for c, true in zip("zx", truth, strict=True):
+            name = f"alpha_{c}{{}}_N_per_cm3"
+            half = (row[name.format("_hi")] - row[name.format("_lo")]) / 2
+            found.append((row[name.format("")] - true) / half)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("protocol", ["no-pause", "stroke-only", "separate-zero", "one-file"])
+def test_a_protocol_measures_what_is_there(tmp_path: Path, protocol: str) -> None:
+    make(tmp_path, Case("other", protocol))
+    alpha, fits, runs = measured(tmp_path)
+    assert len(alpha) == 36
+    assert (fits["reason"] == "").all()
+    assert (runs["flags"] == "").all()
+    assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) >= 0.9
+
+
+def test_without_a_tare_alpha_is_off_and_says_so(tmp_path: Path) -> None:
+    make(tmp_path, Case("one-row", "paper", tare=False))
+    alpha, fits, _ = measured(tmp_path)
+    assert fits["flags"].str.contains("no tare subtracted").all()
+    assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) < 0.5
+
+
+def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path: Path) -> None:
+    make(tmp_path, Case("one-row", "stroke-only"))
+    config = tmp_path / "config" / "config.yaml"
+    narrow = measured(tmp_path)[0]
+    text = config.read_text(encoding="utf-8")
+    assert "sd_N: 0.02" in text
+    config.write_text(text.replace("sd_N: 0.02", "sd_N: 0.2"), encoding="utf-8")
+    wide = measured(tmp_path)[0]
+    name = "alpha_z_se_N_per_cm3"
+    assert (wide[name] > 3 * narrow[name]).all()
+    config.write_text(text.replace("  sd_N: 0.02\n", ""), encoding="utf-8")
+    campaign, problems = check_campaign(config)
+    assert campaign is None
+    assert "method stated needs sd_N" in str(problems[0])
+
+
+def test_a_log_without_rest_and_without_a_zero_says_what_to_do(tmp_path: Path) -> None:
+    make(tmp_path, Case("one-push", "stroke-only"))
+    config = tmp_path / "config" / "config.yaml"
+    text = config.read_text(encoding="utf-8")
+    config.write_text(text.replace("method: stated", "method: air"), encoding="utf-8")
+    _, fits, _ = measured(tmp_path)
+    assert "name a zero_log in the run sheet, or state it under `zero`" in fits["reason"][0]
+
+
+def test_strokes_of_one_log(tmp_path: Path) -> None:
+    """Cyclic penetration: three pushes in one log, a row of the sheet each."""
+    make(tmp_path, Case("one-push", "one-file"))
+    sheet = tmp_path / "raw" / "paper" / "runs.csv"
+    head, *rows = sheet.read_text(encoding="utf-8").splitlines()
+    raw = tmp_path / "raw" / "paper"
+    for row in rows:
+        path = raw / row.split(",")[8]
+        lines = path.read_text(encoding="utf-8").splitlines()
+        top = next(i for i, line in enumerate(lines) if line.startswith("time"))
+        data = np.array([[float(cell) for cell in line.split(",")] for line in lines[top + 1 :]])
+        parts = []
+        for k in range(3):
+            part = data.copy()
+            part[:, 0] += k * (data[-1, 0] - data[0, 0] + 20)
+            parts.append(part)
+        body = [",".join(f"{value:.6f}" for value in line) for line in np.concatenate(parts)]
+        path.write_text("\n".join([*lines[: top + 1], *body]) + "\n", encoding="utf-8")
+    plate = next(row for row in rows if ",plate," in row).split(",")
+    rod = next(row for row in rows if ",rod," in row)
+    again = [
+        ",".join([f"push{k}", *plate[1:10], plate[10], "yes", *plate[12:], "", str(k)])
+        for k in (1, 2, 3)
+    ]
+    sheet.write_text(
+        "\n".join([head + ",zero_log,stroke", *again, rod + ",,1"]) + "\n", encoding="utf-8"
+    )
+    alpha, fits, _ = measured(tmp_path)
+    assert list(fits["run_id"]) == ["push1", "push2", "push3"]
+    np.testing.assert_allclose(fits["alpha_z_N_per_cm3"], fits["alpha_z_N_per_cm3"][0], rtol=2e-3)
+    assert alpha["n_runs"].tolist() == [3]
+    wanted = table_s5(MEDIUM, 0, 90)[0]
+    assert alpha["alpha_z_N_per_cm3"][0] == pytest.approx(wanted, abs=0.002)
+    text = sheet.read_text(encoding="utf-8").replace(",3\n", ",4\n")
+    sheet.write_text(text, encoding="utf-8")
+    _, fits, _ = measured(tmp_path)
+    assert fits["reason"][2] == "the sheet asks for stroke 4; the log holds 3"
