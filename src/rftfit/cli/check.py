@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,10 +10,12 @@ import typer
 
 from rftfit.cli.main import INPUT_NOT_VALID
 from rftfit.cli.output import count, megabytes, say, table
+from rftfit.errors import OutputError
 
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.problems import Problem
+    from rftfit.measure.readable import Opened
     from rftfit.robot.tracks import RobotCheck
 
 
@@ -27,7 +30,9 @@ def check(
 ) -> None:
     """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 
-    Ends with exit code 2 when there are errors, with 0 when there are warnings only.
+    Every log of up to 20 MB is read as `rftfit run` reads it; what it found is remembered for as long as
+    logs, sheet and config stay the same. Ends with exit code 2 when there are errors, with 0 when there
+    are warnings only.
     """
     from rftfit.campaign.load import check_campaign
     from rftfit.robot.tracks import check_robot
@@ -35,16 +40,55 @@ def check(
     campaign, problems = check_campaign(config)
     robot = check_robot(config)
     problems = [*problems, *robot.problems]
+    opened: list[Opened] = []
+    if campaign is not None and not any(one.severity == "error" for one in problems):
+        opened = _open_logs(config)
+        problems += [problem for one in opened for problem in one.problems]
     errors = _print_problems(problems, "error")
     warnings = _print_problems(problems, "warning")
     if campaign is not None:
         say(summary(campaign))
         if robot.medium:
             say(of_robot(robot))
+        if passed_over := sum(one.passed_over for one in opened):
+            say(f"{count(passed_over, 'run')} with a log of more than 20 MB, not opened")
         say()
     say(f"{count(errors, 'error')}, {count(warnings, 'warning')}.")
     if campaign is None or errors or (strict and warnings):
         raise typer.Exit(INPUT_NOT_VALID)
+
+
+def _open_logs(config: Path) -> list[Opened]:
+    """Read the logs of every medium, or recall what was found in them."""
+    import json
+    from dataclasses import asdict
+
+    from rftfit.campaign.problems import Place, Problem
+    from rftfit.measure.readable import Opened, open_logs
+    from rftfit.store import write_text
+    from rftfit.store.digests import digest_of
+    from rftfit.workflow.plan import Plan
+
+    plan = Plan(config)
+    memory = plan.root / ".snakemake/rftfit/logs_checked.json"
+    try:
+        known = json.loads(memory.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        known = {}
+    found: dict[str, Opened] = {}
+    for task in plan.stages["ingest"]:
+        key = digest_of(task.medium, sorted(task.depends.items()))
+        try:
+            old = known[key]
+            again = [Problem(**one | {"place": Place(**one["place"])}) for one in old["problems"]]
+            found[key] = Opened(again, old["runs"], old["passed_over"])
+        except (KeyError, TypeError):
+            found[key] = open_logs(plan.campaign, task.medium)
+    text = json.dumps({key: asdict(one) for key, one in found.items()})
+    with contextlib.suppress(OutputError):
+        write_text(memory, text)
+        plan.save()
+    return list(found.values())
 
 
 def _print_problems(problems: list[Problem], severity: str) -> int:

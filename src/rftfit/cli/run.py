@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit.cli.output import count, say, table, warn
-from rftfit.errors import InputError
+from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from rftfit.workflow.plan import Plan
     from rftfit.workflow.snakemake import Job, Progress
 
 FILES = (
@@ -66,6 +67,9 @@ def run(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", "-n", help="Say what would be done, and do nothing.")
     ] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit status 3 where a medium has no alpha at all.")
+    ] = False,
     unlock: Annotated[
         bool, typer.Option("--unlock", help="Clear the lock that a killed run has left, and stop.")
     ] = False,
@@ -107,6 +111,23 @@ def run(
     if not dry_run:
         for line in closing_lines(workflow.root):
             say(line)
+    if strict and not dry_run and (empty := media_without_alpha(workflow.plan)):
+        warn(
+            f"No alpha at all: {', '.join(empty)}. The reasons are in results/fits/ and in the page."
+        )
+        raise typer.Exit(OutputError.exit_code)
+
+
+def media_without_alpha(plan: Plan) -> list[str]:
+    """Media of which no plate run gave a number, by the tables that are there."""
+    from rftfit.results import Results
+
+    results, empty = Results(plan.campaign), []
+    for medium in results.media:
+        name = f"alpha/{medium}.csv"
+        if results.has(name) and results.table(name)["alpha_z_N_per_cm3"].isna().all():
+            empty.append(medium)
+    return empty
 
 
 def _split(words: list[str]) -> tuple[list[str], list[str]]:

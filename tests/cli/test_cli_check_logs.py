@@ -1,0 +1,105 @@
+"""`rftfit check` opens the logs: what a run would drop or doubt is told before it is run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from campaigns import Folder
+from other_labs import MEDIUM, Case, make
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    make(tmp_path / "c", Case("one-row", "paper"))
+    return Folder(tmp_path / "c")
+
+
+def check(folder: Folder) -> tuple[int, str]:
+    done = folder.rftfit("check")
+    return done.returncode, done.stdout + done.stderr
+
+
+def change(folder: Folder, old: str, new: str) -> None:
+    text = folder.config.read_text(encoding="utf-8")
+    assert old in text
+    folder.config.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_good_logs_say_nothing_and_are_remembered(folder: Folder) -> None:
+    assert check(folder) == check(folder)
+    code, said = check(folder)
+    assert code == 0
+    assert "0 errors, 0 warnings." in said
+    memory = folder.root / ".snakemake" / "rftfit" / "logs_checked.json"
+    assert memory.is_file()
+    memory.write_text("[1", encoding="utf-8")
+    assert check(folder) == (code, said)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("force_unit: N", "force_unit: kN", "F1 in N, but the config says kN"),
+        ("position_unit: mm", "position_unit: cm", "in mm, but the config says cm"),
+        ("surface_z_mm: 150.0", "surface_z_mm: 20.0", "surface not reached"),
+        ("method: sync_line", "method: estimate", "allowed: intrusion straight down"),
+    ],
+)
+def test_what_holds_for_every_run_is_one_error(
+    folder: Folder, old: str, new: str, words: str
+) -> None:
+    change(folder, old, new)
+    code, said = check(folder)
+    assert words in said
+    assert code == (0 if "estimate" in new else 2)
+    told = [line for line in said.splitlines() if "would be dropped" in line]
+    assert 1 <= len(told) <= 3
+    assert f"of 12 runs would be dropped, for example {MEDIUM}_" in told[0]
+
+
+def test_what_a_run_would_drop_is_what_check_tells(folder: Folder) -> None:
+    """Several damages at once: each is told, the run drops the same runs, and nothing else."""
+    raw = folder.root / "raw" / "paper" / MEDIUM
+    damages = {
+        f"{MEDIUM}_bp00_g90_in": lambda text: text[: len(text) // 2],
+        f"{MEDIUM}_bp00_g60_in": lambda text: text.replace(",", ";"),
+        f"{MEDIUM}_bp00_g30_ex": lambda _: "",
+        f"{MEDIUM}_bp00_g30_in": lambda text: "\n".join(text.splitlines()[:4]),
+    }
+    for name, damage in damages.items():
+        path = raw / f"{name}_force.csv"
+        path.write_text(damage(path.read_text(encoding="utf-8")), encoding="utf-8")
+    code, said = check(folder)
+    assert code == 0
+    told = {name for name in damages if f"{name} (row" in said}
+    done = folder.rftfit("run", f"results/fits/{MEDIUM}.csv")
+    assert done.returncode == 0
+    fits = folder.table(f"fits/{MEDIUM}.csv")
+    lost = set(fits.loc[fits["alpha_z_N_per_cm3"].isna(), "run_id"])
+    flagged = set(fits.loc[fits["flags"].notna(), "run_id"])
+    assert told == set(damages)
+    assert lost | flagged == told
+    assert len(lost) >= 3
+
+
+def test_a_log_that_is_too_large_is_left_to_the_run(
+    folder: Folder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rftfit.measure.readable.LARGEST_BYTES", 1000)
+    code, said = check(folder)
+    assert code == 0
+    assert "12 runs with a log of more than 20 MB, not opened" in said
+
+
+def test_a_strict_run_ends_with_three_where_a_medium_has_no_number(folder: Folder) -> None:
+    wanted = f"results/alpha/{MEDIUM}.csv"
+    assert folder.rftfit("run", "--strict", wanted).returncode == 0
+    change(folder, "surface_z_mm: 150.0", "surface_z_mm: 20.0")
+    assert folder.rftfit("run", wanted).returncode == 0
+    done = folder.rftfit("run", "--strict", wanted)
+    assert done.returncode == 3
+    assert f"No alpha at all: {MEDIUM}" in done.stderr
