@@ -222,13 +222,9 @@ class Results(Tables):
         else:
             angles = table[["beta_deg", "gamma_deg"]]
             whole = (angles.notna() & (angles.abs() <= 90)).all(axis=None)
-            planned = len(self.config.grid_of(medium).planned)
-            if not whole or angles.duplicated().any():
-                why = "angles that are missing, outside of -90 to 90 degrees, or there twice"
-            elif planned and len(table) != planned:
-                why = f"{len(table)} rows, but {planned} directions are planned in the config"
-            else:
+            if whole and not angles.duplicated().any():
                 return table
+            why = "angles that are missing, outside of -90 to 90 degrees, or there twice"
         raise InputError(f"{self.path(name)}: {why}; make the table again with `rftfit run`")
 
     def fits(self, method: str | None = None) -> dict[str, MediumFit]:
@@ -401,7 +397,7 @@ class Medium:
         cell = cell_at(table, 0, 90)
         if cell is None:
             raise InputError(f"{self.name}: no run at (0, 90) deg, a level plate straight down")
-        alpha, se = float(cell[column("z")]), float(np.nan_to_num(cell[column("z", "_se")]))
+        alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
         try:
             reference = self.results.reference(method)
             return scale(alpha, se, reference, self.results.config.fit.confidence)

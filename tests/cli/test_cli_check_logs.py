@@ -9,6 +9,7 @@ from campaigns import Folder
 from other_labs import MEDIUM, Case, make
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 
@@ -64,7 +65,7 @@ def test_what_holds_for_every_run_is_one_error(
 def test_what_a_run_would_drop_is_what_check_tells(folder: Folder) -> None:
     """Several damages at once: each is told, the run drops the same runs, and nothing else."""
     raw = folder.root / "raw" / "paper" / MEDIUM
-    damages = {
+    damages: dict[str, Callable[[str], str]] = {
         f"{MEDIUM}_bp00_g90_in": lambda text: text[: len(text) // 2],
         f"{MEDIUM}_bp00_g60_in": lambda text: text.replace(",", ";"),
         f"{MEDIUM}_bp00_g30_ex": lambda _: "",

@@ -384,8 +384,6 @@ def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
     assert "needs --profile fourier" in why("--medium", "poppy_LP", "--method", "lsq")
     table = results / "alpha" / "poppy_LP.csv"
     rows = table.read_text().splitlines(keepends=True)
-    table.write_text("".join(rows[:50]))
-    assert "49 rows, but 91 directions are planned" in why(*POPPY)
     table.write_text("".join([*rows[:-1], rows[-2]]))
     assert "angles that are missing, outside of -90 to 90 degrees, or there" in why(*POPPY)
     table.write_text("".join([*rows[:-1], rows[-1].replace(",0.", ",x.", 1)]))

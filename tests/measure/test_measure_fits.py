@@ -166,7 +166,7 @@ def test_too_few_points(paper_config: Config, wanted: int, least: int) -> None:
     np.testing.assert_allclose(alpha(enough), [ALPHA_Z, ALPHA_X], rtol=1e-12)
     found = fit_run(run(), stroke(np.linspace(2, 7, least - 1)), config)
     assert found.slope is None
-    assert found.reason == f"too few points: {least - 1} in the window, {wanted} wanted"
+    assert found.reason == f"too few points: {least - 1} in the window, {least} wanted"
 
 
 def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config: Config) -> None:

@@ -127,7 +127,7 @@ def test_every_promised_file_is_there(whole: Folder) -> None:
              "alpha_maps", "fit_maps", "generic_profile"]  # fmt: skip
     promised += [f"figures/{name}.{end}" for name in names for end in ("png", "pdf", "svg")]
     promised += [f"quality/{m}.{end}" for m in (*MEDIA, *SANDS) for end in ("png", "pdf", "svg")]
-    assert [name for name in promised if not (results / name).stat().st_size > 500] == []
+    assert [name for name in promised if not (results / name).stat().st_size > 300] == []
 
 
 def test_every_file_and_column_is_in_the_dictionary(whole: Folder) -> None:

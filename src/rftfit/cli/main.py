@@ -30,7 +30,7 @@ MEANINGS = {
     FINE: "fine",
     UNEXPECTED: "something unexpected; a crash report is written",
     INPUT_NOT_VALID: "command line, config, run sheet or log not valid",
-    OUTPUT_NOT_WRITTEN: "a result cannot be written, or a strict run leaves a medium without a number",
+    OUTPUT_NOT_WRITTEN: "a result cannot be written, or a strict run has none",
     WORKFLOW_STOPPED: "the workflow stopped",
     NOT_AS_RECORDED: "rftfit verify: results are not, or not made from, what is recorded",
     INTERRUPTED: "stopped by Ctrl-C",

@@ -144,7 +144,7 @@ def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[
         return row | {"reason": NO_PUSH}
     for quantity in ("", "_lo", "_hi"):
         row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
-    alpha, se = float(cell[column("z")]), float(np.nan_to_num(cell[column("z", "_se")]))
+    alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
     try:
         scaled = scale_new_medium(alpha, se, reference.chi, reference.m0, config.fit.confidence)
     except ValueError as error:

@@ -76,7 +76,7 @@ def measured_profile(
 ) -> TableProfile:
     """Interpolate an alpha table; its spread are draws within its errors."""
     spread = None
-    if draws and errors_known(table):
+    if draws and (table[[column(c, "_hi") for c in COMPONENTS]].notna()).any(axis=None):
         spread = TableProfile(*draws_of(table, config), *directions(table))
     return TableProfile.from_table(table, name, spread)
 

@@ -50,7 +50,7 @@ STAGES = (
     Stage(
         "ingest", f"{_MEASURE}:ingest", each="media", rows=True, logs=True, parallel=True,
         writes=("traces/{medium}.parquet", "runs/{medium}.csv", "ledger/ingest/{medium}.csv"),
-        settings=("raw", "table", "dialect", "force_log", "motion_log", "transducer", "zero", "arm", "clock",
+        settings=("raw", "dialect", "force_log", "motion_log", "transducer", "zero", "arm", "clock",
                   "surface", "rigid_contact", "intruders", "fit"),
     ),
     Stage(
