@@ -147,7 +147,13 @@ def one_run(
         trace[f"tare_{c}_N_per_cm2"] = 0.08 * alpha * depth + noise[::-1]
     if kind == "extraction":
         trace = trace.iloc[::-1]
-    fit: dict[str, object] = {"run_id": run, "direction": kind, "mirrored": kind == "extraction", "flags": "", "reason": ""}
+    fit: dict[str, object] = {
+        "run_id": run,
+        "direction": kind,
+        "mirrored": kind == "extraction",
+        "flags": "",
+        "reason": "",
+    }
     low, high = (level, level) if kind == "horizontal" else (0.6, 6.5)
     fit |= {"depth_from_cm": low, "depth_to_cm": high, "n_points": int(window.sum())}
     for c, alpha in (("z", alpha_z), ("x", alpha_x)):

@@ -139,7 +139,11 @@ def results(
 
 def pushed(samples: pd.DataFrame, sands: pd.DataFrame) -> Memory:
     """Results of penetration tests."""
-    fits = samples[["run_id", "medium"]].drop_duplicates().assign(direction="intrusion")
+    fits = (
+        samples[["run_id", "medium"]]
+        .drop_duplicates()
+        .assign(direction="intrusion", mirrored=False)
+    )
     found = of_runs(samples.drop(columns="medium"), fits)
     found.sands = tuple(SANDS)
     found.tables["sands.csv"] = sands

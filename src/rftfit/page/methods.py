@@ -66,7 +66,7 @@ def _measurement(results: Results, outcome: Outcome) -> str:
         )
     slope = (
         "The stress per depth alpha(beta, gamma) is the zero-intercept least-squares slope of stress "
-        f"over depth{_window(config, done)}."
+        f"over depth{_window(results, done)}."
     )
     if config.table is not None:
         return (
@@ -99,12 +99,11 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     )
 
 
-def _window(config: Config, fits: pd.DataFrame) -> str:
+def _window(results: Results, fits: pd.DataFrame) -> str:
     """Which depths the slopes were taken over, as far as there are such slopes."""
+    config = results.config
     fit, parts = config.fit, []
-    slanted = fits[fits["direction"] != "horizontal"] if len(fits) else fits
-    laboratory = {name for name, one in config.media.items() if one.role == "laboratory"}
-    if config.table is not None or slanted["medium"].isin(laboratory).any():
+    if config.table is not None or results.laboratory:
         least = f"from {fit.submergence_cm:g} cm" if fit.submergence_cm is not None else ""
         most = f"to {fit.max_depth_cm:g} cm" if fit.max_depth_cm is not None else ""
         stated = " ".join(filter(None, (least, most)))
