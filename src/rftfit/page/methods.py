@@ -118,7 +118,7 @@ def _window(results: Results, fits: pd.DataFrame) -> str:
     sands = {
         f"{one.title} down to {one.linear_to_cm:g} cm"
         for name, one in config.media.items()
-        if one.linear_to_cm is not None and (fits["medium"] == name).any()
+        if one.linear_to_cm is not None and len(fits) and (fits["medium"] == name).any()
     }
     if sands:
         parts.append(f"of a push into {', '.join(sorted(sands))}")
