@@ -76,7 +76,8 @@ def predicted_curves(medium: Medium) -> pd.DataFrame:
             parts.append(curve.assign(medium=medium.name, leg=name, profile=kind))
     if not parts:
         return pd.DataFrame(columns=PREDICTED_COLUMNS)
-    curves = pd.concat(parts, ignore_index=True)[PREDICTED_COLUMNS]
+    # no profile of a table without a number, or without errors, has an interval
+    curves = pd.concat(parts, ignore_index=True).reindex(columns=PREDICTED_COLUMNS)
     if sand:
         curves.loc[curves["reason"] == "", "reason"] = medium.results.reference().note
     return curves
