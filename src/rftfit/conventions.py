@@ -74,11 +74,13 @@ def mirror(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, Float
 def file_extraction(beta_deg: float, path_gamma_deg: float) -> tuple[float, float, float]:
     """Cell of the alpha table to which a motion upward belongs.
 
+    A plate pulled back along a path is filed as its mirror image: the physical direction (beta, gamma
+    - 180 deg) lies outside of the table. A negative angle is that of the motion itself, a cell as it is.
+
     `beta_deg`: Angle at which the plate was held. `path_gamma_deg`: Angle of the path on the way
-    down, in [0, 90], that the plate is pulled back along; or, if negative, the intrusion angle of
-    the motion itself, which is then a cell as it is. Returns `beta_deg`, `gamma_deg`: (-beta, -gamma): the mirror image of the
-    physical (beta, gamma - 180 deg). Returns `sign_x`: -1: the factor that turns the measured
-    alpha_x into that of the cell.
+    down, in [0, 90], or of the motion up, below 0. Returns `beta_deg`, `gamma_deg`: of the cell.
+    Returns `sign_x`: the factor that turns the measured alpha_x into that of the cell, -1 of a
+    mirror image.
     """
     if path_gamma_deg < 0:
         return beta_deg, path_gamma_deg, 1.0

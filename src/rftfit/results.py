@@ -13,7 +13,7 @@ import numpy as np
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-from rftfit.measure.alpha import QUANTITIES, cell_at, column
+from rftfit.measure.alpha import NO_PUSH, QUANTITIES, cell_at, column
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import KINDS, DepthOnlyProfile, FourierProfile, Profile, scaled_generic
@@ -396,7 +396,7 @@ class Medium:
         table = self.alpha
         cell = cell_at(table, 0, 90)
         if cell is None:
-            raise InputError(f"{self.name}: no run at (0, 90) deg, a level plate straight down")
+            raise InputError(f"{self.name}: {NO_PUSH}")
         alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
         try:
             reference = self.results.reference(method)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.campaign.config import Table
+from rftfit.campaign.config import Config, Table
 from rftfit.campaign.tables import media_of_table, read_pushes
 
 if TYPE_CHECKING:
@@ -90,6 +90,37 @@ def test_stress_by_run_or_by_direction(tmp_path: Path) -> None:
     assert "all rows of the run r have one direction" in problems[0]
     _, problems = read(written(tmp_path / "s.csv", head, "0,90,-1,0.1,0"), table)
     assert "depth grows downward" in problems[0]
+
+
+def test_nothing_in_a_block_is_lost_in_silence(tmp_path: Path) -> None:
+    path = written(
+        tmp_path / "b.csv", "alpha_z (N/cm^3)", "beta,45,90,95", "0,0.2,0.3,0.1", "30,0.1,x,",
+        "alpha_x (N/cm^3)", "beta,45,90,95", "0,0.1,0,0", "30,,0.2,",
+    )  # fmt: skip
+    pushes, problems = read(path)
+    told = "\n".join(problems)
+    assert "row 3, column gamma_deg: found '95'; allowed: -90 to 90 degrees" in told
+    assert "row 4, column alpha_z_N_per_cm3: found 'x'" in told
+    assert "column alpha_x_N_per_cm3: both components of b30_g45" in told
+    assert {push.run.run_id for push in pushes} == {"b0_g45", "b0_g90"}
+
+
+def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path: Path) -> None:
+    """Intruders are welcome, to predict forces on them; the table's stress is stress already."""
+    values = {
+        "title": "t", "raw": "raw", "run_sheet": "raw/s.csv", "table": {"holds": "stress"},
+        "media": {"sand": {"title": "sand"}},
+        "intruders": {"plate": {"shape": "flat", "area_cm2": 9.0, "length_cm": 3.0, "thickness_cm": 1.0}},
+    }  # fmt: skip
+    config = Config.model_validate(values)
+    head = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
+    path = written(tmp_path / "s.csv", head, "0,90,1,0.3,0")
+    assert config.table is not None
+    (push,), _ = read(path, config.table)
+    area = config.intruders[push.run.intruder]
+    assert area.shape == "flat"
+    assert area.area_cm2 == 1
+    assert config.intruders["plate"].shape == "flat"
 
 
 def test_blocks_of_table_s5(tmp_path: Path) -> None:

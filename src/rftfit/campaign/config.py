@@ -466,9 +466,11 @@ class Table(Model):
 _NOT_OF_TABLES: dict[str, Any] = {
     "transducer": {"name": "not stated", "range_N": [1e9] * 3, "axes": {"x": "+F1", "y": "+F2", "z": "+F3"}},
     "container": dict.fromkeys(("length_cm", "width_cm", "depth_cm"), 1e6),
-    "intruders": {"plate": {"shape": "flat", "area_cm2": 1.0, "length_cm": 1.0, "thickness_cm": 1.0}},
 }  # fmt: skip
-"""Keys that a campaign with logs must give and a table makes needless; its stress is force over 1 cm^2."""
+"""Keys that a campaign with logs must give and a table makes needless."""
+
+UNIT_AREA = "unit_area"
+"""Intruder of a table: its stress is the force on 1 cm^2."""
 
 
 class Fourier(Model):
@@ -581,7 +583,11 @@ class Config(Model):
     @classmethod
     def _table_needs_no_rig(cls, data: Any) -> Any:
         if isinstance(data, dict) and data.get("table") is not None:
-            return {**_NOT_OF_TABLES, **data}
+            area = {"shape": "flat", "area_cm2": 1.0, "length_cm": 1.0, "thickness_cm": 1.0}
+            own = data.get("intruders", {})
+            # legs are welcome, to predict forces on them
+            intruders = {**own, UNIT_AREA: area} if isinstance(own, dict) else own
+            return {**_NOT_OF_TABLES, **data, "intruders": intruders}
         return data
 
     def grid_of(self, medium: str) -> Grid:

@@ -9,6 +9,7 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from rftfit.campaign.config import UNIT_AREA
 from rftfit.campaign.files import decode, read_bytes
 from rftfit.campaign.problems import CampaignError, Problem, listed
 from rftfit.campaign.rows import MAX_BYTES, Column, Schema, read_rows, sheet_rows
@@ -103,7 +104,7 @@ def read_pushes(
             allowed = f"one of {listed(known)} (media in the config)"
             draft.note("medium", "unknown-medium", draft.text.get("medium") or None, allowed)
         numbers = {name: value * scale.get(name, 1.0) for name, value in draft.number.items()}
-        _check_angles(draft, numbers)
+        _check_numbers(draft, numbers)
         if not draft.bad:
             groups.setdefault((medium, _name(draft, numbers, table)), []).append((draft, numbers))
     pushes = []
@@ -141,7 +142,11 @@ def _named(schema: Schema, table: Table) -> Schema:
     ))  # fmt: skip
 
 
-def _check_angles(draft: DraftRow, numbers: dict[str, float]) -> None:
+def _check_numbers(draft: DraftRow, numbers: dict[str, float]) -> None:
+    """Note what the columns' own ranges do not hold: of blocks, also the angles."""
+    for name in ("beta_deg", "gamma_deg"):
+        if name in numbers and not abs(numbers[name]) <= 90 + 1e-6:
+            draft.note(name, "out-of-range", f"{numbers[name]:g}", "-90 to 90 degrees")
     if (depth := numbers.get("depth_cm")) is not None and depth < 0:
         draft.note("depth_cm", "negative-depth", draft.text["depth_cm"],
                    "0 or more: depth grows downward from the free surface")  # fmt: skip
@@ -170,7 +175,7 @@ def _push(
     level = gamma == 0 and max(depths) - min(depths) <= SAME_DEPTH_CM
     direction = "extraction" if gamma < 0 else "horizontal" if level else "intrusion"
     run = Run(
-        run_id=name, kind="plate", medium=medium, intruder="plate", direction=direction, beta_deg=beta,
+        run_id=name, kind="plate", medium=medium, intruder=UNIT_AREA, direction=direction, beta_deg=beta,
         gamma_deg=gamma, depth_cm=depths[0] if level else math.nan, force_log=file, motion_log=file,
         tare_run="", tare_shared=False, surface_z_mm=None, excluded=False, reason="", note="", row=row,
     )  # fmt: skip
@@ -213,7 +218,7 @@ def _blocks(
                 medium, component, gammas = lone, "", {}
             elif named := _COMPONENT.fullmatch(head):
                 component, gammas = named[1].lower(), {}
-            elif head and _float(head) is None and "gamma" not in head.lower():
+            elif head and _float(head) is None and not any(value is not None for value in rest):
                 component, gammas = "", {}
             if component and not gammas and _float(head) is None:
                 gammas = {i: value for i, value in enumerate(rest) if value is not None}
@@ -221,17 +226,38 @@ def _blocks(
             elif component and gammas and (beta := _float(head)) is not None:
                 for i, gamma in gammas.items():
                     value = rest[i] if i < len(rest) else None
-                    key = (medium, beta, gamma)
+                    key, name = (medium, beta, gamma), f"alpha_{component}_N_per_cm3"
                     draft = found.setdefault(key, DraftRow(schema.area, file, number, problems))
-                    name = f"b{beta:g}_g{gamma:g}".replace("-", "m")
-                    draft.text |= {"medium": medium, "run_id": name}
+                    if name in draft.number:
+                        draft.note(
+                            name,
+                            "twice",
+                            texts[i + 1],
+                            f"each direction once; row {draft.row} has it",
+                        )
+                    run_id = f"b{beta:g}_g{gamma:g}".replace("-", "m")
+                    draft.text |= {"medium": medium, "run_id": run_id}
                     draft.number |= {"beta_deg": beta, "gamma_deg": gamma}
+                    text = texts[i + 1] if i + 1 < len(texts) else ""
                     if value is not None:
-                        draft.number[f"alpha_{component}_N_per_cm3"] = value
-    whole = [
-        one for one in found.values() if {"alpha_z_N_per_cm3", "alpha_x_N_per_cm3"} <= {*one.number}
-    ]
-    return whole or None
+                        draft.number[name] = value
+                    elif text:
+                        draft.note(
+                            name,
+                            "not-a-number",
+                            text,
+                            "a number, or nothing where none was measured",
+                        )
+    both = {"alpha_z_N_per_cm3", "alpha_x_N_per_cm3"}
+    if not any(both <= {*one.number} for one in found.values()):
+        return None
+    for draft in found.values():
+        for name in sorted(both - {*draft.number} - draft.bad):
+            if both & {*draft.number}:  # a direction without either was not measured
+                draft.note(
+                    name, "one-component", None, f"both components of {draft.text['run_id']}"
+                )
+    return [one for one in found.values() if both & {*one.number} or one.bad]
 
 
 def key_of(name: str) -> str:

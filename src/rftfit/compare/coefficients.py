@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.alpha import both, cell_at, column, directions
+from rftfit.measure.alpha import NO_PUSH, both, cell_at, column, directions
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, TERMS_Z, evaluate, select_bic
 from rftfit.model.scaling import (
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.campaign.config import Config
-
-NO_PUSH = "no run at (0, 90) deg: a level plate straight down"
-"""Why a medium has no zeta by the scaling routine, or no chi."""
 
 COEFFICIENT_COLUMNS = [
     "method", "medium", "coefficient", "value_N_per_cm3", "se", "lo", "hi", "relative_to_A00",
@@ -132,7 +129,8 @@ def penetration_row(fit: MediumFit, config: Config) -> dict[str, object]:
     ):  # fmt: skip
         lo, hi = interval(draws, config.fit.confidence)
         row |= {f"{name}{unit}": value, f"{name}_lo{unit}": lo, f"{name}_hi{unit}": hi}
-    return row | {"reason": fit.reason}
+    missing = NO_PUSH if cell_at(fit.table, 0, 90) is None else ""
+    return row | {"reason": fit.reason or missing}
 
 
 def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[str, object]:

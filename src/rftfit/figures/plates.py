@@ -167,7 +167,7 @@ def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
 
 
 CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
-"""Beta and gamma, as filed; gamma 0 is a horizontal run."""
+"""Beta and gamma, as filed, of the paper's figure; gamma 0 is a horizontal run."""
 
 _LEFT_CM, _SIDE_CM, _PITCH_CM, _TOP_CM, _ROW_CM = 1.5, 2.5, 3.48, 2.15, 3.0
 _SKETCH_CM = 1.25
@@ -200,7 +200,8 @@ def linearity(results: Results) -> Figure:
     """
     media, titles = results.laboratory, results.campaign.titles
     alpha = results.joined("alpha/{medium}.csv", media)
-    wanted = runs_of_cells(alpha, CELLS)
+    cells = nearest_cells(alpha)
+    wanted = runs_of_cells(alpha, cells)
     samples: dict[str, Trace] = {}
     for medium in media:
         stress = stress_of(results, medium)
@@ -208,9 +209,9 @@ def linearity(results: Results) -> Figure:
     fits = results.joined("fits/{medium}.csv", media)
     rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(wanted)].to_dict("records")}
     looks = style.medium_looks(media)
-    width = _LEFT_CM + (len(CELLS) - 1) * _PITCH_CM + _SIDE_CM + 0.25
+    width = _LEFT_CM + (max(len(cells), 3) - 1) * _PITCH_CM + _SIDE_CM + 0.25
     page = style.new_figure(width, _TOP_CM + 2 * _ROW_CM + 1.45)
-    for i, (beta, gamma) in enumerate(CELLS):
+    for i, (beta, gamma) in enumerate(cells):
         left = _LEFT_CM + i * _PITCH_CM
         _sketch(style.axes_cm(page, left, 0.62, _SIDE_CM, _SKETCH_CM), beta, gamma, i == 0)
         head = rf"$\beta$ = {style.degrees(beta)}, $\gamma$ = {style.degrees(gamma)}"
@@ -241,6 +242,16 @@ def linearity(results: Results) -> Figure:
     entries[f"{style.level(results)} interval"] = style.patch(facecolor="#888888", alpha=0.5)
     style.legend(page, entries, 4)
     return page
+
+
+def nearest_cells(alpha: pd.DataFrame) -> list[tuple[float, float]]:
+    """The directions of a campaign nearest to those of the paper's figure, each once, in its order."""
+    places = alpha[["beta_deg", "gamma_deg"]].to_numpy(float)
+    if not len(places):
+        return list(CELLS)
+    off = np.array([np.hypot(*(places - cell).T) for cell in CELLS])
+    found = [(float(beta), float(gamma)) for beta, gamma in places[off.argmin(axis=1)]]
+    return list(dict.fromkeys(found))
 
 
 def runs_of_cells(alpha: pd.DataFrame, cells: Iterable[tuple[float, float]]) -> set[str]:

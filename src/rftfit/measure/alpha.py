@@ -34,6 +34,9 @@ SAME_DIRECTION_DEG = 0.5
 SAME_DEPTH_CM = 0.1
 """Horizontal runs closer in depth than this were meant for one depth."""
 
+NO_PUSH = "no run at (0, 90) deg, a level plate straight down"
+"""Why a medium has no measured alpha_z(0, 90 deg): no chi, and no zeta by the scaling routine."""
+
 QUANTITIES = ("", "_se", "_lo", "_hi")
 
 

@@ -297,7 +297,8 @@ def _make_trace(
         z = z + travel
         why[~known & (why == RowStatus.GOOD)] = RowStatus.YIELDED
     phase = np.full(time.size, _OTHER)
-    phase[in_air & ~moving] = _AIR
+    if zero_log is None and config.zero.method == "air":
+        phase[in_air & ~moving] = _AIR
     phase[~in_air & ~moving & (np.abs(z) < _PAUSE_CM)] = _PAUSE
     phase[moving & (time < start)] = _APPROACH
     phase[in_stroke] = _STROKE

@@ -149,11 +149,12 @@ function startMaps(data) {
   const readers = () => {
     const own = data.profiles[medium.value];
     const cells = data.alpha[medium.value];
+    const between = cells.points.length ? "Interpolated between the pushes, which are the dots." : "";
     const measured = (beta, gamma) => {
       const [row, col] = [cells.beta_deg.indexOf(beta), cells.gamma_deg.indexOf(gamma)];
       if (row < 0 || col < 0) return { z: { value: null }, x: { value: null }, note: "" };
       const of = (c) => ({ value: cells[c][row][col], lo: cells[`${c}_lo`][row][col], hi: cells[`${c}_hi`][row][col] });
-      return { z: of("z"), x: of("x"), note: cells.notes[`${row},${col}`] || "" };
+      return { z: of("z"), x: of("x"), note: cells.notes[`${row},${col}`] || between };
     };
     const result = [["measured", measured]];
     for (const name of ["fourier", "generic", "depth_only"]) {
