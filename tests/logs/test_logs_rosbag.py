@@ -162,6 +162,61 @@ def test_joint_states_and_texts_of_other_lengths(tmp_path: Path, store: Any) -> 
     np.testing.assert_array_equal(log.columns["wrench.force.x"], np.arange(30.0))
 
 
+@pytest.mark.parametrize("mode", ["NONE", "FILE", "MESSAGE"])
+def test_a_folder_of_ros2(tmp_path: Path, store: Any, mode: str) -> None:
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+
+    bag = Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3)
+    if mode != "NONE":
+        bag.set_compression(CompressionMode[mode], CompressionFormat.ZSTD)
+    with bag:
+        topic = bag.add_connection("/wrench", WRENCH, typestore=store)
+        for index in range(50):
+            bag.write(topic, index * 10**7, store.serialize_cdr(wrench(store, index), WRENCH))
+    path = tmp_path / "bag" / "metadata.yaml"
+    assert RosBagReader().detect(path.read_bytes())
+    log = RosBagReader().load(path)
+    np.testing.assert_array_equal(log.columns["wrench.force.x"], np.arange(50.0))
+    if mode == "MESSAGE":
+        with pytest.raises(LogError, match="name the folder"):
+            RosBagReader().load(next(path.parent.glob("*.db3")))
+
+
+def test_a_folder_of_several_files(tmp_path: Path, store: Any) -> None:
+    import yaml
+
+    parts = []
+    for part in range(2):
+        messages = [("/wrench", WRENCH, wrench(store, i)) for i in range(part * 30, part * 30 + 30)]
+        path = write_ros2(tmp_path / f"part{part}", store, "sqlite", messages)
+        parts.append(yaml.safe_load((path.parent / "metadata.yaml").read_text()))
+        (tmp_path / "bag").mkdir(exist_ok=True)
+        path.rename(tmp_path / "bag" / f"bag_{part}.db3")
+    whole = parts[0]["rosbag2_bagfile_information"]
+    other = parts[1]["rosbag2_bagfile_information"]["files"][0] | {"path": "bag_1.db3"}
+    whole["files"] = [whole["files"][0] | {"path": "bag_0.db3"}, other]
+    whole["relative_file_paths"] = ["bag_0.db3", "bag_1.db3"]
+    for counted in (whole, whole["topics_with_message_count"][0]):
+        counted["message_count"] = 60
+    (tmp_path / "bag" / "metadata.yaml").write_text(yaml.safe_dump(parts[0]))
+    log = RosBagReader().load(tmp_path / "bag" / "metadata.yaml")
+    assert sorted(log.columns["wrench.force.x"]) == list(range(60))
+
+
+def test_numbers_with_the_most_significant_byte_first(tmp_path: Path, store: Any) -> None:
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+        topic = bag.add_connection("/wrench", WRENCH, typestore=store)
+        for index in range(50):
+            # one recording may hold both: each message says its own order
+            raw = store.serialize_cdr(wrench(store, index), WRENCH, little_endian=index % 2 == 0)
+            bag.write(topic, index * 10**7, raw)
+    log = RosBagReader().load(next((tmp_path / "bag").glob("*.mcap")))
+    np.testing.assert_array_equal(log.columns["wrench.force.x"], np.arange(50.0))
+    np.testing.assert_allclose(log.columns["time"], 100 + np.arange(50) / 100, atol=1e-6)
+
+
 def test_several_topics(tmp_path: Path, store: Any) -> None:
     messages: list[tuple[str, str, Any]] = [("/left", WRENCH, wrench(store, 1))]
     messages += [("/right", WRENCH, wrench(store, 7))]

@@ -157,8 +157,8 @@ MotionQuantity = Literal["time", "x", "z", "angle"]
 QUANTITIES = ("time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3", "x", "z", "angle")
 """What a column of a log can be; T1 to T3 are read and not used by the chain."""
 Unit = Literal[
-    "N", "mN", "kN", "lbf", "N m", "N mm", "um", "mm", "cm", "m", "in", "deg", "rad",
-    "s", "ms", "us", "ns", "min", "h",
+    "N", "mN", "kN", "lbf", "klbf", "kgf", "gf", "N m", "N mm", "um", "mm", "cm", "m", "in",
+    "deg", "rad", "s", "ms", "us", "ns", "min", "h",
 ]  # fmt: skip
 Q = TypeVar("Q", bound=str)
 
@@ -197,7 +197,12 @@ class Column(Model):
         None, "its name as rftfit inspect shows it, or its number, from 1"
     )
     unit: Unit | None = key(None, "its unit; needed where the file states none")
-    factor: float = key(1.0, "multiplied onto the values, for example -1 where down is positive")
+    factor: float = key(
+        1.0,
+        "multiplied onto the values, for example -1 where down is positive; with `unit`, units of the "
+        "quantity for one of a file's own (V, counts)",
+    )
+    offset: float = key(0.0, "added after that, in `unit`")
     constant: float | None = key(
         None, "value of a quantity that no column holds and that stays the same"
     )
@@ -250,6 +255,12 @@ class Source(Model, Generic[Q]):
 
 class ForceLog(Source[ForceQuantity]):
     """How force logs are written."""
+
+    calibration: str | None = key(
+        None,
+        "csv inside the raw folder that makes loads of a transducer's gauges: the columns load (F1 to "
+        "T3), unit, and one for each gauge by its name in the log; load = sum of value x gauge",
+    )
 
 
 class MotionLog(Source[MotionQuantity]):

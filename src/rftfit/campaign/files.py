@@ -19,6 +19,9 @@ Status = Literal["file", "folder", "other", "missing", "outside", "refused"]
 DEVICE = "a name that is no device of Windows, where it could not be a file"
 """What is allowed instead of a name that `is_device`."""
 
+BAG = "metadata.yaml"
+"""File that says which files of its folder are one recording (rosbag2)."""
+
 _DEVICES = frozenset(
     ["con", "prn", "aux", "nul", "conin$", "conout$"]
     + [f"{port}{number}" for port in ("com", "lpt") for number in "0123456789\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"]

@@ -8,12 +8,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rftfit.campaign.calibration import read_calibration
 from rftfit.campaign.config import PLATE_SHAPES, Config
 from rftfit.campaign.files import Folder, folded
 from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
 from rftfit.campaign.tables import read_pushes
+from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -151,6 +153,7 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None
     _check_rigid_contact(file, logs)
+    _check_calibration(file, logs)
     runs: list[Run] = []
     of_sheet: list[Problem] = []
     pushes: list[Push] = []
@@ -263,6 +266,18 @@ def _check_rigid_contact(file: ModelFile[Config], logs: Folder | None) -> None:
     elif paths[0] and folded(paths[0]) == folded(paths[1]):
         allowed = f"a file of its own; force_log names it as {paths[0]}: not every disk tells the "
         file.note(here, "shared-file", contact.motion_log, f"{allowed}two apart")
+
+
+def _check_calibration(file: ModelFile[Config], logs: Folder | None) -> None:
+    named = file.model.force_log.calibration if file.model is not None else None
+    if named is None or logs is None:
+        return
+    here = ("force_log", "calibration")
+    if path := _need_file(file, here, named, logs, "raw", "calibration-file"):
+        try:
+            read_calibration(Path(logs.base) / path)
+        except InputError as error:
+            file.note(here, "calibration", named, str(error))
 
 
 def _check_robot(

@@ -17,6 +17,7 @@ from itertools import islice, zip_longest
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from rftfit.campaign.files import (
+    BAG,
     DEVICE,
     BadPath,
     decode,
@@ -201,6 +202,8 @@ class DraftRow:
         if status == "outside":
             allowed = f"{column.allowed}; a link leads out of it"
             self.note(column.name, "path-outside", name, allowed)
+        elif status == "folder" and folder.status(f"{start}{name}/{BAG}") == "file":
+            self.text[column.name] = f"{name}/{BAG}"
         elif status in ("folder", "other"):
             which = "a folder" if status == "folder" else "no regular file"
             self.note(column.name, f"{what}-not-a-file", name, f"a {what} file; this is {which}")

@@ -5,9 +5,11 @@ from __future__ import annotations
 import codecs
 import re
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from rftfit.logs.base import HEAD_BYTES
+from rftfit.logs.stamps import PERIOD_S, RestartingClock, is_stamp, note_of
 from rftfit.logs.text import (
     Kind,
     Layout,
@@ -91,22 +93,36 @@ class DelimitedReader(TextReader):
         names = unique([*names, *[""] * (width - len(names))][:width])
         rate = text.rate_Hz
 
+        kinds = kinds_of(head, start, width, delimiter, text.decimal)
+        notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
+        clocks: dict[str, RestartingClock] = {}
+        for place, kind in enumerate(kinds):
+            if kind == "stamp":
+                first = next(
+                    c[place] for c in rows if len(c) == width and is_stamp(c[place].strip())
+                )
+                found = note_of(first.strip())
+                notes += [found.replace("time", names[place], 1)] if found else []
+                if found in PERIOD_S:
+                    clocks[names[place]] = RestartingClock(PERIOD_S[found])
+        units = [
+            "s" if kind == "stamp" else unit
+            for kind, unit in zip_longest(kinds, units, fillvalue="")
+        ]
+
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+            for name in clocks.keys() & columns:
+                columns[name] = clocks[name].follow(columns[name])
             return {**columns, "time": index / rate} if rate else columns
 
         return Plan(
             Layout(
-                names,
-                kinds_of(head, start, width, delimiter, text.decimal),
-                delimiter,
-                text.decimal,
-                quote=delimiter != " ",
-                comment=text.comment,
+                names, kinds, delimiter, text.decimal, quote=delimiter != " ", comment=text.comment
             ),
             dict(zip(names, units, strict=False)),
             start,
-            derive if rate else None,
-            notes=(f"time is the row number / {rate:g} Hz (the config)",) if rate else (),
+            derive if rate or clocks else None,
+            notes=tuple(notes),
         )
 
 
@@ -148,7 +164,7 @@ def is_units_row(cells: Sequence[str], width: int) -> bool:
 
 
 def kinds_of(head: bytes, start: int, width: int, delimiter: str, decimal: str) -> tuple[Kind, ...]:
-    """Tell which columns hold numbers: those in which most of the first rows do."""
+    """Tell which columns hold numbers, or times as text: those in which most of the first rows do."""
     table = []
     for line in lines_of(head[start:], _KIND_LINES):
         cells = cells_of(line.text, delimiter, quote=delimiter != " ") or []
@@ -156,8 +172,11 @@ def kinds_of(head: bytes, start: int, width: int, delimiter: str, decimal: str) 
             table.append(cells)
     kinds: list[Kind] = []
     for column in zip(*table, strict=True):
-        numbers = sum(bool(_NUMBERS[decimal].fullmatch(cell.strip())) for cell in column)
-        kinds.append("number" if numbers * 2 > len(table) else "skip")
+        cells = [cell.strip() for cell in column]
+        numbers = sum(bool(_NUMBERS[decimal].fullmatch(cell)) for cell in cells)
+        stamps = sum(map(is_stamp, cells)) if numbers * 2 <= len(table) else 0
+        other: Kind = "stamp" if stamps * 2 > len(table) else "skip"
+        kinds.append("number" if numbers * 2 > len(table) else other)
     # where no column holds numbers, none is left out: each row then says what is wrong with it
     return tuple(kinds) if "number" in kinds else tuple[Kind, ...](["number"] * width)
 
@@ -225,8 +244,9 @@ def _try(lines: Sequence[Line], delimiter: str, decimal: str) -> tuple[float, Pr
 
 
 def _share(cells: Sequence[str], decimal: str) -> float:
-    """Share of the cells that are numbers."""
-    numbers = sum(bool(_NUMBERS[decimal].fullmatch(cell.strip())) for cell in cells)
+    """Share of the cells that are numbers or times."""
+    plain = map(str.strip, cells)
+    numbers = sum(bool(_NUMBERS[decimal].fullmatch(cell)) or is_stamp(cell) for cell in plain)
     return numbers / len(cells) if len(cells) > 1 else 0.0
 
 

@@ -15,7 +15,7 @@ from rftfit.logs.base import Log, LogError, add_counts
 from rftfit.logs.channels import MixedClocksError
 from rftfit.logs.delimited import DelimitedReader, encoding_of, first_lines, preview
 from rftfit.logs.registry import dialects, faults
-from rftfit.logs.units import MEANING, guess, guesses
+from rftfit.logs.units import MEANING, epoch_unit, guess, guesses
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -63,6 +63,11 @@ class Clock:
     _lowest: float = float("inf")
     _highest: float = float("-inf")
     _last: float | None = None
+
+    @property
+    def first(self) -> float:
+        """The earliest row; not finite without one."""
+        return self._lowest
 
     @property
     def duration(self) -> float:
@@ -118,8 +123,9 @@ class Survey:
 
     @property
     def time_unit(self) -> str:
-        """As the file states it; empty where it does not."""
-        return self.units.get(self.quantities.get("time", ""), "")
+        """As the file states it, or as times since 1970 show it; else empty."""
+        stated = self.units.get(self.quantities.get("time", ""), "")
+        return stated or (epoch_unit(self.clock.first) if self.clock is not None else "")
 
 
 def survey(blocks: Iterable[Log]) -> Survey:
@@ -231,7 +237,7 @@ def lacking(found: Survey) -> list[str]:
     if not sorts:
         needs.append("which columns are forces or positions: name them in the config")
     if "time" not in found.quantities:
-        needs.append("a time: the column that holds it, or the rate (text: {rate_Hz: ...})")
+        needs.append("a time: the column that holds it, or rate_Hz, under text or options")
     for kind, wanted in (("force", FORCE), ("motion", MOTION)):
         if kind in sorts:
             gone = [name for name in wanted[1:] if name not in found.quantities]
@@ -322,6 +328,9 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
     number = re.fullmatch(r"column (\d+)", column)
     name = number[1] if number else scalar(column)
     usual = _USUAL_UNITS.get(quantity, "N")
+    if quantity == "time" and not stated:
+        lowest = next(summary.lowest for summary in found.columns if summary.name == column)
+        usual = epoch_unit(lowest) or usual
     if not stated:
         return [
             f"    {quantity}: {{column: {name}, unit: {usual}}} # the file states no unit: check"
@@ -346,6 +355,20 @@ def scalar(value: object) -> str:
 
 
 _TRIED_WHOLE = 1 << 20
+_EXPORTS = {
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls), or another file of Microsoft Office: save it as .xlsx",
+    b"PK\x03\x04": "a zip archive: unpack it, and name the file inside",
+    b"7z\xbc\xaf": "a 7z archive: unpack it, and name the file inside",
+    b"Rar!": "a rar archive: unpack it, and name the file inside",
+    b"\xfd7zXZ": "packed by xz: unpack it, or pack it by gzip, which is read",
+    b"BZh": "packed by bzip2: unpack it, or pack it by gzip, which is read",
+    b"\x28\xb5\x2f\xfd": "packed by zstd: unpack it, or pack it by gzip, which is read",
+    b"{": "JSON: export a table of it (Python: pandas.read_json(FILE).to_csv(...))",
+    b"[": "JSON: export a table of it (Python: pandas.read_json(FILE).to_csv(...))",
+    b"\x80": "a pickle of Python, which may run any program: save its arrays by numpy.savez",
+    b"%PDF": "a PDF: export the numbers from the program that drew it",
+}
+"""How a file of another kind becomes one that is read, by its first bytes."""
 
 
 def as_text(head: bytes) -> tuple[Reader, dict[str, Any]] | None:
@@ -375,7 +398,10 @@ def refusal(path: Path, head: bytes) -> InputError:
     lines += [f"  {fault}" for fault in faults()]
     lines.append(f"It looks like: {encoding_of(head)}; it begins with")
     lines += [f"  {line}" for line in first_lines(head)]
-    if encoding_of(head) != "binary":
+    kind = next((text for mark, text in _EXPORTS.items() if head.lstrip().startswith(mark)), "")
+    if kind:
+        lines.append(f"It is {kind}")
+    elif encoding_of(head) != "binary":
         lines.append(
             "No delimiter gives two rows of numbers below each other. If it is a table, describe it "
             "in the config: force_log: {text: {delimiter: ..., skip_lines: ...}}"

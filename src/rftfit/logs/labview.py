@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"
 
+_FIRST_ROWS = 40
 _MANY = 10**9  # steps that differ at all do so after so many samples
 _END = "***End_of_Header***"
 _SEGMENT = re.compile(rb"(?m)^[ \t]*Channels[\t,;]")
@@ -131,7 +132,7 @@ def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment,
                     if len(carry) > MAX_LINE:
                         raise ValueError(f"a segment's header has no end ({_END})")
                     break
-                segment = _segment(file, carry[:place])
+                segment = _segment(file, carry[:place], carry[place : place + MAX_LINE])
                 carry = carry[place:]
             # one letter is looked for several times faster than a word
             found = _SEGMENT.search(carry) if b"C" in carry and b"Channels" in carry else None
@@ -182,7 +183,17 @@ class _Settings(dict[str, list[str]]):
             return None
 
 
-def _segment(file: _File, header: bytes) -> _Segment:
+def _unfilled(file: _File, names: Sequence[str], data: bytes) -> list[str]:
+    """Columns in which the first rows hold nothing."""
+    lines = (line.text.split(file.separator) for line in lines_of(data, _FIRST_ROWS) if line.whole)
+    rows = [cells for cells in lines if len(cells) >= len(names) - 1]
+    places = range(len(names) if rows else 0)
+    return [
+        names[at] for at in places if not any("".join(cells[at : at + 1]).strip() for cells in rows)
+    ]
+
+
+def _segment(file: _File, header: bytes, data: bytes) -> _Segment:
     lines = [line.text for line in lines_of(header)]
     settings = _Settings()
     for line in lines[:-2]:
@@ -210,6 +221,13 @@ def _segment(file: _File, header: bytes) -> _Segment:
     asked = file.asked or frozenset(channels)
     if asked.difference(names, QUANTITIES) or not asked.intersection(channels):
         asked = frozenset(channels)  # whoever asks for others finds out which there are
+    unfilled = set(_unfilled(file, names, data)).intersection(channels)
+    if unfilled and file.asked is None:
+        asked = asked.difference(unfilled) or asked
+        if file.first is None:
+            file.notes.append(
+                f"no value in the first rows, not read: {', '.join(sorted(unfilled))}"
+            )
     channels = {name: place for name, place in channels.items() if name in asked}
     x_of = {name: x for name, (_, x) in channels.items()}
     xs = tuple(dict.fromkeys(x_of.values())) or (x,)

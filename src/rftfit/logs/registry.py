@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
+from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.ati import AtiDaqReader, AtiNetftReader
 from rftfit.logs.base import HEAD_BYTES, Log, LogError, Reader
 from rftfit.logs.delimited import DelimitedReader
@@ -17,6 +18,7 @@ from rftfit.logs.rosbag import RosBagReader
 from rftfit.logs.rostopic import RostopicReader
 from rftfit.logs.tabular import ParquetReader, XlsxReader
 from rftfit.logs.tdms import TdmsReader
+from rftfit.logs.text import opened, unpacking_errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -39,6 +41,7 @@ _BUILTIN: tuple[Reader, ...] = (
     InstronReader(),
     XlsxReader(),
     ParquetReader(),
+    ArraysReader(),
     DelimitedReader(),
 )
 
@@ -85,9 +88,9 @@ def source_reader(source: AnyLog, default: str, key: str) -> Reader:
 
 
 def head_of(path: Path) -> bytes:
-    """Read the first 64 kB of a file."""
+    """Read the first 64 kB of a file, unpacked if it is packed."""
     try:
-        with path.open("rb") as handle:
+        with unpacking_errors(path), opened(path) as handle:
             return handle.read(HEAD_BYTES)
     except OSError as error:
         raise InputError(f"{path}: cannot be opened: {error.strerror}") from error

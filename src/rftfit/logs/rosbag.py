@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 
 ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
+FOLDER = b"rosbag2_bagfile_information"
+_ZSTD = b"\x28\xb5\x2f\xfd"
 
 CUT = "cut in mid-message"
 MISFIT = "message does not fit its type"
@@ -61,25 +63,28 @@ class Topic(NamedTuple):
 
 
 class RosBagReader(Reader):
-    """Bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3); `topic`: by default the only likely one."""
+    """Bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3, or the metadata.yaml of a folder of them).
+
+    `topic`: By default the only likely one.
+    """
 
     name = "ros-bag"
-    evidence = "the first bytes of a ROS 1 bag, an MCAP file or a rosbag2 database"
+    evidence = (
+        "the first bytes of a ROS 1 bag, an MCAP file, a rosbag2 database or its metadata.yaml"
+    )
 
     def __init__(self, topic: str = "") -> None:
         self.topic = topic
 
     def describe(self) -> str:
         """Return one line on which program writes such files."""
-        return (
-            "ROS 1 or ROS 2 bag (.bag, .mcap, .db3) with wrench, joint or a transducer's messages"
-        )
+        return "ROS 1 or ROS 2 bag (.bag, .mcap, .db3, folder) of wrench, joint or a transducer's messages"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
         if head.startswith(SQLITE):
             return b"serialization_format" in head
-        return head.startswith((ROS1, MCAP))
+        return head.startswith((ROS1, MCAP, FOLDER))
 
     def with_options(self, options: Mapping[str, object]) -> RosBagReader:
         """Return the reader of the ``topic`` that is named."""
@@ -102,7 +107,7 @@ class RosBagReader(Reader):
         with file_errors(path):
             check_size(path, _MAX_BYTES)
             with path.open("rb") as file:
-                head = file.read(16)
+                head = file.read(32)
             ros1 = head.startswith(ROS1)
             topic = _ros1(path, self.topic) if ros1 else _ros2(path, self.topic, head)
         return _log(path, topic)
@@ -144,6 +149,7 @@ def _ros1(path: Path, wanted: str) -> Topic:
 
 def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
     from rosbags.interfaces import MessageDefinitionFormat
+    from rosbags.rosbag2.reader import DirectoryReader
     from rosbags.rosbag2.storage_mcap import McapReader
     from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
@@ -152,6 +158,8 @@ def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
         bag: Any = McapReader(path)
     elif head.startswith(SQLITE):
         bag = Sqlite3Reader(path)
+    elif head.startswith(FOLDER):
+        bag = DirectoryReader(path.parent)
     else:
         raise LogError("not_a_bag", f"{path}: the file does not begin as a ROS bag does")
     try:
@@ -159,7 +167,10 @@ def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
         topics = {c.id: (c.topic, c.msgtype) for c in bag.connections}
         number = _choose(path, topics, wanted)
         chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
-        got = [(time, bytes(raw)) for _, time, raw in bag.messages(chosen)]
+        got = [(time, bytes(raw)) for _, time, raw in bag.messages(chosen, None, None)]
+        if got and got[0][1].startswith(_ZSTD):
+            text = "its messages are compressed, and only the folder's metadata.yaml says how"
+            raise LogError("compressed", f"{path}: {text}: name the folder, not the file", len(got))
         definition = chosen[0].msgdef
     except LogError:
         raise
@@ -389,8 +400,7 @@ class MessageLayout:
         self._message = message
         self._definitions = topic.definitions
         self._cdr = topic.cdr  # ROS 2 aligns numbers after four bytes of header; ROS 1 packs them
-        if topic.cdr and message[1:2] != b"\x01":
-            raise ValueError("a message with the most significant byte first")
+        self._order = ">" if topic.cdr and message[1:2] == b"\x00" else "<"
         try:
             end = self._walk(4 if topic.cdr else 0, topic.kind, "")
         except (struct.error, KeyError):  # too short; or of a type that the bag does not define
@@ -405,17 +415,20 @@ class MessageLayout:
         """Tell which messages, the rows of `raw`, have this layout."""
         good = np.ones(len(raw), dtype=bool)
         for place, length in self.lengths:
-            good &= _cut(raw, place, "<u4") == length
+            good &= _cut(raw, place, f"{self._order}u4") == length
+        if self._cdr:
+            good &= (raw[:, 1] == 0) == (self._order == ">")
         return good
 
     def columns(self, raw: np.ndarray) -> tuple[dict[str, FloatArray], dict[str, np.ndarray]]:
         """Cut messages, the rows of `raw`, into numbers and stamps (ns)."""
+        word = f"{self._order}u4"
         numbers = {
             name: _cut(raw, place, kind).astype(float)
             for name, (place, kind) in self.numbers.items()
         }
         stamps = {
-            name: _cut(raw, place, "<u4").astype(np.int64) * 10**9 + _cut(raw, place + 4, "<u4")
+            name: _cut(raw, place, word).astype(np.int64) * 10**9 + _cut(raw, place + 4, word)
             for name, place in self.stamps.items()
         }
         return numbers, stamps
@@ -457,12 +470,12 @@ class MessageLayout:
         width = np.dtype(_TYPES[kind]).itemsize
         place = self._aligned(place, width)
         if path is not None:
-            self.numbers[path] = (place, _TYPES[kind])
+            self.numbers[path] = (place, self._order + _TYPES[kind][-2:])
         return place + width
 
     def _length(self, place: int) -> tuple[int, int]:
         place = self._aligned(place, 4)
-        (length,) = struct.unpack_from("<I", self._message, place)
+        (length,) = struct.unpack_from(f"{self._order}I", self._message, place)
         if place + 4 + length > len(self._message):
             raise struct.error
         self.lengths.append((place, length))

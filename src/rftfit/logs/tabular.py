@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 import zipfile
 from contextlib import closing
 from copy import copy
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +15,7 @@ import numpy as np
 
 from rftfit.logs.base import Log, LogError, Reader, ns_to_s
 from rftfit.logs.delimited import is_units_row
+from rftfit.logs.stamps import of_moment, seconds_of
 from rftfit.logs.text import FINITE, NUMBER
 from rftfit.logs.units import split_unit, unique, unit_word
 
@@ -22,6 +25,7 @@ if TYPE_CHECKING:
     from typing import Self
 
 MAX_UNPACKED = 4_000_000_000
+MOST_ROWS = 1_048_576
 _HEADER_ROWS = 60
 _ROWS_AT_A_TIME = 50_000
 _NUMBERS_AT_A_TIME = 1 << 22  # so that a table of many columns takes no more memory
@@ -107,11 +111,26 @@ def _sheet_blocks(path: Path, wanted: str) -> Iterator[Log]:
             sheets = ", ".join(book.sheetnames)
             raise LogError("sheet", f"{path}: no sheet {wanted!r}; allowed: {sheets}")
         sheet: Any = book[wanted] if wanted else book.worksheets[0]
+        others = [name for name in book.sheetnames if name != sheet.title]
+        note = (
+            f"sheet {sheet.title!r}; the workbook also has {', '.join(map(repr, others))}: options"
+        )
+        notes = (f"{note}: {{sheet: ...}}",) if others and not wanted else ()
         # the stated size of a sheet is often wrong
         sheet.reset_dimensions()
         # closed by hand: rows that nobody asks for keep the file open
         with closing(book), closing(row for row in sheet.iter_rows(values_only=True)) as rows:
-            yield from _row_blocks(path, rows)
+            for log in _row_blocks(path, _in_sheet(path, rows)):
+                yield replace(log, notes=notes)
+
+
+def _in_sheet(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
+    """Hand the rows on that a sheet can have; the library makes up all those above a stray one."""
+    for number, row in enumerate(rows):
+        if number == MOST_ROWS:
+            text = f"a cell below row {MOST_ROWS}, the last one that a sheet can have"
+            raise LogError("too_large", f"{path}: found {text}: save the workbook anew", number)
+        yield row
 
 
 def _row_blocks(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
@@ -139,6 +158,8 @@ def _row_blocks(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
     stated = [unit for _, unit in split]
     units = [own or other for own, other in zip(units or stated, stated, strict=False)]
     chosen = _number_columns(block, names)
+    times = [p for p in chosen if block and not isinstance(block[0][p], float | int | None)]
+    units = ["s" if place in times else unit for place, unit in enumerate(units)]
     for row in rows:
         block.append(row)
         if len(block) >= _ROWS_AT_A_TIME:
@@ -149,17 +170,27 @@ def _row_blocks(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
         yield log
 
 
+def _number(cell: Any) -> float | None:
+    """Return a number, or a date or time in s."""
+    if type(cell) in (float, int):
+        return float(cell)
+    seconds = seconds_of(cell.strip()) if isinstance(cell, str) else of_moment(cell)
+    return None if math.isnan(seconds) else seconds
+
+
 def _is_data(row: Sequence[Any]) -> bool:
     filled = [cell for cell in row if cell is not None]
-    numbers = sum(isinstance(cell, int | float) for cell in filled)
+    numbers = sum(_number(cell) is not None for cell in filled)
     return numbers >= 2 and numbers * 2 >= len(filled)
 
 
 def _number_columns(rows: Sequence[Sequence[Any]], names: Sequence[str]) -> list[int]:
-    """Places of the columns that hold numbers in the first rows; texts and dates are left out."""
+    """Places of the columns that hold numbers or times in the first rows; texts are left out."""
+
+    rows = [row for row in rows if any(cell is not None for cell in row)]
 
     def numbers(place: int) -> int:
-        return sum(len(row) > place and isinstance(row[place], int | float) for row in rows)
+        return sum(len(row) > place and _number(row[place]) is not None for row in rows)
 
     return [place for place in range(len(names)) if not rows or numbers(place) * 2 > len(rows)]
 
@@ -169,8 +200,8 @@ def _sheet_log(
 ) -> Log:
     rows = [row for row in block if any(cell is not None for cell in row)]
     most = max(chosen, default=-1)
-    cells = [[row[place] for place in chosen] for row in rows if len(row) > most]
-    kept = [row for row in cells if all(type(cell) in (float, int) for cell in row)]
+    cells = [[_number(row[place]) for place in chosen] for row in rows if len(row) > most]
+    kept = [row for row in cells if None not in row]
     dropped = {NUMBER: len(rows) - len(kept)} if len(kept) < len(rows) else {}
     values = np.array(kept, dtype=float).reshape(-1, len(chosen)).T
     columns = {names[place]: values[index] for index, place in enumerate(chosen)}

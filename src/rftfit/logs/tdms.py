@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.campaign.config import QUANTITIES
-from rftfit.logs.base import Log, LogError, Reader, check_size, file_errors, text_option
+from rftfit.logs.base import (
+    Log,
+    LogError,
+    Reader,
+    check_size,
+    file_errors,
+    rate_option,
+    text_option,
+)
 from rftfit.logs.channels import ChannelClock, common_clock
 from rftfit.logs.units import unit_word
 
@@ -26,13 +34,17 @@ _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "zeit")
 
 
 class TdmsReader(Reader):
-    """LabVIEW and DAQmx recordings; `group`: which group of channels, by default the only one."""
+    """LabVIEW and DAQmx recordings; `group`: which group of channels, by default the only one.
+
+    `rate`: Of the samples, Hz, for channels that state no step.
+    """
 
     name = "tdms"
     evidence = "the first bytes TDSm"
 
-    def __init__(self, group: str = "") -> None:
+    def __init__(self, group: str = "", rate: float | None = None) -> None:
         self.group = group
+        self.rate = rate
 
     def describe(self) -> str:
         """Return one line on which program writes such files."""
@@ -43,8 +55,10 @@ class TdmsReader(Reader):
         return head.startswith(b"TDSm")
 
     def with_options(self, options: Mapping[str, object]) -> TdmsReader:
-        """Return the reader of the ``group`` of channels that is named."""
-        return TdmsReader(text_option(options, "group", self.group))
+        """Return the reader of the ``group`` of channels that is named, with its ``rate_Hz``."""
+        rate = {key: value for key, value in options.items() if key == "rate_Hz"}
+        others = {key: value for key, value in options.items() if key not in rate}
+        return TdmsReader(text_option(others, "group", self.group), rate_option(rate))
 
     def load(self, path: Path) -> Log:
         """Read one group of channels, under their own names, and ``time`` where the file has one."""
@@ -61,11 +75,43 @@ class TdmsReader(Reader):
                 check_size(path, _MAX_BYTES)
                 # the index file beside it may be of another day
                 with _silent(), path.open("rb") as file:
-                    return _log(path, TdmsFile.read(file), self.group, self.asked)
+                    return self._log(path, TdmsFile.read(file))
         except LogError:
             raise
         except Exception as error:  # the library has no error class of its own
             raise LogError("damaged", f"{path}: damaged, or no TDMS file: {error}") from error
+
+    def _log(self, path: Path, content: Any) -> Log:
+        channels = _chosen(_group(path, content, self.group), self.asked)
+        lengths = sorted(len(channel) for channel in channels)
+        incomplete = content.file_status.incomplete_final_segment
+        if lengths[0] < lengths[-1] and not incomplete:
+            raise LogError(
+                "lengths",
+                f"{path}: channels of {lengths[0]} to {lengths[-1]} values in one group: they were not "
+                "sampled together",
+                lengths[-1],
+            )
+        size = lengths[0]
+        rows = max(lengths[-1], _expected(content, channels), size + 1 if incomplete else 0)
+        columns: dict[str, FloatArray] = {}
+        units: dict[str, str] = {}
+        time, note = _time(path, channels, size, rows)
+        if time is None and self.rate:
+            time, note = (
+                np.arange(size) / self.rate,
+                f"time is the sample / {self.rate:g} Hz (the config)",
+            )
+        if time is not None:
+            columns["time"], units["time"] = time, "s"
+        for channel in channels:
+            name = channel.name if channel.name != "time" or time is None else "time (channel)"
+            values = np.asarray(channel[:])[:size]
+            columns[name] = _epoch_s(values) if values.dtype.kind == "M" else values.astype(float)
+            units[name] = _unit(channel)
+        return Log(
+            path, columns, units, rows, {CUT: rows - size} if rows > size else {}, {}, (note,)
+        )
 
 
 @contextmanager
@@ -79,32 +125,6 @@ def _silent() -> Iterator[None]:
         yield
     finally:
         log_manager.set_level(before)
-
-
-def _log(path: Path, content: Any, wanted: str, asked: frozenset[str] | None) -> Log:
-    channels = _chosen(_group(path, content, wanted), asked)
-    lengths = sorted(len(channel) for channel in channels)
-    incomplete = content.file_status.incomplete_final_segment
-    if lengths[0] < lengths[-1] and not incomplete:
-        raise LogError(
-            "lengths",
-            f"{path}: channels of {lengths[0]} to {lengths[-1]} values in one group: they were not "
-            "sampled together",
-            lengths[-1],
-        )
-    size = lengths[0]
-    rows = max(lengths[-1], _expected(content, channels), size + 1 if incomplete else 0)
-    columns: dict[str, FloatArray] = {}
-    units: dict[str, str] = {}
-    time, note = _time(path, channels, size, rows)
-    if time is not None:
-        columns["time"], units["time"] = time, "s"
-    for channel in channels:
-        name = channel.name if channel.name != "time" or time is None else "time (channel)"
-        values = np.asarray(channel[:])[:size]
-        columns[name] = _epoch_s(values) if values.dtype.kind == "M" else values.astype(float)
-        units[name] = _unit(channel)
-    return Log(path, columns, units, rows, {CUT: rows - size} if rows > size else {}, {}, (note,))
 
 
 def _group(path: Path, content: Any, wanted: str) -> list[Any]:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import codecs
 import csv
+import gzip
 import re
+import zlib
 from abc import abstractmethod
 from collections.abc import Callable
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -25,16 +28,19 @@ from rftfit.logs.base import (
     file_errors,
     parallel_map,
 )
+from rftfit.logs.stamps import seconds_of, seconds_of_column
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
+    from typing import BinaryIO
 
     from rftfit.logs.base import PacketCount
 
 CUT = "cut in mid-row"
 CELLS = "wrong number of cells"
 NUMBER = "not a number"
+NO_TIME = "not a time"
 FINITE = "NaN or infinite"
 GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
 """Why a line is left out."""
@@ -42,6 +48,7 @@ GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
 BLOCK_BYTES = 1 << 22
 MAX_LINE = 1 << 16
 MAX_BYTES = 1 << 36
+GZIP = b"\x1f\x8b"
 
 _FEED, _RETURN, _TAB, _BLANK, _COMMA, _ZERO, _NINE = b"\n\r\t ,09"
 
@@ -102,11 +109,32 @@ def _behind_last_line(text: bytes | bytearray, stop: int) -> int:
     return max(text.rfind(b"\n", 0, stop), text.rfind(b"\r", 0, stop)) + 1
 
 
+def opened(path: Path) -> BinaryIO:
+    """Open a file to be read, unpacked if it is packed by gzip."""
+    with path.open("rb") as handle:
+        packed = handle.read(2) == GZIP
+    return cast("BinaryIO", gzip.open(path)) if packed else path.open("rb")
+
+
+@contextmanager
+def unpacking_errors(path: Path) -> Iterator[None]:
+    """Turn what goes wrong with a packed file into a `LogError`."""
+    try:
+        yield
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        text = (
+            f"{path}: damaged or cut short as packed by gzip ({error}); unpack what there is of it"
+        )
+        raise LogError("damaged", text) from error
+
+
 def _chunks(path: Path) -> Iterator[bytes | bytearray]:
     """Pieces of a file; each is good until the next one is asked for."""
-    with file_errors(path), path.open("rb") as handle:
+    with file_errors(path), unpacking_errors(path), opened(path) as handle:
         # a small file needs no large buffer
-        first = handle.read(min(BLOCK_BYTES, path.stat().st_size + 1))
+        packed = isinstance(handle, gzip.GzipFile)
+        size = BLOCK_BYTES if packed else min(BLOCK_BYTES, path.stat().st_size + 1)
+        first = handle.read(size)
         if len(first) == BLOCK_BYTES:
             check_size(path, MAX_BYTES)
         utf16 = _UTF16.get(first[:2])
@@ -121,7 +149,7 @@ def _chunks(path: Path) -> Iterator[bytes | bytearray]:
             return
         # one buffer for all that follows: fresh memory costs as much as reading
         buffer = bytearray(BLOCK_BYTES)
-        while size := handle.readinto(buffer):
+        while size := handle.readinto(buffer):  # type: ignore[attr-defined]
             yield buffer if size == len(buffer) else buffer[:size]
 
 
@@ -175,9 +203,9 @@ def decoded(raw: bytes, encoding: str = "") -> str:
 # --- Lines to columns: fast where a block is clean, line by line where it is not
 
 
-Kind = Literal["number", "integer", "same", "skip"]
+Kind = Literal["number", "integer", "stamp", "same", "skip"]
 
-_TYPES: dict[str, Any] = {"number": float, "integer": np.int64, "same": bool}
+_TYPES: dict[str, Any] = {"number": float, "integer": np.int64, "stamp": float, "same": bool}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _INTEGER = re.compile(r"-?\d{1,19}")
@@ -364,6 +392,12 @@ def _fast(layout: Layout, body: bytes) -> Rows | None:
         values = table.column(str(place))
         if layout.kinds[place] == "same":
             values = pc.equal(values, layout.same.encode())
+        elif layout.kinds[place] == "stamp":
+            values = seconds_of_column(values.combine_chunks())
+            if values is None:
+                return None
+            columns[layout.names[place]] = values
+            continue
         columns[layout.names[place]] = values.to_numpy()
     return Rows(columns, np.arange(table.num_rows), table.num_rows, {})
 
@@ -374,7 +408,7 @@ def _options(layout: Layout, width: int) -> dict[str, Any]:
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
-    types = {"number": pa.float64(), "integer": pa.int64()}
+    types = {"number": pa.float64(), "integer": pa.int64(), "stamp": pa.string()}
     names = [str(place) for place in range(width)]
     return {
         "read_options": pacsv.ReadOptions(
@@ -454,6 +488,11 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
             if not _INTEGER.fullmatch(cell) or abs(int(cell)) >= 1 << 63:
                 return NUMBER
             values.append(int(cell))
+            continue
+        if kind == "stamp":
+            values.append(seconds_of(cell))
+            if values[-1] != values[-1]:
+                return NO_TIME
             continue
         if layout.decimal == ",":
             if place in layout.regrouped and _GROUPED.fullmatch(cell):

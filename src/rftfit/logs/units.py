@@ -18,6 +18,9 @@ _SPELLINGS = {
     "mN": "mn millinewton millinewtons",
     "kN": "kn kilonewton kilonewtons",
     "lbf": "lbf lb lbs pound pounds",
+    "klbf": "klbf kip kips",
+    "kgf": "kgf kp kilogram-force kilopond",
+    "gf": "gf gram-force pond",
     "N m": "nm n*m n.m n-m newtonmeter newtonmeters newton-meter newton-meters",
     "N mm": "nmm n*mm n.mm n-mm",
     "mm": "mm millimeter millimeters millimetre millimetres",
@@ -119,7 +122,7 @@ _WORDS = (
 _LENGTHS = {"um", "mm", "cm", "m", "in"}
 _FITTING_UNITS = {
     "time": {"s", "ms", "us", "ns", "min", "h"},
-    "F": {"N", "mN", "kN", "lbf"},
+    "F": {"N", "mN", "kN", "lbf", "klbf", "kgf", "gf"},
     "T": {"N m", "N mm"},
     "x": _LENGTHS,
     "z": _LENGTHS,
@@ -137,9 +140,10 @@ def guess(name: str, unit: str) -> str:
         kind = "F" if match["kind"][0] == "f" else "T"
         quantity = kind + _AXES.get(match["axis"], match["axis"])
         return quantity if _fits(quantity, unit) else ""
-    for quantity, pattern in _WORDS:
-        if pattern.match(plain) and _fits(quantity, unit):
-            return quantity
+    for word in dict.fromkeys((plain, plain.rpartition(".")[2])):
+        for quantity, pattern in _WORDS:
+            if pattern.match(word) and _fits(quantity, unit):
+                return quantity
     return ""
 
 
@@ -165,11 +169,16 @@ def guesses(log: Log) -> dict[str, str]:
 
 
 def _is_epoch(values: FloatArray) -> bool:
-    """Whether values look like seconds since 1970, between 2001 and 2065."""
+    """Whether values look like times since 1970."""
     return bool(
         values.size > 1
-        and values[0] > 1e9
-        and values[-1] < 3e9
+        and epoch_unit(float(values[0]))
         and (np.diff(values) >= 0).all()
         and values[-1] > values[0]
     )
+
+
+def epoch_unit(value: float) -> str:
+    """Unit in which a number is a time between 2001 and 2065, counted from 1970; empty: in none."""
+    scales = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+    return next((unit for unit, scale in scales.items() if 1e9 < value / scale < 3e9), "")

@@ -565,7 +565,7 @@ def account_unclaimed(campaign: Campaign) -> Ledger:
     for run in campaign.unclaimed:
         files = [run.force_log, run.motion_log]
         counts = []
-        for file, reader in zip(files, readers(campaign.config), strict=True):
+        for file, reader in zip(files, readers(campaign), strict=True):
             try:
                 counts.append(sum(log.rows for log in reader.stream(campaign.raw / file)))
             except LogError as error:

@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.campaign.calibration import calibration_of
 from rftfit.campaign.config import ForceLog
 from rftfit.campaign.problems import unknown_word
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.registry import source_reader
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    from rftfit.campaign.calibration import Calibration
     from rftfit.campaign.config import AnyLog, Column, Config
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
@@ -25,7 +27,10 @@ if TYPE_CHECKING:
 
 
 TORQUE_TO_N_M = {"N m": 1.0, "N mm": 1e-3}
-FORCE_TO_N = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605}
+FORCE_TO_N = {
+    "N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605, "klbf": 4448.2216152605,
+    "kgf": 9.80665, "gf": 9.80665e-3,
+}  # fmt: skip
 LENGTH_TO_CM = {"um": 1e-4, "mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
 ANGLE_TO_RAD = {"deg": math.pi / 180, "rad": 1.0}
 TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
@@ -62,10 +67,29 @@ def chain_units(config: Config) -> dict[str, str]:
     return {**force, **torque, **position, "time": "s", "angle": "deg", "arm_moving": ""}
 
 
-def columns_asked(source: AnyLog) -> set[str]:
+def columns_asked(source: AnyLog, gauges: Iterable[str] = ()) -> set[str]:
     """Names of the columns that the config asks for (3 as ``column 3``), and of all quantities."""
     chosen = {_name(c) for c in source.columns.values() if c.column is not None}
-    return chosen.union((*_FORCE, "arm_moving") if isinstance(source, ForceLog) else _MOTION)
+    if isinstance(source, ForceLog):
+        return chosen.union(_FORCE, gauges, ["arm_moving"])
+    return chosen.union(_MOTION)
+
+
+def loads(log: Log, calibration: Calibration | None, units: Mapping[str, str]) -> Log:
+    """Turn the readings of gauges into the loads that the calibration makes of them."""
+    if calibration is None:
+        return log
+    absent = [name for name in calibration.gauges if name not in log.columns]
+    if absent:
+        listed = "; ".join(unknown_word("column", name, log.columns) for name in absent)
+        raise LogError("columns", f"{log.path}: force_log.calibration: {listed}", log.rows)
+    gauges = np.stack([log.columns[name] for name in calibration.gauges])
+    columns, found = dict(log.columns), dict(log.units)
+    for load, unit, row in calibration.loads:
+        table = _TABLES[load[0]]
+        columns[load] = table[unit] / table[units[load]] * (np.array(row) @ gauges)
+        found[load] = units[load]
+    return replace(log, columns=columns, units=found)
 
 
 def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
@@ -114,14 +138,21 @@ def _column(log: Log, quantity: str, chosen: Column, wanted: str) -> tuple[Float
         if name not in log.columns:
             raise ValueError(unknown_word("column", name, log.columns))
         values, stated = log.columns[name], log.units.get(name, "")
-    if chosen.factor != 1:
-        values = values * chosen.factor
+    scaled = chosen.factor != 1 or chosen.offset != 0
+    if scaled:
+        values = values * chosen.factor + chosen.offset
     if quantity == "arm_moving":
         return values, ""
-    if chosen.unit and stated and chosen.unit != stated:
-        raise ValueError(f"the file says {stated}, the config {chosen.unit}: which is right?")
-    unit = chosen.unit or stated
     table = _TABLES.get(quantity, _TABLES.get(quantity[0], {}))
+    if chosen.unit and stated and chosen.unit != stated:
+        if stated in table:
+            raise ValueError(f"the file says {stated}, the config {chosen.unit}: which is right?")
+        if not scaled:
+            raise ValueError(
+                f"the file says {stated}, which is no unit of {quantity}: add `factor:`, so many "
+                f"{chosen.unit} for each {stated}, and `offset:` if there is one"
+            )
+    unit = chosen.unit or stated
     if not unit:
         raise ValueError(f"the file states no unit: add `unit:`, one of {', '.join(table)}")
     if unit not in table:
@@ -222,7 +253,8 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
     Some runs are read at a time, which is faster than one by one and keeps memory flat.
     """
     config, units = campaign.config, chain_units(campaign.config)
-    force_reader, motion_reader = readers(config)
+    force_reader, motion_reader = readers(campaign)
+    force_of = partial(_force, config, units, calibration_of(campaign))
     zeros: dict[str, Log | LogError] = {}
     for first in range(0, len(runs), _AT_A_TIME):
         part = runs[first : first + _AT_A_TIME]
@@ -233,13 +265,12 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
         for run in part:
             if run.zero_log in new and run.zero_log not in zeros:
                 log = unloaded[new.index(run.zero_log)]
-                how = partial(_force, config, units, run)
-                zeros[run.zero_log] = _usable(campaign, run.zero_log, log, how)
+                zeros[run.zero_log] = _usable(campaign, run.zero_log, log, partial(force_of, run))
         for run, one, other in zip(part, force, motion, strict=True):
             yield (
                 run,
                 Pair(
-                    _usable(campaign, run.force_log, one, partial(_force, config, units, run)),
+                    _usable(campaign, run.force_log, one, partial(force_of, run)),
                     _usable(campaign, run.motion_log, other, partial(_motion, config, units, run)),
                     zeros.get(run.zero_log),
                 ),
@@ -256,18 +287,24 @@ def one_table(config: Config, run: Run) -> bool:
     return same_file and table(config.force_log) == table(config.motion_log)
 
 
-def readers(config: Config) -> tuple[Reader, Reader]:
+def readers(campaign: Campaign) -> tuple[Reader, Reader]:
     """Return the readers of force and of motion logs, of the columns only that the config names."""
+    config, calibration = campaign.config, calibration_of(campaign)
+    gauges = calibration.gauges if calibration is not None else ()
 
     def reader(source: AnyLog, key: str) -> Reader:
         every = source_reader(source, config.dialect, key)
-        return every.only(columns_asked(source)) if source.columns else every
+        asks = source.columns or (gauges and key == "force_log")
+        return every.only(columns_asked(source, gauges)) if asks else every
 
     return reader(config.force_log, "force_log"), reader(config.motion_log, "motion_log")
 
 
-def _force(config: Config, units: Mapping[str, str], run: Run, log: Log) -> Log:
-    return _complete(mapped(log, config.force_log, units, "force_log"), run, _FORCE, "force")
+def _force(
+    config: Config, units: Mapping[str, str], calibration: Calibration | None, run: Run, log: Log
+) -> Log:
+    log = mapped(loads(log, calibration, units), config.force_log, units, "force_log")
+    return _complete(log, run, _FORCE, "force")
 
 
 def _motion(config: Config, units: Mapping[str, str], run: Run, log: Log) -> Log:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from rftfit.campaign.files import BAG
 from rftfit.store.digests import Seen, digest_of
 
 if TYPE_CHECKING:
@@ -33,7 +34,11 @@ def log_names(campaign: Campaign, medium: str) -> list[str]:
     contact = campaign.config.rigid_contact
     if contact is not None and medium:
         names |= {contact.force_log, contact.motion_log}
-    return sorted(names)
+    if names and campaign.config.force_log.calibration is not None:
+        names.add(campaign.config.force_log.calibration)
+    bags = [name.removesuffix(BAG) for name in names if name.endswith(f"/{BAG}")]
+    parts = (bag + path.name for bag in bags for path in (campaign.raw / bag).glob("*.*"))
+    return sorted(names.union(parts))
 
 
 def digests_of_files(folder: Path, names: Iterable[str], seen: Seen) -> dict[str, str]:

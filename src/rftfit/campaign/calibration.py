@@ -1,0 +1,90 @@
+"""The calibration matrix of a transducer: what loads its gauges' readings stand for."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, get_args
+
+from rftfit.campaign.config import ForceQuantity, Unit
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rftfit.campaign.load import Campaign
+
+_LOADS = tuple(name for name in get_args(ForceQuantity) if name[0] in "FT")
+_UNITS = {
+    "F": [unit for unit in get_args(Unit) if unit.endswith(("N", "f"))],
+    "T": [unit for unit in get_args(Unit) if unit.startswith("N ")],
+}
+_LIMIT = 1 << 20
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Loads as sums of gauges.
+
+    `gauges`: Columns of the log. `loads`: Quantity, its unit, and what is multiplied onto each gauge.
+    """
+
+    gauges: tuple[str, ...]
+    loads: tuple[tuple[str, str, tuple[float, ...]], ...]
+
+
+def calibration_of(campaign: Campaign) -> Calibration | None:
+    """Read the calibration that the config names, if it names one."""
+    named = campaign.config.force_log.calibration
+    return None if named is None else read_calibration(campaign.raw / named)
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read a csv of the columns ``load``, ``unit``, and one for each gauge; tell all that is wrong."""
+    try:
+        if path.stat().st_size > _LIMIT:
+            raise InputError(f"larger than {_LIMIT >> 20} MB: is this the calibration?")
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot be read as UTF-8 text: {error}") from None
+    header, *rows = [
+        [cell.strip() for cell in row] for row in csv.reader(text.splitlines()) if any(row)
+    ] or [[]]
+    gauges = tuple(header[2:])
+    if header[:2] != ["load", "unit"] or not gauges or len(set(gauges)) < len(gauges):
+        raise InputError(
+            f"row 1: found {', '.join(header) or 'nothing'}; allowed: load, unit, and the name of each "
+            "gauge once"
+        )
+    loads: list[tuple[str, str, tuple[float, ...]]] = []
+    problems: list[str] = []
+    for number, row in enumerate(rows, start=2):
+        name, unit, *cells = [*row, "", ""][: max(len(row), 2)]
+        if name not in _LOADS or name in (load for load, _, _ in loads):
+            problems.append(
+                f"row {number}: found {name!r}; allowed: each of {', '.join(_LOADS)} once"
+            )
+            continue
+        if unit not in _UNITS[name[0]]:
+            allowed = ", ".join(_UNITS[name[0]])
+            problems.append(f"row {number}, unit: found {unit!r}; allowed: {allowed}")
+        values = tuple(map(_number, cells))
+        if len(values) != len(gauges) or not all(map(math.isfinite, values)):
+            problems.append(
+                f"row {number}: found {', '.join(cells) or 'nothing'}; allowed: {len(gauges)} numbers"
+            )
+        loads.append((name, unit, values))
+    absent = [name for name in ("F1", "F2", "F3") if name not in (load for load, _, _ in loads)]
+    if absent and not problems:
+        problems.append(f"no row for {', '.join(absent)}")
+    if problems:
+        raise InputError("; ".join(problems))
+    return Calibration(gauges, tuple(loads))
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return math.nan

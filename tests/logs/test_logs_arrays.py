@@ -1,0 +1,149 @@
+"""Files of arrays: MATLAB 5 and 7.3, HDF5, NumPy; every column by its path, none read as another."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from rftfit.logs.arrays import ArraysReader
+from rftfit.logs.base import LogError
+from rftfit.logs.registry import claimants, head_of
+from rftfit.logs.units import guesses
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+h5py = pytest.importorskip("h5py")
+
+N = 400
+TIME = np.arange(N) / 100
+FORCE = np.random.default_rng(5).normal(size=(N, 3)).round(4)
+Z = -10 * TIME
+
+
+def mat5(path: Path) -> None:
+    from scipy.io import savemat
+
+    run = {
+        "time": TIME,
+        "F": FORCE,
+        "name": "plate",
+        "gain": 2.0,
+        "cells": np.array([1, "a"], object),
+    }
+    savemat(path, {"run": run, "z_mm": Z[None]})
+
+
+def mat73(path: Path) -> None:
+    # MATLAB puts its own text in front, and lays tables the other way round
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["run/time"], file["run/F"], file["z_mm"] = TIME[None], FORCE.T, Z[:, None]
+        file["run/name"] = np.frombuffer(b"p\0l\0", np.uint16)
+        file["run/name"].attrs["MATLAB_class"] = np.bytes_("char")
+        file["#refs#/a"] = np.arange(N)
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512))
+
+
+def hdf5(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        file["run/time"], file["run/F"], file["z"] = TIME, FORCE.astype(">f4").astype(">f8"), Z
+        file["run/F"][...] = FORCE
+        file["z"].attrs["unit"] = "mm"
+        file["run/camera"] = np.zeros((N, 100, 80), np.uint8)
+        file["text"] = "a note"
+
+
+def npz(path: Path) -> None:
+    with path.open("wb") as file:
+        np.savez(file, **{"run.time": TIME, "run.F": FORCE, "z [mm]": Z, "settings": np.arange(7)})
+
+
+MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_every_column_by_its_path(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    MAKERS[name](path)
+    reader, *others = claimants(head_of(path))
+    assert isinstance(reader, ArraysReader)
+    assert not others
+    log = reader.load(path)
+    forces = [f"run.F column {k}" for k in (1, 2, 3)]
+    assert set(log.columns) == {"run.time", *forces, "z"}
+    assert_array_equal(log.columns["run.time"], TIME)
+    assert_array_equal(np.stack([log.columns[force] for force in forces], axis=1), FORCE)
+    assert_array_equal(log.columns["z"], Z)
+    assert log.units["z"] == "mm"
+    assert guesses(log) == {"time": "run.time", "z": "z"}
+    assert log.rows == N
+
+
+def test_arrays_of_numpy(tmp_path: Path) -> None:
+    path = tmp_path / "a.npy"
+    np.save(path, np.column_stack([TIME, FORCE]))
+    log = ArraysReader().load(path)
+    assert_array_equal(log.columns["column 3"], FORCE[:, 1])
+    record = np.zeros(N, dtype=[("time", "<f8"), ("stamp", "datetime64[ms]"), ("F3", ">f4")])
+    record["time"], record["F3"] = TIME, FORCE[:, 2]
+    record["stamp"] = np.datetime64("2026-01-02T03:04:05") + np.arange(N).astype("m8[ms]")
+    record["F3"][7] = np.nan
+    np.save(path, record)
+    log = ArraysReader().load(path)
+    assert_array_equal(log.columns["F3"], np.delete(FORCE[:, 2], 7).astype(np.float32))
+    assert log.columns["stamp"][1] - log.columns["stamp"][0] == pytest.approx(1e-3, abs=1e-6)
+    assert log.dropped == {"NaN or infinite": 1}
+    assert log.units["stamp"] == "s"
+
+
+def test_a_rate_where_no_time_is(tmp_path: Path) -> None:
+    path = tmp_path / "a.npy"
+    np.save(path, FORCE)
+    log = ArraysReader().with_options({"rate_Hz": 50.0}).load(path)
+    assert_array_equal(log.columns["time"], np.arange(N) / 50)
+    assert log.units["time"] == "s"
+    assert "50 Hz" in log.notes[0]
+
+
+def test_lengths(tmp_path: Path) -> None:
+    path = tmp_path / "d.npz"
+    npz(path)
+    assert "settings (7)" in ArraysReader().load(path).notes[0]
+    with pytest.raises(LogError, match=r"found 400 values of z, and others: settings \(7\)"):
+        ArraysReader().only(["z", "settings", "run.time", "time"][:2]).load(path)
+    log = ArraysReader().only(["settings"]).load(path)
+    assert_array_equal(log.columns["settings"], np.arange(7))
+
+
+def damaged(path: Path) -> Any:
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 3])
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_a_file_that_was_cut(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    MAKERS[name](path)
+    damaged(path)
+    with pytest.raises(LogError, match=name) as error:
+        ArraysReader().load(path)
+    assert error.value.code in ("damaged", "header_only")
+
+
+def test_what_holds_no_plain_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "a.npy"
+    np.save(path, np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    with pytest.raises(LogError, match="damaged"):
+        ArraysReader().load(path)
+    np.savez(tmp_path / "b.npz", a=np.array(["x", "y"]), b=3.0)
+    with pytest.raises(LogError, match="have to be saved as plain arrays"):
+        ArraysReader().load(tmp_path / "b.npz")
+    (tmp_path / "c.h5").write_text("time,F3\n1,2\n")
+    with pytest.raises(LogError, match="neither a MATLAB"):
+        ArraysReader().load(tmp_path / "c.h5")
+    with pytest.raises(LogError, match="log missing"):
+        ArraysReader().load(tmp_path / "none.h5")

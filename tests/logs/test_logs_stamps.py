@@ -1,0 +1,185 @@
+"""Times as text: ISO dates, clock times, spreadsheet dates; packed files; what is told of each."""
+
+from __future__ import annotations
+
+import datetime as dt
+import gzip
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+from rftfit.logs.base import LogError
+from rftfit.logs.inspect import as_text, config_block, refusal, survey
+from rftfit.logs.registry import dialect, head_of
+from rftfit.logs.stamps import is_stamp, seconds_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from rftfit.logs.base import Log
+
+N = 300
+START = dt.datetime(2026, 10, 25, 23, 59, 58, 500_000, dt.UTC)
+TIMES = [START + dt.timedelta(milliseconds=10 * row) for row in range(N)]
+"""Over midnight."""
+
+
+def clock(time: dt.datetime) -> str:
+    return time.strftime("%H:%M:%S.%f")[:-3]
+
+
+FORMS: dict[str, Callable[[dt.datetime], str]] = {
+    "ISO with Z": lambda t: t.strftime("%Y-%m-%dT%H:%M:%S.%fZ"),
+    "ISO with a zone": lambda t: t.astimezone(dt.timezone(dt.timedelta(hours=2))).isoformat(
+        timespec="milliseconds"
+    ),
+    "blank, no zone": lambda t: t.strftime("%Y-%m-%d %H:%M:%S.%f")[:-3],
+    "slashes": lambda t: t.strftime("%Y/%m/%d %H:%M:%S.%f"),
+    "clock": clock,
+    "minutes": lambda t: clock(t)[3:],
+    "decimal comma": lambda t: clock(t).replace(".", ","),
+}
+
+
+def written(form: str, path: Path, *, bad: bool = False) -> Log:
+    comma = "comma" in form
+    rows = [[FORMS[form](t), f"{k * 0.1:.2f}", f"{-k * 0.05:.2f}"] for k, t in enumerate(TIMES)]
+    if bad:
+        rows[40][0], rows[50][0] = "later", "2026-13-45T99:00:00Z"
+    if comma:
+        rows = [[cell.replace(".", ",") for cell in row] for row in rows]
+    lines = [(";" if comma else ",").join(row) for row in [["Time", "Fz (N)", "z (mm)"], *rows]]
+    path.write_text("\n".join(lines) + "\n")
+    found = as_text(head_of(path))
+    assert found is not None
+    return found[0].load(path)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_times_as_text(form: str, tmp_path: Path) -> None:
+    log = written(form, tmp_path / "a.csv")
+    assert log.size == N
+    assert not log.dropped
+    assert log.units["Time"] == "s"
+    assert_allclose(np.diff(log.columns["Time"]), 0.01, atol=1e-6)
+    if form.startswith("ISO") or form in ("blank, no zone", "slashes"):
+        assert log.columns["Time"][0] == pytest.approx(START.timestamp(), abs=1e-6)
+    # where the file leaves something open, the log says what was taken
+    assert bool(log.notes) != form.startswith("ISO")
+
+
+@pytest.mark.parametrize("form", ["ISO with Z", "clock"])
+def test_a_time_that_is_none_costs_its_row(form: str, tmp_path: Path) -> None:
+    log = written(form, tmp_path / "a.csv", bad=True)
+    assert log.dropped == {"not a time": 2}
+    assert log.rows == N
+    assert_allclose(log.columns["Time"][[0, -1]] - log.columns["Time"][0], [0, 2.99], atol=1e-6)
+
+
+@given(
+    st.datetimes(dt.datetime(1970, 1, 2), dt.datetime(2100, 1, 1)),
+    st.sampled_from(["T", " "]),
+    st.sampled_from(["", "Z", "+02:00", "-0330"]),
+)
+def test_dates_are_those_of_python(time: dt.datetime, between: str, zone: str) -> None:
+    text = time.isoformat(between) + zone
+    own = dt.datetime.fromisoformat(text)
+    own = own if own.tzinfo else own.replace(tzinfo=dt.UTC)
+    assert seconds_of(text) == pytest.approx(own.timestamp(), abs=1e-6)
+
+
+@pytest.mark.parametrize("text", ["12", "12:30", "1.5", "2026-01-02", "12:60:00", "12-30-00", ""])
+def test_other_texts_are_no_times(text: str) -> None:
+    assert not is_stamp(text)
+    assert np.isnan(seconds_of(text))
+
+
+def test_dates_of_a_spreadsheet(tmp_path: Path) -> None:
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    sheet = book.active
+    assert sheet is not None
+    sheet.append(["Date", "Clock", "Fz [N]"])
+    for row, time in enumerate(TIMES[:60]):
+        sheet.append([time.replace(tzinfo=None), (time - dt.timedelta(hours=1)).time(), row * 0.5])
+    sheet["A9"] = "soon"
+    book.create_sheet("settings").append(["gain", 3])
+    book.save(tmp_path / "a.xlsx")
+    log = dialect("xlsx").load(tmp_path / "a.xlsx")
+    assert log.columns["Date"][0] == pytest.approx(START.timestamp(), abs=1e-3)
+    assert_allclose(log.columns["Clock"][:3], 82798.5 + 0.01 * np.arange(3), atol=1e-3)
+    assert log.units == {"Date": "s", "Clock": "s", "Fz": "N"}
+    assert log.dropped == {"not a number": 1}
+    assert "the workbook also has 'settings'" in log.notes[0]
+    assert not dialect("xlsx").with_options({"sheet": "Sheet"}).load(tmp_path / "a.xlsx").notes
+
+
+def test_a_cell_far_below_all_rows(tmp_path: Path) -> None:
+    import zipfile
+
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    sheet = book.active
+    assert sheet is not None
+    for row in (["time", "F3"], [0.0, 1.0], [0.1, 2.0]):
+        sheet.append(row)
+    book.save(tmp_path / "a.xlsx")
+    with (
+        zipfile.ZipFile(tmp_path / "a.xlsx") as old,
+        zipfile.ZipFile(tmp_path / "b.xlsx", "w") as new,
+    ):
+        for part in old.namelist():
+            text = old.read(part)
+            if part.endswith("sheet1.xml"):
+                text = text.replace(b'r="3"', b'r="50000000"').replace(b'"A3"', b'"A50000000"')
+                text = text.replace(b'"B3"', b'"B50000000"')
+            new.writestr(part, text)
+    with pytest.raises(LogError, match="row 1048576, the last one that a sheet can have"):
+        dialect("xlsx").load(tmp_path / "b.xlsx")
+
+
+def test_packed_text_is_the_text(tmp_path: Path) -> None:
+    plain = written("clock", tmp_path / "a.csv")
+    packed = tmp_path / "a.csv.gz"
+    packed.write_bytes(gzip.compress((tmp_path / "a.csv").read_bytes()))
+    found = as_text(head_of(packed))
+    assert found is not None
+    log = found[0].load(packed)
+    for name, values in plain.columns.items():
+        assert_array_equal(log.columns[name], values)
+    packed.write_bytes(packed.read_bytes()[:-50])
+    with pytest.raises(LogError, match="cut short as packed by gzip"):
+        found[0].load(packed)
+
+
+def test_times_since_1970_are_proposed_in_their_unit(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{1_790_000_000_000 + 10 * k},{k}.5\n" for k in range(50))
+    path.write_text("t,Fz (N)\n" + rows)
+    found = as_text(head_of(path))
+    assert found is not None
+    seen = survey(found[0].stream(path))
+    assert seen.time_unit == "ms"
+    assert any("unit: ms" in line for line in config_block(seen, "delimited", found[1]))
+
+
+@pytest.mark.parametrize(
+    ("content", "advice"),
+    [
+        (b"\xd0\xcf\x11\xe0" + bytes(600), "save it as .xlsx"),
+        (b'{"time": [0, 1]}\n', "JSON"),
+        (b"PK\x03\x04" + bytes(600), "unpack it"),
+        (b"\x80\x04\x95" + bytes(80), "numpy.savez"),
+    ],
+)
+def test_what_is_refused_says_how_to_export_it(content: bytes, advice: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.dat"
+    path.write_bytes(content)
+    assert advice in str(refusal(path, head_of(path)))
