@@ -18,6 +18,7 @@ GRIDS = {
     "no-vertical": "-60,-20,20,60 x -75,-50,-20,20,50,75",
     "one-row": "0 x -90,-60,-30,30,60,90",
     "scattered": "scattered:25",
+    "straight-down": "-60,-30,0,30,60 x 90",
     "one-push": "0:90",
 }
 SECTIONS = {
@@ -26,7 +27,14 @@ SECTIONS = {
     "stroke-only": {"clock": {"method": "same_clock"}, "zero": {"method": "stated", "sd_N": 0.02}},
     "separate-zero": {"clock": {"method": "same_clock"}},
     "one-file": {"clock": {"method": "same_clock"}},
-}
+    "cyclic": {"clock": {"method": "same_clock"}},
+    "constant-speed": {
+        "clock": {"method": "same_clock"}, "zero": {"method": "stated", "sd_N": 0.02},
+        "motion_log": {"columns": {
+            "time": "time", "z": {"constant": 150.2, "unit": "mm", "rate": -10}
+        }},
+    },
+}  # fmt: skip
 MEDIUM = "poppy_CP"
 
 
@@ -38,18 +46,27 @@ class Case:
     protocol: str
     tare: bool = True
     legs: bool = False
+    dialect: str = "rig"
 
     def __str__(self) -> str:
         more = ("" if self.tare else ", no tare") + (", legs" if self.legs else "")
+        more += "" if self.dialect == "rig" else f", {self.dialect}"
         return f"{self.grid}, {self.protocol}{more}"
 
 
 CASES = [
-    *(Case(grid, protocol) for grid in GRIDS for protocol in SECTIONS if grid != "one-push"),
+    *(
+        Case(grid, protocol)
+        for grid in ("coarse", "other", "no-vertical", "one-row", "scattered")
+        for protocol in ("paper", "no-pause", "stroke-only", "separate-zero", "one-file")
+    ),
     Case("one-push", "paper"), Case("one-push", "stroke-only", tare=False),
     Case("coarse", "paper", tare=False), Case("coarse", "one-file", tare=False, legs=True),
     Case("scattered", "stroke-only", tare=False), Case("other", "paper", legs=True),
-    Case("coarse", "separate-zero", legs=True),
+    Case("coarse", "separate-zero", legs=True), Case("coarse", "cyclic"), Case("scattered", "cyclic"),
+    Case("straight-down", "constant-speed"), Case("straight-down", "cyclic", dialect="xlsx"),
+    *(Case("coarse", "one-file", dialect=dialect) for dialect in ("instron", "lvm", "tdms")),
+    *(Case("coarse", "paper", dialect=dialect) for dialect in ("delimited", "parquet", "arrays")),
 ]  # fmt: skip
 
 
@@ -60,6 +77,11 @@ def make(folder: Path, case: Case) -> None:
     values["media"] = {MEDIUM: {"title": "close poppy seeds", "published_as": MEDIUM}}
     values |= SECTIONS[case.protocol]
     values["fit"]["missing_tare"] = "flag"
+    if case.dialect == "delimited":
+        del values["dialect"]
+        values |= {log: {"text": {"delimiter": ","}} for log in ("force_log", "motion_log")}
+    else:
+        values["dialect"] = case.dialect
     (folder / "config").mkdir(parents=True)
     path = folder / "config" / "config.yaml"
     path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")

@@ -83,7 +83,9 @@ def test_unknown_medium(config: Config) -> None:
 
 def test_sheet(runs: list[Run]) -> None:
     lines = sheet_text(runs, {}).split("\n")
-    assert lines[0] == ",".join(name for name in SHEET_COLUMNS if name != "zero_log")
+    assert lines[0] == ",".join(
+        name for name in SHEET_COLUMNS if name not in ("zero_log", "stroke")
+    )
     assert len(lines) == 935
     assert lines[-1] == ""
     row = next(line for line in lines if line.startswith("poppy_LP_bm60_g18_ex,"))

@@ -60,9 +60,18 @@ def reenact(
         str,
         typer.Option(
             metavar="NAME",
-            help="How a run is recorded: paper, no-pause, stroke-only, separate-zero, one-file.",
+            help="How a run is recorded: paper, no-pause, stroke-only, separate-zero, one-file, cyclic, "
+            "constant-speed.",
         ),
     ] = "paper",
+    dialect: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="How the logs are written: rig, instron, delimited, lvm, xlsx, parquet, tdms, arrays; "
+            "default, and only possible: the one that the config reads.",
+        ),
+    ] = "",
     no_tare: Annotated[
         bool, typer.Option("--no-tare", help="Without runs of rod and mount alone or legs in air.")
     ] = False,
@@ -88,7 +97,7 @@ def reenact(
         say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
         return
     _write(places, seed, media or None, tuple(fault or ()), workers or usable_cores(), spread, grid,
-           protocol, tare=not no_tare, legs=not no_legs)  # fmt: skip
+           protocol, dialect, tare=not no_tare, legs=not no_legs)  # fmt: skip
 
 
 def _lacks_tracks(places: Layout) -> bool:
@@ -116,15 +125,17 @@ def _write(
     spread: float,
     grid: str,
     protocol: str,
+    dialect: str,
     *,
     tare: bool,
     legs: bool,
 ) -> None:
-    from rftfit.lab import plan_runs
     from rftfit.lab import reenact as enact
+    from rftfit.lab.dialects import WRITERS, dialect_of
+    from rftfit.lab.enact import planned as plan
     from rftfit.lab.marker import MARKER, clear, find_earlier, write_marker
     from rftfit.lab.plan import directions_of, media_of
-    from rftfit.lab.protocols import PAPER, PROTOCOLS, check_protocol, with_files, without
+    from rftfit.lab.protocols import PAPER, PROTOCOLS
     from rftfit.lab.rig import resolve
     from rftfit.lab.tracks import track_files
 
@@ -148,9 +159,13 @@ def _write(
             "leave --grid away to measure the planned ones"
         )
     choose("--protocol", protocol, tuple(PROTOCOLS))
-    check_protocol(protocol, places.config)
-    runs = with_files(plan_runs(places.config, media, directions), protocol)
-    runs = without(runs, tare=not tare, legs=not legs)
+    read = dialect_of(places.config)
+    choose("--dialect", dialect or read, tuple(WRITERS))
+    if dialect not in ("", read):
+        raise InputError(
+            f"--dialect {dialect}: the config would read the logs as {read}; it needs: dialect: {dialect}"
+        )
+    runs = plan(places.config, media, directions, protocol, tare=tare, legs=legs)
     resolve(faults, {run.run_id: run for run in runs}, chosen[0])
     earlier = find_earlier(places.raw, places.sheet)
 
@@ -160,6 +175,8 @@ def _write(
         made_by += f", grid: {grid}"
     if protocol != PAPER:
         made_by += f", protocol: {protocol}"
+    if read != "rig":
+        made_by += f", dialect: {read}"
     made_by += "" if tare else ", no tare"
     made_by += "" if legs else ", no legs"
     if spread:

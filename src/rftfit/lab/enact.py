@@ -16,11 +16,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rftfit.errors import OutputError, RftfitError
+from rftfit.lab.dialects import WRITERS, dialect_of
 from rftfit.lab.plan import media_of, plan_runs
-from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, with_files, without
-from rftfit.lab.rig import Fault, damage_recording, damage_text, record, resolve
+from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, in_one_log, with_files, without
+from rftfit.lab.rig import Fault, damage_bytes, damage_recording, record, resolve
 from rftfit.lab.tracks import write_tracks
-from rftfit.lab.write import force_text, motion_text, one_text, sheet_text
+from rftfit.lab.write import force_columns, head_of, motion_columns, sheet_text
 from rftfit.store import write_bytes, write_text
 from rftfit.store.environment import child_environment
 
@@ -99,9 +100,7 @@ def reenact(
     """
     began = time.perf_counter()
     raw, chosen = Path(raw).resolve(), media_of(config, media)
-    check_protocol(protocol, config)
-    runs = with_files(plan_runs(config, media, directions), protocol)
-    runs = without(runs, tare=not tare, legs=not legs)
+    runs = planned(config, media, directions, protocol, tare=tare, legs=legs)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     damaged = {run.run_id: tuple(f.name for f in found if f.changed == run.run_id) for run in runs}
     job = Job(
@@ -117,7 +116,29 @@ def reenact(
     # last, so that a sheet never names logs that were not written
     write_text(sheet, text)
     seconds = time.perf_counter() - began
-    return Summary(len(runs), n_files + 1, n_bytes + len(text.encode()), seconds, tuple(found))
+    return Summary(
+        sum(run.cycles for run in runs),
+        n_files + 1,
+        n_bytes + len(text.encode()),
+        seconds,
+        tuple(found),
+    )
+
+
+def planned(
+    config: Config,
+    media: Sequence[str] | None,
+    directions: Sequence[tuple[float, float]] | None,
+    protocol: str,
+    *,
+    tare: bool,
+    legs: bool,
+) -> list[Run]:
+    """Return the runs with their files; refuse what the config would not read."""
+    runs = without(plan_runs(config, media, directions), tare=not tare, legs=not legs)
+    check_protocol(protocol, config, runs)
+    suffix = WRITERS[dialect_of(config)].suffix
+    return [replace(run, suffix=suffix) for run in with_files(runs, protocol)]
 
 
 def write_all(job: Job, workers: int) -> tuple[int, int]:
@@ -180,23 +201,33 @@ def run_logs(
 ) -> dict[str, bytes | None]:
     """Make the logs of a run: content by path relative to raw, None where a fault takes it away."""
     raised, pause = "never_touches" in faults, protocol != "no-pause"
-    recording = record(run, config, seed, raised, spread, pause)
-    recording, unloaded = as_recorded(recording, protocol)
+    recorded = [
+        as_recorded(record(run, config, seed, raised, spread, pause, cycle), protocol)
+        for cycle in range(run.cycles)
+    ]
+    recording, unloaded = recorded[0]
+    if run.cycles > 1:
+        recording = in_one_log([one for one, _ in recorded])
     if faults:
         recording = damage_recording(faults, recording, config)
-    unit = config.transducer.force_unit
+    unit, length = config.transducer.force_unit, config.arm.position_unit
     if "wrong_unit" in faults:
         unit = "N" if unit == "lbf" else "lbf"
+    dialect = dialect_of(config)
+    written = WRITERS[dialect].content
+    forces, motions = force_columns(recording, unit), motion_columns(recording, length)
+    head = head_of(run, "force log", "100 samples/s, clock of the force logger: s since midnight")
+    logs: dict[str, bytes | None] = {}
     if run.one_file:
-        text = damage_text(faults, one_text(run, recording, unit, config.arm.position_unit))
-        return {run.force_log: None if text is None else text.encode()}
-    zero = {run.zero_log: force_text(run, unloaded, unit).encode()} if unloaded else {}
-    force = damage_text(faults, force_text(run, recording, unit))
-    motion = motion_text(run, recording, config.arm.position_unit)
-    return zero | {
-        run.force_log: None if force is None else force.encode(),
-        run.motion_log: None if "missing_tare" in faults else motion.encode(),
-    }
+        head = head_of(run, "log", "100 samples/s: s since midnight")
+        forces += [] if protocol == "constant-speed" else motions[1:]
+    else:
+        what = "50 samples/s, clock of the arm controller: s since midnight"
+        logs[run.motion_log] = written(motions, head_of(run, "motion log", what))
+    if unloaded:
+        logs[run.zero_log] = written(force_columns(unloaded, unit), head)
+    logs[run.force_log] = damage_bytes(faults, written(forces, head), dialect)
+    return logs | ({run.motion_log: None} if "missing_tare" in faults else {})
 
 
 def _remove(path: Path) -> None:

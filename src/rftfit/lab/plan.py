@@ -52,6 +52,8 @@ class Run:
     `natural`: Whether the medium is a natural sand.
     `one_file`: Whether force and motion are in one file.
     `own_zero`: Whether a log without load is recorded before it.
+    `cycles`: Strokes in its log, a row of the run sheet each.
+    `suffix`: Ending of its files' names.
     `clock_s`: Earliest start on the force log's clock, s since midnight.
     """
 
@@ -72,6 +74,8 @@ class Run:
     clock_s: float = 0.0
     one_file: bool = False
     own_zero: bool = False
+    cycles: int = 1
+    suffix: str = ".csv"
 
     @property
     def folder(self) -> str:
@@ -81,17 +85,19 @@ class Run:
     @property
     def force_log(self) -> str:
         """Path of the force log relative to raw."""
-        return f"{self.folder}/{self.run_id}{'' if self.one_file else '_force'}.csv"
+        return f"{self.folder}/{self.run_id}{'' if self.one_file else '_force'}{self.suffix}"
 
     @property
     def motion_log(self) -> str:
         """Path of the motion log relative to raw."""
-        return self.force_log if self.one_file else f"{self.folder}/{self.run_id}_motion.csv"
+        return (
+            self.force_log if self.one_file else f"{self.folder}/{self.run_id}_motion{self.suffix}"
+        )
 
     @property
     def zero_log(self) -> str:
         """Path of the log without load relative to raw; empty where there is none."""
-        return f"{self.folder}/{self.run_id}_zero.csv" if self.own_zero else ""
+        return f"{self.folder}/{self.run_id}_zero{self.suffix}" if self.own_zero else ""
 
 
 def plate_of(config: Config) -> tuple[str, Plate]:

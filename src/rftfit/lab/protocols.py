@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.errors import InputError
+from rftfit.lab.rig import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rftfit.campaign.config import Config
     from rftfit.lab.plan import Run
-    from rftfit.lab.rig import Recording
 
 PAPER = "paper"
 PROTOCOLS = {
@@ -23,6 +23,8 @@ PROTOCOLS = {
     "stroke-only": "nothing but the stroke, one clock, the transducer set to zero before",
     "separate-zero": "nothing but the stroke, one clock, and a log without load before it (zero_log)",
     "one-file": "force and motion in one file, on one clock",
+    "cyclic": "three strokes in one file, each into a bed prepared anew (column stroke)",
+    "constant-speed": "nothing but a push straight down at known speed, and no position",
 }
 """Name and what is recorded."""
 
@@ -30,13 +32,29 @@ _NEEDED = {
     "stroke-only": ("clock: {method: same_clock}", "zero: {method: stated, sd_N: 0.02}"),
     "separate-zero": ("clock: {method: same_clock}",),
     "one-file": ("clock: {method: same_clock}",),
+    "cyclic": ("clock: {method: same_clock}",),
+    "constant-speed": ("clock: {method: same_clock}", "zero: {method: stated, sd_N: 0.02}"),
 }
+_CYCLES, _BETWEEN_S = 3, 5.0
 
 
-def check_protocol(protocol: str, config: Config) -> None:
-    """Refuse a protocol whose logs the config would not read."""
+def check_protocol(protocol: str, config: Config, runs: Sequence[Run]) -> None:
+    """Refuse a protocol whose logs the config would not read, or that cannot record all runs."""
     wanted = _NEEDED.get(protocol, ())
     missing = [line for line in wanted if not _has(line, config)]
+    if protocol == "constant-speed":
+        others = [run.run_id for run in runs if run.gamma_deg != 90 or run.direction != "intrusion"]
+        if others:
+            raise InputError(
+                f"--protocol {protocol}: only pushes straight down have a position that is known from "
+                f"their speed; found {len(others)} others, such as {others[0]}. Use --no-legs, --media and "
+                "--grid '... x 90'"
+            )
+        z = config.motion_log.columns.get("z")
+        if z is None or z.rate is None:
+            surface, speed = config.arm.surface_z_mm, -10 * config.arm.speed_cm_per_s
+            column = f"{{constant: {surface:g}, unit: mm, rate: {speed:g}}}"
+            missing.append(f"motion_log: {{columns: {{time: time, z: {column}}}}}")
     if missing:
         raise InputError(
             f"--protocol {protocol}: the config would not read such logs; it needs: {'; '.join(missing)}"
@@ -55,20 +73,38 @@ def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recordi
         return recording, None
     # one logger, one clock
     one = replace(recording, motion_time_s=recording.motion_time_s - recording.motion_ahead_s)
-    if protocol == "one-file":
-        at = one.force_time_s
-        return replace(
-            one, motion_time_s=at,
-            x_mm=np.interp(at, one.motion_time_s, one.x_mm),
-            z_mm=np.interp(at, one.motion_time_s, one.z_mm),
-            angle_deg=np.interp(at, one.motion_time_s, one.angle_deg),
-        ), None  # fmt: skip
+    if protocol in ("one-file", "cyclic"):
+        return _on_force_clock(one), None
     unloaded = _cut(one, one.in_air, np.zeros_like(one.motion_stroke))
-    if protocol == "stroke-only":
+    if protocol in ("stroke-only", "constant-speed"):
         zero = one.channels_N[one.in_air].mean(axis=0)
         one = replace(one, channels_N=one.channels_N - zero)
     stroke = _cut(one, one.stroke, one.motion_stroke)
     return stroke, unloaded if protocol == "separate-zero" else None
+
+
+def _on_force_clock(one: Recording) -> Recording:
+    at = one.force_time_s
+    return replace(
+        one, motion_time_s=at,
+        x_mm=np.interp(at, one.motion_time_s, one.x_mm),
+        z_mm=np.interp(at, one.motion_time_s, one.z_mm),
+        angle_deg=np.interp(at, one.motion_time_s, one.angle_deg),
+    )  # fmt: skip
+
+
+def in_one_log(cycles: Sequence[Recording]) -> Recording:
+    """Put the recordings of several strokes one behind the other; force and motion have one clock."""
+    first = cycles[0]
+    late = [0.0]
+    for done in cycles[:-1]:
+        late.append(late[-1] + float(np.ptp(done.force_time_s)) + _BETWEEN_S)
+    shifted = [
+        replace(one, force_time_s=one.force_time_s + shift, motion_time_s=one.motion_time_s + shift)
+        for one, shift in zip(cycles, late, strict=True)
+    ]
+    parts = {name: np.concatenate([getattr(one, name) for one in shifted]) for name in vars(first)}
+    return Recording(**parts)
 
 
 def _cut(recording: Recording, force: np.ndarray, motion: np.ndarray) -> Recording:
@@ -87,9 +123,14 @@ def with_files(runs: Sequence[Run], protocol: str) -> list[Run]:
     """The runs with the files that a protocol writes."""
     if protocol == "one-file":
         return [replace(run, one_file=True) for run in runs]
+    if protocol == "cyclic":
+        return [
+            replace(run, one_file=True, cycles=_CYCLES if run.kind in ("plate", "rod") else 1)
+            for run in runs
+        ]
     if protocol == "separate-zero":
         return [replace(run, own_zero=True) for run in runs]
-    return list(runs)
+    return [replace(run, one_file=protocol == "constant-speed") for run in runs]
 
 
 def without(runs: Sequence[Run], *, tare: bool, legs: bool) -> list[Run]:

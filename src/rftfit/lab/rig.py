@@ -130,9 +130,9 @@ def cable(run: Run, angle_deg: FloatArray) -> Forces:
     return force_z, force_x
 
 
-def bed_of(run: Run, seed: int, spread: float) -> tuple[float, float]:
+def bed_of(run: Run, seed: int, spread: float, cycle: int = 0) -> tuple[float, float]:
     """Draw by how much alpha_z and alpha_x of a run's bed are off, with a standard deviation, N/cm^3."""
-    off = spread * _stream(seed, run.run_id, 3).standard_normal(2)
+    off = spread * _stream(seed, run.run_id, 3 + 10 * cycle).standard_normal(2)
     return float(off[0]), float(off[1])
 
 
@@ -202,21 +202,25 @@ def record(
     raised: bool = False,
     spread: float = 0.0,
     pause: bool = True,
+    cycle: int = 0,
 ) -> Recording:
     """Record a run the way the rig does.
 
     `raised`: The whole path stays above the surface. `spread`: Standard deviation of alpha from
-    one prepared bed to the next, N/cm^3. `pause`: At the surface.
+    one prepared bed to the next, N/cm^3. `pause`: At the surface. `cycle`: Of several strokes in
+    one log, which; each has a bed of its own.
     """
     drawn = nuisance(run, seed)
-    true = ideal(run, config, raised, drawn.force_phase_s, bed_of(run, seed, spread), pause)
+    true = ideal(run, config, raised, drawn.force_phase_s, bed_of(run, seed, spread, cycle), pause)
     motion = true.motion
     count = motion.elapsed_s.size
     drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
     force_z = true.granular[0] + true.rod[0] + true.steady[0] + drift[:, 2]
     force_x = true.granular[1] + true.rod[1] + true.steady[1] + drift[:, 0]
     channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, config) + drawn.bias_N
-    channels += _noise(_stream(seed, run.run_id, 1), count, config.transducer.precision_N)
+    channels += _noise(
+        _stream(seed, run.run_id, 1 + 10 * cycle), count, config.transducer.precision_N
+    )
     limit = np.array(config.transducer.range_N)
     channels = np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 
@@ -227,7 +231,7 @@ def record(
     ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
     clock = np.round(begin + drawn.motion_phase_s, 3) + np.arange(ticks) / MOTION_HZ
     arm = motion_at(parts, (clock - begin) / rate)
-    random = _stream(seed, run.run_id, 2)
+    random = _stream(seed, run.run_id, 2 + 10 * cycle)
     wobble = random.normal(0, 1, (3, ticks))
     stroke = np.array([part.phase == "stroke" for part in parts])
     # a leg rests in air at both ends, a plate where it is above the surface
@@ -382,14 +386,20 @@ def damage_recording(names: Sequence[str], recording: Recording, config: Config)
     )
 
 
-def damage_text(names: Sequence[str], text: str) -> str | None:
-    """Apply those faults of a run that change the force log's text; None where the file is missing."""
-    if not names:
-        return text
+def damage_bytes(names: Sequence[str], content: bytes, dialect: str) -> bytes | None:
+    """Apply those faults of a run that change the force log's file; None where it is missing."""
     if "missing_log" in names or "missing_tare" in names:
         return None
     if "empty" in names:
-        return ""
+        return b""
+    changed = [name for name in ("header_only", "truncated", "wrong_delimiter") if name in names]
+    if not changed:
+        return content
+    if dialect != "rig":
+        raise InputError(
+            f"fault {changed[0]}: is made in logs of the dialect rig only, not {dialect}"
+        )
+    text = content.decode()
     comments = text[: text.index("time_s")]
     table = text[len(comments) :]
     if "header_only" in names:
@@ -399,4 +409,4 @@ def damage_text(names: Sequence[str], text: str) -> str | None:
         table = table[: table.index("\n", 2 * len(table) // 3) - 4]
     if "wrong_delimiter" in names:
         table = table.replace(",", ";").replace(".", ",")
-    return comments + table
+    return (comments + table).encode()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ _LENGTH_DECIMALS = {"mm": 2, "cm": 3, "m": 5, "in": 4}
 SHEET_COLUMNS = (
     "run_id", "kind", "medium", "intruder", "direction", "beta_deg", "gamma_deg", "depth_cm",
     "force_log", "motion_log", "tare_run", "tare_shared", "surface_z_mm", "excluded", "reason", "note",
-    "zero_log",
+    "zero_log", "stroke",
 )  # fmt: skip
 
 
@@ -41,45 +41,39 @@ def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
     return (row * len(table)) % tuple(table.ravel().tolist())
 
 
-def force_text(run: Run, recording: Recording, unit: str) -> str:
-    """Text of a force log in N, mN, kN or lbf, as its header says."""
-    head = (
-        f"# force log of run {run.run_id}, re-enacted from published measurements\n"
-        f"# 100 samples/s, clock of the force logger: s since midnight\n"
-        f"time_s,arm_moving,F1_{unit},F2_{unit},F3_{unit}\n"
-    )
-    forces = recording.channels_N / NEWTONS[unit]
-    columns = [recording.force_time_s, recording.arm_moving.astype(float), *forces.T]
-    return head + fixed(columns, [3, 0, *[_FORCE_DECIMALS[unit]] * 3])
+class Column(NamedTuple):
+    """One column of a log: quantity, its unit, values, and how many decimals are written."""
+
+    name: str
+    unit: str
+    values: FloatArray
+    decimals: int
 
 
-def one_text(run: Run, recording: Recording, unit: str, length: str) -> str:
-    """Text of a log that holds force and motion."""
-    head = (
-        f"# log of run {run.run_id}, re-enacted from published measurements\n"
-        f"# 100 samples/s: s since midnight\n"
-        f"time_s,arm_moving,F1_{unit},F2_{unit},F3_{unit},x_{length},z_{length},angle_deg\n"
-    )
-    x, z = recording.x_mm / _MILLIMETRES[length], recording.z_mm / _MILLIMETRES[length]
-    columns = [
-        recording.force_time_s, recording.arm_moving.astype(float),
-        *(recording.channels_N / NEWTONS[unit]).T, x, z, recording.angle_deg,
-    ]  # fmt: skip
-    places = _LENGTH_DECIMALS[length]
-    return head + fixed(columns, [3, 0, *[_FORCE_DECIMALS[unit]] * 3, places, places, 2])
+def force_columns(recording: Recording, unit: str) -> list[Column]:
+    """Columns of a force log in N, mN, kN or lbf."""
+    forces = recording.channels_N.T / NEWTONS[unit]
+    return [
+        Column("time", "s", recording.force_time_s, 3),
+        Column("arm_moving", "", recording.arm_moving.astype(float), 0),
+        *(Column(f"F{k}", unit, force, _FORCE_DECIMALS[unit]) for k, force in enumerate(forces, 1)),
+    ]
 
 
-def motion_text(run: Run, recording: Recording, unit: str) -> str:
-    """Text of a motion log in mm, cm, m or in."""
-    head = (
-        f"# motion log of run {run.run_id}, re-enacted from published measurements\n"
-        f"# 50 samples/s, clock of the arm controller: s since midnight\n"
-        f"time_s,x_{unit},z_{unit},angle_deg\n"
-    )
-    x, z = recording.x_mm / _MILLIMETRES[unit], recording.z_mm / _MILLIMETRES[unit]
-    places = _LENGTH_DECIMALS[unit]
-    columns = [recording.motion_time_s, x, z, recording.angle_deg]
-    return head + fixed(columns, [3, places, places, 2])
+def motion_columns(recording: Recording, unit: str) -> list[Column]:
+    """Columns of a motion log in mm, cm, m or in."""
+    scale, places = _MILLIMETRES[unit], _LENGTH_DECIMALS[unit]
+    return [
+        Column("time", "s", recording.motion_time_s, 3),
+        Column("x", unit, recording.x_mm / scale, places),
+        Column("z", unit, recording.z_mm / scale, places),
+        Column("angle", "deg", recording.angle_deg, 2),
+    ]
+
+
+def head_of(run: Run, kind: str, rate: str) -> list[str]:
+    """Lines that say what a log is."""
+    return [f"{kind} of run {run.run_id}, re-enacted from published measurements", rate]
 
 
 def _number(value: float | None) -> str:
@@ -93,8 +87,11 @@ def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
     """
     buffer = io.StringIO()
     runs = list(runs)
-    zeros = any(run.zero_log for run in runs)
-    columns = [name for name in SHEET_COLUMNS if zeros or name != "zero_log"]
+    used = {
+        "zero_log": any(run.zero_log for run in runs),
+        "stroke": any(r.cycles > 1 for r in runs),
+    }
+    columns = [name for name in SHEET_COLUMNS if used.get(name, True)]
     sheet = csv.DictWriter(buffer, columns, lineterminator="\n")
     sheet.writeheader()
     for run in runs:
@@ -102,5 +99,10 @@ def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
         row |= {name: _number(getattr(run, name)) for name in ("beta_deg", "gamma_deg", "depth_cm")}
         row["tare_run"] = tares.get(run.run_id, run.tare_run)
         row["tare_shared"] = "yes" if run.tare_shared else ""
+        if used["stroke"]:
+            row["stroke"] = 1
         sheet.writerow(row)
+        for cycle in range(2, run.cycles + 1):
+            again = {key: f"{row[key]}_{cycle}" for key in ("run_id", "tare_run") if row[key]}
+            sheet.writerow(row | again | {"stroke": cycle})
     return buffer.getvalue()

@@ -186,7 +186,6 @@ def _is_data(row: Sequence[Any]) -> bool:
 
 def _number_columns(rows: Sequence[Sequence[Any]], names: Sequence[str]) -> list[int]:
     """Places of the columns that hold numbers or times in the first rows; texts are left out."""
-
     rows = [row for row in rows if any(cell is not None for cell in row)]
 
     def numbers(place: int) -> int:
