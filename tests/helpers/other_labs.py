@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import yaml
 
 from rftfit.campaign.config import Config
 from rftfit.lab import reenact
 from rftfit.lab.plan import directions_of
+from rftfit.lab.truth import table_s5
 
 PROJECT = Path(__file__).resolve().parents[2]
 GRIDS = {
@@ -36,6 +39,8 @@ SECTIONS = {
     },
 }  # fmt: skip
 MEDIUM = "poppy_CP"
+CELLS_OF_ONE = 0.8
+"""Part of the numbers of one small campaign whose 95 % intervals must hold the truth."""
 
 
 @dataclass(frozen=True)
@@ -90,3 +95,32 @@ def make(folder: Path, case: Case) -> None:
         Config.model_validate(values), raw, raw / "runs.csv", protocol=case.protocol,
         directions=directions_of(GRIDS[case.grid], 2013), tare=case.tare, legs=case.legs,
     )  # fmt: skip
+
+
+def judge(folder: Path, case: Case, held: list[bool]) -> tuple[str, list[str]]:
+    """What came out, in words, and what is wrong with it; `held` takes which numbers hold the truth."""
+    wanted = set(directions_of(GRIDS[case.grid], 2013))
+    table = pd.read_csv(folder / "results" / "alpha" / f"{MEDIUM}.csv")
+    found = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
+    wrong = [] if found == wanted else [f"{len(wanted - found)} directions without a row"]
+    if not (folder / "results" / "report.html").is_file():
+        wrong.append("no page")
+    inside, off = [], []
+    for row in table.to_dict("records"):
+        for c, true in zip("zx", table_s5(MEDIUM, row["beta_deg"], row["gamma_deg"]), strict=True):
+            name = f"alpha_{c}{{}}_N_per_cm3"
+            inside.append(row[name.format("_lo")] <= true <= row[name.format("_hi")])
+            off.append(abs(row[name.format("")] - true))
+    share = float(np.mean(inside))
+    held += inside if case.tare else []
+    flagged = pd.read_csv(folder / "results" / "fits" / f"{MEDIUM}.csv")["flags"].astype(str)
+    if case.tare and share < CELLS_OF_ONE:
+        wrong.append("too few cells hold the truth")
+    if not case.tare and not flagged.str.contains("tare").all():
+        wrong.append("a run without a tare is not flagged")
+    if np.isnan(off).any():
+        wrong.append(f"{int(np.isnan(off).sum()) // 2} cells without alpha")
+    return (
+        f"{len(table)} cells, {100 * share:.0f} % hold the truth, worst off {max(off):.4f}",
+        wrong,
+    )

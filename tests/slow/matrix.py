@@ -18,46 +18,13 @@ import time
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
-
-from rftfit.lab.plan import directions_of
-from rftfit.lab.truth import table_s5
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "helpers"))
-from other_labs import CASES, GRIDS, MEDIUM, Case, make
+from other_labs import CASES, Case, judge, make
 
-CELLS_WITHIN, CELLS_OF_ONE = 0.9, 0.8
-"""Part of all numbers, and of those of one small campaign, whose 95 % intervals must hold the truth."""
-
-
-def judge(folder: Path, case: Case, held: list[bool]) -> tuple[str, list[str]]:
-    """What came out, in words, and what is wrong with it; `held` takes which numbers hold the truth."""
-    wanted = set(directions_of(GRIDS[case.grid], 2013))
-    table = pd.read_csv(folder / "results" / "alpha" / f"{MEDIUM}.csv")
-    found = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
-    wrong = [] if found == wanted else [f"{len(wanted - found)} directions without a row"]
-    if not (folder / "results" / "report.html").is_file():
-        wrong.append("no page")
-    inside, off = [], []
-    for row in table.to_dict("records"):
-        for c, true in zip("zx", table_s5(MEDIUM, row["beta_deg"], row["gamma_deg"]), strict=True):
-            name = f"alpha_{c}{{}}_N_per_cm3"
-            inside.append(row[name.format("_lo")] <= true <= row[name.format("_hi")])
-            off.append(abs(row[name.format("")] - true))
-    share = float(np.mean(inside))
-    held += inside if case.tare else []
-    flagged = pd.read_csv(folder / "results" / "fits" / f"{MEDIUM}.csv")["flags"].astype(str)
-    if case.tare and share < CELLS_OF_ONE:
-        wrong.append("too few cells hold the truth")
-    if not case.tare and not flagged.str.contains("tare").all():
-        wrong.append("a run without a tare is not flagged")
-    if np.isnan(off).any():
-        wrong.append(f"{int(np.isnan(off).sum()) // 2} cells without alpha")
-    return (
-        f"{len(table)} cells, {100 * share:.0f} % hold the truth, worst off {max(off):.4f}",
-        wrong,
-    )
+CELLS_WITHIN = 0.9
+"""Part of all numbers whose 95 % intervals must hold the truth."""
 
 
 def run(case: Case, folder: Path, held: list[bool]) -> tuple[str, list[str]]:
