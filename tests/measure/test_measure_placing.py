@@ -125,11 +125,16 @@ def test_a_typed_surface_goes_before_the_found_one(folder: Path) -> None:
 
 def test_repeated_rows_are_left_out_and_counted(folder: Path) -> None:
     write(folder, "a", make_push(0, offset_s=7200.2, rate_Hz=25), repeats=4)
+    kept, _, _ = ingest_traces(campaign(folder), "sand")
+    assert [any("repeat the reading before" in flag for flag in trace.flags) for trace in kept] == [
+        True, *[False] * (len(kept) - 1)
+    ]  # fmt: skip
     transducer = CONFIG["transducer"] | {"repeats": "drop"}
     loaded = campaign(folder, transducer=transducer)
     fits, _ = alphas(loaded)
     assert fits["a"]["alpha_z_N_per_cm3"] == pytest.approx(STIFFNESS / (np.pi * 6.25), rel=0.05)
     traces, _, book = ingest_traces(loaded, "sand")
+    assert not any("repeat the reading before" in flag for flag in traces[0].flags)
     assert traces[0].time.size == 550
     reasons = book.table().query("run_id == 'a'").set_index("reason")["rows"]
     assert (

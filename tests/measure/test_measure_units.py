@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+from rftfit.campaign.calibration import Calibration, read_calibration
+from rftfit.campaign.config import ForceLog
+from rftfit.errors import InputError
+from rftfit.logs.base import Log, LogError
 from rftfit.measure import pairs
 
 
@@ -13,7 +19,9 @@ def test_factors_are_those_of_the_definitions() -> None:
     inch_cm = 2.54
     pound_kg, standard_gravity = 0.45359237, 9.80665
     assert dict(pairs.FORCE_TO_N) == {
-        "N": 1, "mN": 0.001, "kN": 1000, "lbf": pytest.approx(pound_kg * standard_gravity, abs=1e-13)
+        "N": 1, "mN": 0.001, "kN": 1000, "lbf": pytest.approx(pound_kg * standard_gravity, abs=1e-13),
+        "klbf": pytest.approx(1000 * pound_kg * standard_gravity, abs=1e-10),
+        "kgf": standard_gravity, "gf": pytest.approx(standard_gravity / 1000),
     }  # fmt: skip
     assert dict(pairs.LENGTH_TO_CM) == {"um": 1e-4, "mm": 0.1, "cm": 1, "m": 100, "in": inch_cm}
     assert dict(pairs.ANGLE_TO_RAD) == {"deg": pytest.approx(2 * math.pi / 360), "rad": 1}
@@ -31,3 +39,67 @@ def test_log_and_config_have_to_agree() -> None:
         pairs.factor(pairs.LENGTH_TO_CM, "", "in", "depth")
     with pytest.raises(ValueError, match=r"^torque in lbf in; allowed: N m, N mm$"):
         pairs.factor(pairs.TORQUE_TO_N_M, "lbf in", "lbf in", "torque")
+
+
+def log_of(unit: str) -> Log:
+    columns = {"time": np.arange(3.0), "Fz": np.array([1.0, 2.0, 4.0])}
+    return Log(Path("a.csv"), columns, {"time": "s", "Fz": unit}, 3)
+
+
+@pytest.mark.parametrize("unit", ["V", "counts", "klb", ""])
+def test_gain_and_offset_of_a_unit_of_the_files_own(unit: str) -> None:
+    wanted = {"column": "Fz", "unit": "kN", "factor": 0.02, "offset": -0.01}
+    source = ForceLog.model_validate({"columns": {"F3": wanted}})
+    units = {"F3": "N", "time": "s"}
+    log = pairs.mapped(log_of(unit), source, units, "force_log")
+    np.testing.assert_allclose(log.columns["F3"], [10, 30, 70])
+    assert log.units["F3"] == "N"
+
+
+@pytest.mark.parametrize(
+    ("unit", "column", "why"),
+    [
+        (
+            "V",
+            {"unit": "N"},
+            "the file says V, which is no unit of F3: add `factor:`, so many N for",
+        ),
+        ("V", {"factor": 2.0}, "V is no unit of F3; allowed: N, mN"),
+        ("lbf", {"unit": "N", "factor": 2.0}, "the file says lbf, the config N: which is right"),
+    ],
+)
+def test_a_unit_is_never_guessed(unit: str, column: dict[str, object], why: str) -> None:
+    source = ForceLog.model_validate({"columns": {"F3": {"column": "Fz", **column}}})
+    with pytest.raises(LogError, match=why):
+        pairs.mapped(log_of(unit), source, {"F3": "N", "time": "s"}, "force_log")
+
+
+def test_a_calibration_tells_all_that_is_wrong(tmp_path: Path) -> None:
+    path = tmp_path / "calibration.csv"
+    path.write_text("load,unit,G0,G1\nF1,N,1,2\nF2,Nm,1,2\nF2,N,1\nF4,N,1,2\nF3,N,1,x\n")
+    with pytest.raises(InputError) as error:
+        read_calibration(path)
+    for words in (
+        "row 3, unit: found 'Nm'",
+        "row 4: found 'F2'",
+        "row 5: found 'F4'",
+        "row 6: found",
+    ):
+        assert words in str(error.value)
+    path.write_text("load,unit,G0\nF1,N,1\nF2,N,2\n")
+    with pytest.raises(InputError, match="no row for F3"):
+        read_calibration(path)
+    path.write_text("F1,F2\n")
+    with pytest.raises(InputError, match="row 1: found F1, F2; allowed: load, unit"):
+        read_calibration(path)
+
+
+def test_loads_are_sums_of_gauges() -> None:
+    calibration = Calibration(
+        ("time", "Fz"), (("F1", "mN", (0.0, 500.0)), ("T3", "N mm", (1.0, 0.0)))
+    )
+    log = pairs.loads(log_of("V"), calibration, {"F1": "N", "T3": "N m"})
+    np.testing.assert_allclose(log.columns["F1"], [0.5, 1, 2])
+    np.testing.assert_allclose(log.columns["T3"], [0, 1e-3, 2e-3])
+    with pytest.raises(LogError, match=r"column.*'G7'"):
+        pairs.loads(log_of("V"), Calibration(("G7",), ()), {})

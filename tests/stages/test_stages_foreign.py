@@ -433,3 +433,67 @@ def tdms(file: Path, **groups: Channels) -> bytes:
                 [ChannelObject(group, name, *made) for name, made in channels.items()]
             )
     return file.read_bytes()
+
+
+def gauges_of(room: Room) -> np.ndarray:
+    """Write each force log as four gauges in mV; return the loads that each gauge stands for, N."""
+    matrix = np.random.default_rng(3).normal(size=(3, 4))
+    back = np.linalg.pinv(matrix)
+    for name, content in room.logs.items():
+        if "force" in name and content is not None:
+            values = table(content)
+            gauges = values[:, 2:] @ back.T
+            rows = np.column_stack([values[:, :2], gauges]).tolist()
+            lines = ["t [s],moving,G0 [mV],G1 [mV],G2 [mV],G3 [mV]"]
+            lines += [",".join(f"{cell:.9f}" for cell in row) for row in rows]
+            room.logs[name] = ("\n".join(lines) + "\n").encode()
+    return matrix
+
+
+def test_gauges_and_a_calibration_give_what_the_loads_give(rig: Results, tmp_path: Path) -> None:
+    room = room_of(tmp_path / "gauges")
+    matrix = gauges_of(room)
+    room.config += (
+        "force_log: {text: {}, columns: {time: t, arm_moving: moving}, calibration: gauges.csv}\n"
+    )
+    path = room.write()
+    rows = [f"F{k},N,{','.join(f'{cell:.15g}' for cell in row)}" for k, row in enumerate(matrix, 1)]
+    calibration = path.parents[1] / "raw" / "paper" / "gauges.csv"
+    calibration.write_text("\n".join(["load,unit,G0,G1,G2,G3", *rows]) + "\n")
+    found = chain(load_campaign(path), "poppy_LP").fit(RUN)
+    for name in ("alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3", "alpha_x_N_per_cm3"):
+        assert found[name] == pytest.approx(rig.fit(RUN)[name], rel=1e-5)
+    from rftfit.workflow.sources import log_names
+
+    assert "gauges.csv" in log_names(load_campaign(path), "poppy_LP")
+    calibration.write_text("load,unit\n")
+    with pytest.raises(CampaignError, match=r"calibration.*row 1: found load, unit"):
+        load_campaign(path)
+    calibration.unlink()
+    with pytest.raises(CampaignError, match=r"gauges\.csv.*a file that exists"):
+        load_campaign(path)
+
+
+def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path: Path) -> None:
+    """The sheet names the folder; what belongs to the recording is every file in it."""
+    from rftfit.workflow.sources import log_names
+
+    room = room_of(tmp_path)
+    path = room.write()
+    raw = path.parents[1] / "raw" / "paper"
+    bag = raw / "bags" / "one"
+    bag.mkdir(parents=True)
+    (bag / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
+    (bag / "one_0.db3").write_bytes(b"x")
+    sheet = raw / "runs.csv"
+    text = sheet.read_text()
+    sheet.write_text(text.replace(f"poppy_LP/{RUN}_force.csv", "bags/one"))
+    campaign = load_campaign(path)
+    assert (
+        next(run for run in campaign.runs if run.run_id == RUN).force_log
+        == "bags/one/metadata.yaml"
+    )
+    assert {"bags/one/metadata.yaml", "bags/one/one_0.db3"} <= set(log_names(campaign, "poppy_LP"))
+    (bag / "metadata.yaml").unlink()
+    with pytest.raises(CampaignError, match="this is a folder"):
+        load_campaign(path)

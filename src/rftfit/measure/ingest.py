@@ -46,6 +46,7 @@ _STATUS_OF_PHASE = np.array(
     [RowStatus.GOOD, RowStatus.APPROACH, RowStatus.PAUSE, RowStatus.GOOD, RowStatus.ELSEWHERE],
     dtype=np.int8,
 )
+_MOST_REPEATED = 1 / 3
 REPEATED = "repeats the reading before (transducer slower than its logger)"
 _CHANNELS = ("F1", "F2", "F3")
 _NEAR_FULL_RANGE = 0.995
@@ -310,6 +311,7 @@ def _make_trace(
     # a log that begins in air should also end after the stroke; others hold nothing but the stroke
     if cut and config.zero.method == "air" and zero_log is None:
         flags.append("the motion log begins or ends within the stroke")
+    flags += _repeating(run, force_log, in_stroke)
     stuck = int(np.count_nonzero(readings.saturated & in_stroke))
     if stuck:
         flags.append(f"transducer saturated in {stuck} samples of the stroke")
@@ -376,6 +378,17 @@ def without_repeats(config: Config, log: Log) -> Log:
     if config.transducer.repeats == "keep":
         return log
     return log.take(new_readings(np.stack([log.columns[name] for name in _CHANNELS])), REPEATED)
+
+
+def _repeating(run: Run, log: Log, in_stroke: np.ndarray) -> list[str]:
+    """Notice a logger that writes each reading of a slower transducer several times."""
+    again = ~new_readings(np.stack([log.columns[name] for name in _CHANNELS]))[in_stroke]
+    # the force of a horizontal run may be steady; of others it grows
+    if run.direction == "horizontal" or again.mean() < _MOST_REPEATED:
+        return []
+    why = "the transducer is slower than its logger, and errors come out too small"
+    share = f"{again.mean():.0%} of the samples of the stroke repeat the reading before"
+    return [f"{share}: {why} unless transducer.repeats is drop"]
 
 
 def find_clock(
