@@ -11,6 +11,7 @@ import pytest
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Table
+from rftfit.campaign.load import check_campaign
 from rftfit.campaign.tables import media_of_table, read_pushes
 
 if TYPE_CHECKING:
@@ -155,3 +156,19 @@ def test_blocks_of_table_s5(tmp_path: Path) -> None:
                 for gamma in reference.GAMMA_DEG
             ]
             np.testing.assert_array_equal(wanted, alpha.ravel())
+
+
+def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "config").mkdir()
+    (tmp_path / "raw").mkdir()
+    written(tmp_path / "raw" / "t.csv", HEAD, "0,90,0.35,0")
+    config = written(
+        tmp_path / "config" / "config.yaml", "title: a", "raw: raw", "run_sheet: raw/t.csv",
+        "table: {holds: alpha}", "media: {sand: {title: sand, colour: red}}",
+    )  # fmt: skip
+    campaign, problems = check_campaign(config)
+    assert campaign is None
+    assert len(problems) == 1
+    assert "colour" in str(problems[0])

@@ -84,9 +84,19 @@ def test_stress_on_another_grid(tmp_path: Path) -> None:
             for depth in np.arange(1, 8.1, 0.25 if gamma else 2.0):
                 stress = [a * depth + random.normal(0, 0.002) for a in alpha]
                 rows.append(f"sand,{beta},{gamma},{depth},{stress[0]},{stress[1]}")
+    rows += [
+        f"dune,0,90,{depth},{0.42 * depth + random.normal(0, 0.01)},0" for depth in (1, 2, 3, 4)
+    ]
     source = tmp_path / "stress.csv"
     source.write_text("\n".join(rows), encoding="utf-8")
     assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
+    config = tmp_path / "c" / "config" / "config.yaml"
+    text = config.read_text(encoding="utf-8")
+    sand = 'dune: {title: "dune", role: natural_sand'
+    # a medium that was pushed straight down only is taken for a natural sand
+    assert sand in text
+    text = text.replace(sand, f"{sand}, linear_to_cm: 4")
+    config.write_text(text, encoding="utf-8")
     folder = Folder(tmp_path / "c")
     folder.run_here()
     table = folder.table("alpha/sand.csv")
@@ -103,3 +113,7 @@ def test_stress_on_another_grid(tmp_path: Path) -> None:
     flags = folder.table("fits/sand.csv")["flags"].astype(str)
     assert not flags.str.contains("tare").any()
     assert (folder.root / "results" / "figures" / "linearity.png").is_file()
+    test = folder.table("sands.csv").set_index("window").loc["stated"]
+    assert test["alpha_z_N_per_cm3"] == pytest.approx(0.42, abs=0.02)
+    assert test["lo"] < test["alpha_z_N_per_cm3"] < test["hi"]
+    assert test["zeta_lo"] < test["zeta"] < test["zeta_hi"]

@@ -160,7 +160,7 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
     if sheet and file.model is not None and file.model.table is not None:
         pushes, of_sheet = _read_table(file.model, root, raw, sheet)
         runs = [push.run for push in pushes]
-    elif sheet:
+    elif sheet and not (isinstance(file.data, dict) and file.data.get("table")):
         runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs, medium)
     _check_robot(file, within, logs, runs)
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet

@@ -12,6 +12,7 @@ from rftfit.measure.fits import linear_window
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.slopes import (
     Spread,
+    fit_few,
     fit_slope,
     mean_of_repeats,
     spread_of_runs,
@@ -93,6 +94,8 @@ def penetration_rows(
             rows += _windows(campaign, run, tared.iloc[where[name]], facts, chi)
             continue
         reason = facts[name]["reason"]
+        if campaign.numbers:
+            reason = reason or "a slope from a table: no curve of stress against depth"
         reason = reason or f"it has no stroke, or its tare {run.tare_run} is of no use"
         lost.append({"medium": run.medium, "run_id": name, "window": "stated", "reason": reason})
     return rows + lost
@@ -133,9 +136,10 @@ def _slope(
 ) -> dict[str, object]:
     """Slope over one linear regime, and zeta from it."""
     fit = campaign.config.fit
-    if depth.size < fit.min_points:
+    of_table = campaign.config.table is not None
+    if depth.size < (3 if of_table else fit.min_points):
         return {"reason": "no linear regime with enough samples"}
-    slope = fit_slope(depth, stress[None], *zero)
+    slope = fit_few(depth, stress[None]) if of_table else fit_slope(depth, stress[None], *zero)
     alpha, (lo, hi) = float(slope.alpha[0]), slope.interval(fit.confidence)
     row = {"alpha_z_N_per_cm3": alpha, "lo": lo[0], "hi": hi[0], "bend": bend_of(depth, stress)}
     try:

@@ -199,7 +199,13 @@ def _sheet_log(
 ) -> Log:
     rows = [row for row in block if any(cell is not None for cell in row)]
     most = max(chosen, default=-1)
-    cells = [[_number(row[place]) for place in chosen] for row in rows if len(row) > most]
+    cells = [[row[place] for place in chosen] for row in rows if len(row) > most]
+    plain = (float, int)
+    # most cells are numbers: looking at each of them by a function takes as long as reading
+    cells = [
+        row if all(type(cell) in plain for cell in row) else [_number(cell) for cell in row]
+        for row in cells
+    ]
     kept = [row for row in cells if None not in row]
     dropped = {NUMBER: len(rows) - len(kept)} if len(kept) < len(rows) else {}
     values = np.array(kept, dtype=float).reshape(-1, len(chosen)).T

@@ -91,7 +91,7 @@ def scale_new_medium(
     error of the test itself: half widths, each with its own quantile, add in quadrature. So it is
     never narrower for more error, and covers at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
 
-    `alpha`: Measured slope, N/cm^3. `alpha_se`: Its standard error, N/cm^3; 0 if not known. `chi`:
+    `alpha`: Measured slope, N/cm^3. `alpha_se`: Its standard error, N/cm^3; NaN, not known, gives no interval. `chi`:
     shape (media,); Of the reference media, at least two. `m0`: shape (9,); Generic coefficients.
     `confidence`: Level of the intervals.
     """
@@ -99,7 +99,7 @@ def scale_new_medium(
 
     if not (np.isfinite(alpha) and alpha > 0):
         raise ValueError(f"alpha_z(0, 90 deg) must be a positive number of N/cm^3, found {alpha:g}")
-    if not alpha_se >= 0:
+    if alpha_se < 0:
         raise ValueError(
             f"the standard error of alpha_z must be 0 or more N/cm^3, found {alpha_se:g}"
         )
