@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "helpers"))
 
+import h5py
 import numpy as np
 import pandas as pd
 import pyarrow as pa
@@ -28,6 +29,8 @@ import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
 from foreign_logs import TEXTS, netft
 
+from rftfit.campaign.config import TextFormat
+from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.inspect import survey
 from rftfit.logs.registry import dialect
 
@@ -70,6 +73,16 @@ def read_xlsx(path: Path) -> object:
 def read_parquet(path: Path) -> object:
     table = pq.read_table(path)
     return [column.to_numpy() for column in table.columns]
+
+
+def read_npz(path: Path) -> object:
+    with np.load(path) as file:
+        return [file[name] for name in file.files]
+
+
+def read_h5(path: Path) -> object:
+    with h5py.File(path) as file:
+        return [item[()] for item in file.values()]
 
 
 TEXT = {
@@ -138,6 +151,21 @@ def compare(folder: Path) -> list[str]:
     path = folder / "log.parquet"
     pq.write_table(pa.Table.from_pandas(pd.concat([frame] * 20)), path)
     lines.append(line("parquet", path, dialect("parquet"), {"pyarrow.parquet": read_parquet}))
+    arrays = {str(name): frame[name].to_numpy() for name in frame}
+    path = folder / "log.npz"
+    np.savez(path, **{name: np.tile(values, 20) for name, values in arrays.items()})
+    lines.append(line("arrays (.npz)", path, dialect("arrays"), {"numpy": read_npz}))
+    path = folder / "log.h5"
+    with h5py.File(path, "w") as file:
+        for name, column in arrays.items():
+            file[name] = np.tile(column, 20)
+    lines.append(line("arrays (.h5)", path, dialect("arrays"), {"h5py": read_h5}))
+    path = folder / "dates.csv"
+    times = pd.Timestamp("2026-01-02T03:04:05Z") + pd.to_timedelta(np.arange(20_000) * 10, "ms")
+    stamps = pd.concat([frame.assign(time=times.strftime("%Y-%m-%dT%H:%M:%S.%fZ"))] * 10)
+    stamps.to_csv(path, index=False)
+    reader = DelimitedReader(TextFormat())
+    lines.append(line("delimited, dates", path, reader, {"pyarrow.csv": arrow(1)}))
     return lines
 
 
