@@ -114,3 +114,18 @@ def test_one_x_column_of_channels_that_began_apart(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         LvmReader().only({"z"}).load(path).columns["time"], 0.5 + STEP, atol=1e-6
     )
+
+
+@pytest.mark.parametrize("place", [1, 2])
+def test_a_channel_without_values_costs_the_others_nothing(tmp_path: Path, place: int) -> None:
+    path = tmp_path / "a.lvm"
+    head, _, body = lvm(ROWS, comment=False).content.decode().rpartition("Comment\n")
+    rows = [line.split("\t") for line in body.splitlines()]
+    for row in rows:
+        row[place] = ""
+    path.write_text(head + "Comment\n" + "".join("\t".join(row) + "\n" for row in rows))
+    log = LvmReader().load(path)
+    empty, full = ("Force z", "z") if place == 1 else ("z", "Force z")
+    assert set(log.columns) == {"time", full}
+    assert log.size == ROWS
+    assert f"no value in the first rows, not read: {empty}" in log.notes

@@ -120,6 +120,15 @@ def test_dates_of_a_spreadsheet(tmp_path: Path) -> None:
     assert not dialect("xlsx").with_options({"sheet": "Sheet"}).load(tmp_path / "a.xlsx").notes
 
 
+def test_a_column_of_words_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t (s),remark,Fz (N)\n" + "".join(f"{k},still,{k}.5\n" for k in range(9)))
+    found = as_text(head_of(path))
+    assert found is not None
+    assert found[0].load(path).notes == ("no numbers in the first rows, not read: remark",)
+    assert not found[0].only(["t", "Fz"]).load(path).notes
+
+
 def test_a_cell_far_below_all_rows(tmp_path: Path) -> None:
     import zipfile
 

@@ -165,3 +165,13 @@ def test_no_tdms(tmp_path: Path, content: bytes) -> None:
     path.write_bytes(content)
     with pytest.raises(LogError, match=r"a\.tdms"):
         TdmsReader().load(path)
+
+
+def test_a_rate_for_channels_that_state_no_step(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.tdms", rig={"Fz": (np.arange(5.0), {})})
+    assert "time" not in TdmsReader().load(path).columns
+    log = TdmsReader().with_options({"rate_Hz": 100, "group": "rig"}).load(path)
+    np.testing.assert_allclose(log.columns["time"], 0.01 * np.arange(5))
+    assert log.units["time"] == "s"
+    with pytest.raises(ValueError, match="rate_Hz: found -1"):
+        TdmsReader().with_options({"rate_Hz": -1})

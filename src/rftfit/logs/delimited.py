@@ -95,13 +95,14 @@ class DelimitedReader(TextReader):
 
         kinds = kinds_of(head, start, width, delimiter, text.decimal)
         notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
+        words = [name for name, kind in zip(names, kinds, strict=True) if kind == "skip"]
+        if words and self.asked is None:
+            notes.append(f"no numbers in the first rows, not read: {', '.join(words)}")
         clocks: dict[str, RestartingClock] = {}
         for place, kind in enumerate(kinds):
             if kind == "stamp":
-                first = next(
-                    c[place] for c in rows if len(c) == width and is_stamp(c[place].strip())
-                )
-                found = note_of(first.strip())
+                cells = [row[place].strip() for row in rows if len(row) == width]
+                found = next((note_of(cell) for cell in cells if is_stamp(cell)), "")
                 notes += [found.replace("time", names[place], 1)] if found else []
                 if found in PERIOD_S:
                     clocks[names[place]] = RestartingClock(PERIOD_S[found])
