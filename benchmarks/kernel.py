@@ -7,6 +7,7 @@ whatever else the machine does can only add to it.
 from __future__ import annotations
 
 import os
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,12 +16,15 @@ from typing import TYPE_CHECKING
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "helpers"))
+
 import numpy as np
+from turning import sweep, sweep_draws
 
 from rftfit import reference
 from rftfit.measure.alpha import both, directions
 from rftfit.model.fourier import as_array, fit_lsq
-from rftfit.model.motion import THETA_DEG, sweep, sweep_draws
+from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 

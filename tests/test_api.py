@@ -16,13 +16,13 @@ import pytest
 from light_campaign import LABORATORY, SAND, make_campaign, one_cell
 from paper_grid import BETA, flat
 from paper_grid import GAMMA_OF_FILE as GAMMA
+from turning import sweep, sweep_draws
 
 import rftfit
 from rftfit import reference
 from rftfit.measure.alpha import directions
 from rftfit.model.draws import alpha_draws, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
-from rftfit.model.motion import sweep, sweep_draws
 from rftfit.model.profiles import FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium, generic, vertical_penetration
 

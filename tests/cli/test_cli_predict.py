@@ -13,12 +13,13 @@ import pytest
 from light_campaign import LABORATORY, SAND, SE, make_campaign, one_cell
 from paper_grid import BETA, flat
 from paper_grid import GAMMA_OF_FILE as GAMMA
+from turning import sweep, sweep_draws
 
 from rftfit import reference
 from rftfit.measure.alpha import directions
 from rftfit.model.draws import alpha_draws, interval
 from rftfit.model.fourier import TERMS, as_array, fit_lsq, kept_terms
-from rftfit.model.motion import THETA_DEG, path_poses, sweep, sweep_draws
+from rftfit.model.motion import THETA_DEG, path_poses
 from rftfit.model.outlines import arc, model_leg, polyline
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 from rftfit.model.scaling import vertical_penetration

@@ -10,12 +10,13 @@ import numpy as np
 import pandas as pd
 from ensembles import AREA_CM2, RUN_TO_RUN, one_log
 from paper_grid import BETA, GAMMA, flat, grid
+from turning import sweep
 
 from rftfit.compare.legs import bed_spread, leg_errors, leg_prediction
 from rftfit.measure.alpha import column
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
-from rftfit.model.motion import THETA_DEG, sweep
+from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import (

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from turning import along_path, sweep
 
 from rftfit import reference
 from rftfit.errors import InputError
 from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.motion import THETA_DEG, along_path, path_poses, read_path, sweep
+from rftfit.model.motion import THETA_DEG, path_poses, read_path
 from rftfit.model.outlines import model_leg, polyline
 from rftfit.model.profiles import TableProfile
 from rftfit.model.reference_kernel import element_forces, place

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from paper_grid import BETA, GAMMA, flat
+from turning import sweep, sweep_draws
 
 from rftfit import reference
 from rftfit.model.fourier import as_array, fit_lsq
-from rftfit.model.motion import THETA_DEG, rotation_poses, sweep, sweep_draws
+from rftfit.model.motion import THETA_DEG, rotation_poses
 from rftfit.model.outlines import CURVATURES, arc, model_leg
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 

@@ -10,6 +10,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 from memory import Memory, memory, of_runs
+from turning import sweep
 
 from rftfit import reference
 from rftfit.campaign.config import Leg
@@ -20,7 +21,7 @@ from rftfit.figures.registry import figures
 from rftfit.figures.sands import penetration as draw_penetration
 from rftfit.figures.style import save
 from rftfit.model.fourier import TERMS
-from rftfit.model.motion import THETA_DEG, sweep
+from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 

@@ -10,13 +10,13 @@ import pytest
 import yaml
 from campaigns import PROJECT
 from light_campaign import results_of
+from turning import sweep
 
 from rftfit.campaign.config import Config, Leg
 from rftfit.compare.legs import PREDICTED_COLUMNS, leg_errors, leg_prediction, predicted_curves
 from rftfit.compare.published import leg_claims
 from rftfit.measure.alpha import column
 from rftfit.model.draws import measured_profile
-from rftfit.model.motion import sweep
 from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import TableProfile
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, alpha_grid, load

@@ -10,17 +10,13 @@ import numpy as np
 
 from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.rows import Column, Schema, read_rows
-from rftfit.model.forces import Forces, force_draws, forces_on
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import numpy.typing as npt
-    import pandas as pd
 
     from rftfit.conventions import FloatArray
-    from rftfit.model.outlines import Outline
-    from rftfit.model.profiles import Profile
 
 
 @dataclass(frozen=True)
@@ -112,39 +108,6 @@ def rotation(
     name = f"turned about an axle {hip_height_cm:g} cm above the surface"
     poses = rotation_poses(np.radians(theta), hip_height_cm, rate_rad_per_s)
     return Motion(name, poses, {"theta_deg": theta})
-
-
-def sweep(
-    profile: Profile,
-    leg: Outline,
-    theta: npt.ArrayLike | None = None,
-    hip_height_cm: float = HIP_HEIGHT_CM,
-    rate_rad_per_s: float = RATE_RAD_PER_S,
-) -> Forces:
-    """Force and moment on a turning leg against theta.
-
-    `theta`: shape (p,); rad; by default -135 to 135 degrees by 1 (`THETA_DEG`). `hip_height_cm`,
-    `rate_rad_per_s`: See `rotation_poses`. Returns arrays of shape (p,); the moment is about the
-    axle.
-    """
-    theta = np.radians(THETA_DEG) if theta is None else theta
-    return forces_on(profile, leg, rotation_poses(theta, hip_height_cm, rate_rad_per_s))
-
-
-def sweep_draws(
-    profile: Profile,
-    leg: Outline,
-    theta: npt.ArrayLike | None = None,
-    hip_height_cm: float = HIP_HEIGHT_CM,
-    rate_rad_per_s: float = RATE_RAD_PER_S,
-) -> Forces:
-    """`sweep` for a stack of draws of a profile.
-
-    `profile`: Parameters with a leading axis of draws. `theta`: shape (p,). Returns arrays of
-    shape (draws, p).
-    """
-    theta = np.radians(THETA_DEG) if theta is None else theta
-    return force_draws(profile, leg, rotation_poses(theta, hip_height_cm, rate_rad_per_s))
 
 
 # --- A body moved along any path: a csv of time, place and angle.
@@ -243,29 +206,3 @@ def read_path(path: Path) -> tuple[FloatArray, FloatArray]:
         raise CampaignError(problems[:_MOST_SHOWN])
     time, x, z, angle = np.array([[row.number[c.name] for c in SCHEMA.columns] for row in rows]).T
     return time, path_poses(time, x, z, np.radians(angle))
-
-
-def along_path(
-    profile: Profile, outline: Outline, time_s: FloatArray, poses: FloatArray
-) -> tuple[pd.DataFrame, Forces]:
-    """Force and moment on an outline along a path.
-
-    `time_s`: shape (p,). `poses`: shape (p, 6); From `read_path` or `path_poses`. Returns `table`:
-    `t_s, x_cm, z_cm, angle_deg, force_z_N, force_x_N, moment_N_cm`; the moment is about the
-    reference point. Returns `forces`: The same forces, and why there is NaN among them.
-    """
-    import pandas as pd
-
-    forces = forces_on(profile, outline, poses)
-    table = pd.DataFrame(
-        {
-            "t_s": time_s,
-            "x_cm": poses[:, 0],
-            "z_cm": poses[:, 1],
-            "angle_deg": np.degrees(poses[:, 2]),
-            "force_z_N": forces.force_z_N,
-            "force_x_N": forces.force_x_N,
-            "moment_N_cm": forces.moment_N_cm,
-        }
-    )
-    return table, forces
