@@ -79,7 +79,8 @@ def test_every_column_by_its_path(name: str, tmp_path: Path) -> None:
     assert_array_equal(np.stack([log.columns[force] for force in forces], axis=1), FORCE)
     assert_array_equal(log.columns["z"], Z)
     assert log.units["z"] == "mm"
-    assert guesses(log) == {"time": "run.time", "z": "z"}
+    named = {f"F{k}": force for k, force in enumerate(forces, 1)}
+    assert guesses(log) == {"time": "run.time", **named, "z": "z"}
     assert log.rows == N
 
 

@@ -11,7 +11,7 @@ import yaml
 from foreign_logs import netft
 from rigroom import Results, Room, chain
 
-from rftfit.campaign.load import load_campaign
+from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.cli.main import main
 from rftfit.results import open_results
@@ -497,3 +497,16 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path: Path) -> None:
     (bag / "metadata.yaml").unlink()
     with pytest.raises(CampaignError, match="this is a folder"):
         load_campaign(path)
+
+
+def test_level_pushes_alone_are_told_of_the_other_role(tmp_path: Path) -> None:
+    room = Room(tmp_path).add("poppy_LP_bp00_g90_in")
+    config = yaml.safe_load(room.config)
+    config.pop("robot", None)
+    room.config = yaml.safe_dump(config, sort_keys=False)
+    _, problems = check_campaign(room.write())
+    (told,) = [str(problem) for problem in problems if "natural_sand" in str(problem)]
+    assert "medium poppy_LP" in told
+    room.add(RUN)
+    _, problems = check_campaign(room.write())
+    assert not [problem for problem in problems if "natural_sand" in str(problem)]

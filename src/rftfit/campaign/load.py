@@ -163,11 +163,30 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
     elif sheet and not (isinstance(file.data, dict) and file.data.get("table")):
         runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs, medium)
     _check_robot(file, within, logs, runs)
+    if file.model is not None:
+        of_sheet += _only_straight_down(file.model, sheet, runs)
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
     if file.model is None or any(problem.severity == "error" for problem in problems):
         return None, problems
     numbers = {push.run.run_id: push.rows for push in pushes}
     return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers), problems
+
+
+def _only_straight_down(config: Config, sheet: str, runs: list[Run]) -> list[Problem]:
+    """Point out media from which no profile can come, and the role in which one push gives one."""
+    found = []
+    for name, medium in config.media.items():
+        pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
+        level = all((run.beta_deg, run.gamma_deg) == (0, 90) for run in pushes)
+        if pushes and level and medium.role == "laboratory":
+            text = (
+                "role natural_sand, in which one push scales the generic profile; a profile of its own "
+                "needs other directions too"
+            )
+            place = Place(f"{sheet}, medium {name}")
+            only = "nothing but level plates pushed straight down"
+            found.append(Problem("sheet.only-straight-down", place, only, text, severity="warning"))
+    return found
 
 
 def _read_table(
