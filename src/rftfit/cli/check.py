@@ -30,7 +30,7 @@ def check(
 ) -> None:
     """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 
-    Every log of up to 20 MB is read as `rftfit run` reads it; what it found is remembered for as long as
+    Every log of up to 20 MB is measured as `rftfit run` measures it; what it found is remembered for as long as
     logs, sheet and config stay the same. Ends with exit code 2 when there are errors, with 0 when there
     are warnings only.
     """
@@ -76,8 +76,9 @@ def _open_logs(config: Path) -> list[Opened]:
     except (OSError, ValueError):
         known = {}
     found: dict[str, Opened] = {}
-    for task in plan.stages["ingest"]:
-        key = digest_of(task.medium, sorted(task.depends.items()))
+    for tasks in zip(*(plan.stages[name] for name in ("ingest", "tare", "slopes")), strict=True):
+        task = tasks[0]
+        key = digest_of(task.medium, [sorted(one.depends.items()) for one in tasks])
         try:
             old = known[key]
             again = [Problem(**one | {"place": Place(**one["place"])}) for one in old["problems"]]

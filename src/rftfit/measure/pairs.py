@@ -213,7 +213,8 @@ class Pair:
     def problems(self) -> list[str]:
         """What is wrong with unusable logs."""
         logs = (self.force, self.motion, self.zero)
-        return [str(log) for log in logs if isinstance(log, LogError)]
+        # one file that holds both says it once
+        return list(dict.fromkeys(str(log) for log in logs if isinstance(log, LogError)))
 
 
 def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Pair]]:
