@@ -148,6 +148,8 @@ def tare_medium(
             reason = _why_no_tare(run, tare, why_refused)
             good = int(np.count_nonzero(stroke.why == RowStatus.GOOD))
             ledger.add(run, run.force_log, DROPPED, reason, good)
+        if run.kind == "leg" and name in parts:
+            reason = _why_no_curve(parts[name]["why"])
         rows.append((name, run.tare_run, abscissa_of(run), *valid, reason))
     return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=_TARE_COLUMNS), ledger
 
@@ -162,6 +164,14 @@ def _tare_of(run: Run, stroke: Samples, ledger: Ledger) -> Tare | TareError:
         )
     except TareError as error:
         return error
+
+
+def _why_no_curve(why: np.ndarray) -> str:
+    """Say why the tared stroke of a leg has no sample to use; empty if it has."""
+    counts = np.bincount(why, minlength=1)
+    if counts[RowStatus.GOOD]:
+        return ""
+    return f"no sample of the stroke can be used: {RowStatus(int(counts.argmax())).text}"
 
 
 def _why_no_tare(run: Run, known: TareError | None, why_refused: dict[str, str]) -> str:
