@@ -69,8 +69,8 @@ REAL_LOGS = [
             section={"columns": {"F3": "Pressão ABS."}}),
     RealLog("ros1/ur3_wrench.bag", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.bag"),
     RealLog("ros1/ur3_wrench.csv", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.csv"),
-    RealLog("ros1/ur3_wrench_noforces.bag", ALL, 2462),
-    RealLog("ros1/ur3_wrench_noforces.csv", ALL, 2462),
+    RealLog("ros1/ur3_wrench_noforces.bag", ALL, 2462, words="alpha_z is negative"),
+    RealLog("ros1/ur3_wrench_noforces.csv", ALL, 2462, words="alpha_z is negative"),
     RealLog("tdms/raw1.tdms", NOTHING, 2000, words="which is right?",
             section={"columns": {"F3": VOLTS}}),
 ]  # fmt: skip

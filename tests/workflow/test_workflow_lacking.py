@@ -133,7 +133,22 @@ def test_the_sand_example_runs(tmp_path: Path) -> None:
     if not SAND_LOGS.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")
     Folder(tmp_path).rftfit("example", "cmu-sand", "sand", "--from", str(SAND_LOGS))
-    shutil.rmtree(tmp_path / "sand" / "results")
-    run(Folder(tmp_path / "sand"))
-    tare = tmp_path / "sand" / "results" / "figures" / "tare_sand.svg"
+    folder = Folder(tmp_path / "sand")
+    shutil.rmtree(folder.root / "results")
+    assert "also in rows 3 to 10" in folder.rftfit("check").stdout
+    done = folder.rftfit("run")
+    assert done.returncode == 0, done.stderr
+    assert "Of 9 runs, 9 used and 0 dropped" in done.stdout
+    counted = {path.name: len(path.read_bytes().splitlines()) for path in SAND_LOGS.glob("*_?.txt")}
+    ledger = folder.table("ledger.csv").groupby("file")["rows"].sum()
+    assert {name: ledger[name] for name in counted} == counted
+    assert len(ledger) == 2 * len(counted) == 18
+    fits = folder.table("fits/sand.csv")
+    assert len(fits) == 9
+    assert fits[ALPHA].notna().all(axis=None)
+    page = run(folder)
+    assert "None: all 9 runs were used." in page
+    assert "No force on rod and mount alone was recorded, so none was subtracted." in page
+    assert "no Fourier series was fitted" in page
+    tare = folder.root / "results" / "figures" / "tare_sand.svg"
     assert NO_TARE_FLAG in tare.read_text(encoding="utf-8")

@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from rftfit.measure.fits import PULLED_DOWN
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.page.cells import records
 
@@ -29,6 +30,7 @@ _EXPECTED = {
 """Reasons for which rows of every good run are dropped."""
 
 _GRAVEST_FIRST = (
+    PULLED_DOWN,
     "saturated",
     "motion log begins or ends",
     "lacks",
