@@ -205,7 +205,8 @@ def ledger_line(path: Path) -> str:
                 used, count_of_rows = row["fate"] == "used", int(row["rows"])
                 good = used and count_of_rows > 0 and row["reason"] == USED_AS.get(row["kind"])
                 runs[row["run_id"]] = runs.get(row["run_id"], False) or good
-                rows["used" if used else "dropped"] += count_of_rows
+                if row["fate"] in rows:  # a sample that was lost is no row of a log
+                    rows[row["fate"]] += count_of_rows
     except (OSError, KeyError, ValueError, TypeError, csv.Error):
         return ""
     if not runs:
