@@ -85,7 +85,9 @@ def mutated(luck: random.Random) -> Written:
     """Make one to three mistakes in one of the campaigns."""
     made = copy.deepcopy(bases()[luck.choice(list(bases()))])
     for _ in range(luck.choice([1, 1, 2, 3])):
-        made.done.append(luck.choice([_of_log, _of_log, _of_cell, _of_setting])(luck, made))
+        made.done.append(
+            luck.choice([_of_log, _of_log, _of_log, _of_cell, _of_setting])(luck, made)
+        )
     return made
 
 
@@ -104,7 +106,8 @@ def _of_setting(luck: random.Random, made: Written) -> str:
     section: Any = made.config
     path = []
     while True:
-        key = luck.choice(sorted(section) if isinstance(section, dict) else range(len(section)))
+        keys = range(len(section)) if isinstance(section, list) else sorted(section)
+        key = luck.choice([one for one in keys if one not in ("title", "raw", "run_sheet")])
         path.append(str(key))
         if not isinstance(section[key], dict | list) or not section[key]:
             break

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign
 
+from rftfit.cli.example import EXAMPLES, fetch_logs, lay_out, own_files
 from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
@@ -129,12 +129,12 @@ def test_the_only_medium_without_a_cell(tmp_path: Path) -> None:
 
 
 def test_the_sand_example_runs(tmp_path: Path) -> None:
-    """Nine penetrations without a tare, as the shipped example leaves them to `rftfit run`."""
+    """Nine penetrations without a tare, as `rftfit example` lays them out."""
     if not SAND_LOGS.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")
-    Folder(tmp_path).rftfit("example", "cmu-sand", "sand", "--from", str(SAND_LOGS))
-    folder = Folder(tmp_path / "sand")
-    shutil.rmtree(folder.root / "results")
+    folder, source = Folder(tmp_path), own_files("cmu-sand")
+    lay_out(source, folder.root)
+    fetch_logs(EXAMPLES["cmu-sand"], source, folder.root / "raw", str(SAND_LOGS))
     assert "also in rows 3 to 10" in folder.rftfit("check").stdout
     done = folder.rftfit("run")
     assert done.returncode == 0, done.stderr
