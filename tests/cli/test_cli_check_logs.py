@@ -104,3 +104,13 @@ def test_a_strict_run_ends_with_three_where_a_medium_has_no_number(folder: Folde
     done = folder.rftfit("run", "--strict", wanted)
     assert done.returncode == 3
     assert f"No alpha at all: {MEDIUM}" in done.stderr
+
+
+def test_an_unknown_dialect_is_told_before_any_job(folder: Folder) -> None:
+    text = folder.config.read_text(encoding="utf-8")
+    folder.config.write_text(f"{text}\nforce_log: {{dialect: ricg}}\n", encoding="utf-8")
+    for command in ("check", "run"):
+        done = folder.rftfit(command)
+        assert done.returncode == 2
+        assert "log dialect: found 'ricg'; allowed: " in done.stdout + done.stderr
+    assert not (folder.root / "results" / "runs").exists()
