@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep docs test lint fuzz mutants killed fulldisk samebytes matrix cluster scale benchmark lock clean FORCE
+.PHONY: help env run sweep docs test lint fuzz mutants killed fulldisk samebytes matrix mutations reallogs cluster scale benchmark lock clean FORCE
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -77,6 +77,12 @@ samebytes: env ## run one campaign under different circumstances and compare its
 
 matrix: env ## run campaigns of other grids and protocols and compare them with the truth, half an hour
 	@$(BIN)/python tests/slow/matrix.py $(ARGS)
+
+mutations: env ## compare check and run on campaigns with mistakes in sheet, config and logs, ten minutes
+	@$(BIN)/python tests/slow/mutations.py $(ARGS)
+
+reallogs: env ## run a campaign around each log of ../shared/data/logs, a quarter of an hour
+	@$(BIN)/python tests/slow/real_logs.py $(ARGS)
 
 cluster: env ## run a campaign on a Slurm cluster of this machine that loses a node (root; Debian), ten minutes
 	@[ "$$(id -u)" = 0 ] || { echo "make cluster needs root: Slurm's daemons start jobs." >&2; exit 1; }

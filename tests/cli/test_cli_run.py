@@ -39,11 +39,13 @@ rule ledger:
     output: "results/ledger.csv"
     log: "results/logs/ledger.log"
     shell:
-        "(echo run_id,fate,rows > {output}; echo p1,used,3 >> {output}; "
-        "echo p1,dropped,2 >> {output}; echo p2,dropped,4 >> {output}; "
+        "(echo run_id,kind,fate,reason,rows > {output}; echo p1,plate,used,slope,3 >> {output}; "
+        "echo p1,plate,dropped,approach,2 >> {output}; echo p2,plate,used,path,1 >> {output}; "
+        "echo p2,plate,dropped,bad,3 >> {output}; echo p2,plate,lost,packets,8 >> {output}; "
         "if [ 'ledger' = '{BAD}' ]; then "
         "echo 'rftfit ledger: does not add up' >&2; exit 1; fi) 2> {log}"
 """
+HEAD = "run_id,kind,fate,reason,rows\n"
 SLOW = """
 rule all:
     output: "results/slow.txt"
@@ -71,7 +73,7 @@ def test_whole_run_and_nothing_to_do(
         "Done: 4 jobs.",
         "To look at:",
         "  results/ledger.csv",
-        "Of 2 runs, 1 used and 1 dropped; of 9 rows, 3 used. Every reason is in results/ledger.csv.",
+        "Of 2 runs, 1 used and 1 dropped; of 9 rows, 4 used. Every reason is in results/ledger.csv.",
     ]
     assert (campaign / "results/a.txt").read_text().strip() == "config/config.yaml"
     assert '"progress"' in (campaign / "results/logs/snakemake.log").read_text()
@@ -243,7 +245,7 @@ def test_snakefile_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    "text", ["", "a,b\n1,2\n", "run_id,fate,rows\np1,used,x\n", "run_id,fate,rows\np1\n"]
+    "text", ["", "a,b\n1,2\n", f"{HEAD}p1,plate,used,slope,x\n", f"{HEAD}p1\n"]
 )
 def test_ledger_that_is_none(tmp_path: Path, text: str) -> None:
     path = tmp_path / "ledger.csv"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign
 
+from rftfit.cli.example import EXAMPLES, fetch_logs, lay_out, own_files
 from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
@@ -129,11 +129,26 @@ def test_the_only_medium_without_a_cell(tmp_path: Path) -> None:
 
 
 def test_the_sand_example_runs(tmp_path: Path) -> None:
-    """Nine penetrations without a tare, as the shipped example leaves them to `rftfit run`."""
+    """Nine penetrations without a tare, as `rftfit example` lays them out."""
     if not SAND_LOGS.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")
-    Folder(tmp_path).rftfit("example", "cmu-sand", "sand", "--from", str(SAND_LOGS))
-    shutil.rmtree(tmp_path / "sand" / "results")
-    run(Folder(tmp_path / "sand"))
-    tare = tmp_path / "sand" / "results" / "figures" / "tare_sand.svg"
+    folder, source = Folder(tmp_path), own_files("cmu-sand")
+    lay_out(source, folder.root)
+    fetch_logs(EXAMPLES["cmu-sand"], source, folder.root / "raw", str(SAND_LOGS))
+    assert "also in rows 3 to 10" in folder.rftfit("check").stdout
+    done = folder.rftfit("run")
+    assert done.returncode == 0, done.stderr
+    assert "Of 9 runs, 9 used and 0 dropped" in done.stdout
+    counted = {path.name: len(path.read_bytes().splitlines()) for path in SAND_LOGS.glob("*_?.txt")}
+    ledger = folder.table("ledger.csv").groupby("file")["rows"].sum()
+    assert {name: ledger[name] for name in counted} == counted
+    assert len(ledger) == 2 * len(counted) == 18
+    fits = folder.table("fits/sand.csv")
+    assert len(fits) == 9
+    assert fits[ALPHA].notna().all(axis=None)
+    page = run(folder)
+    assert "None: all 9 runs were used." in page
+    assert "No force on rod and mount alone was recorded, so none was subtracted." in page
+    assert "no Fourier series was fitted" in page
+    tare = folder.root / "results" / "figures" / "tare_sand.svg"
     assert NO_TARE_FLAG in tare.read_text(encoding="utf-8")

@@ -12,6 +12,7 @@ from rftfit.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+Severity = Literal["error", "warning"]
 _LONGEST_SHOWN = 80
 _LONGEST_COMPARED = 64
 _SEPARATORS = str.maketrans("- ", "__")
@@ -55,7 +56,7 @@ class Problem:
     found: str | None
     allowed: str
     nearest: str | None = None
-    severity: Literal["error", "warning"] = "error"
+    severity: Severity = "error"
 
     def __str__(self) -> str:
         where = str(self.place)

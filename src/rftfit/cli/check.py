@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import contextlib
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rftfit.campaign.problems import Place, Problem, listed
 from rftfit.cli.main import INPUT_NOT_VALID
 from rftfit.cli.output import count, megabytes, say, table
-from rftfit.errors import OutputError
+from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
-    from rftfit.campaign.problems import Problem
     from rftfit.measure.readable import Opened
     from rftfit.robot.tracks import RobotCheck
 
@@ -30,7 +31,7 @@ def check(
 ) -> None:
     """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 
-    Every log of up to 20 MB is read as `rftfit run` reads it; what it found is remembered for as long as
+    Every log of up to 20 MB is measured as `rftfit run` measures it; what it found is remembered for as long as
     logs, sheet and config stay the same. Ends with exit code 2 when there are errors, with 0 when there
     are warnings only.
     """
@@ -42,7 +43,10 @@ def check(
     problems = [*problems, *robot.problems]
     opened: list[Opened] = []
     if campaign is not None and not any(one.severity == "error" for one in problems):
-        opened = _open_logs(config)
+        try:
+            opened = _open_logs(config)
+        except InputError as error:
+            problems.append(Problem("logs.reader", Place(config.name), None, str(error)))
         problems += [problem for one in opened for problem in one.problems]
     errors = _print_problems(problems, "error")
     warnings = _print_problems(problems, "warning")
@@ -63,7 +67,6 @@ def _open_logs(config: Path) -> list[Opened]:
     import json
     from dataclasses import asdict
 
-    from rftfit.campaign.problems import Place, Problem
     from rftfit.measure.readable import Opened, open_logs
     from rftfit.store import write_text
     from rftfit.store.digests import digest_of
@@ -76,8 +79,9 @@ def _open_logs(config: Path) -> list[Opened]:
     except (OSError, ValueError):
         known = {}
     found: dict[str, Opened] = {}
-    for task in plan.stages["ingest"]:
-        key = digest_of(task.medium, sorted(task.depends.items()))
+    for tasks in zip(*(plan.stages[name] for name in ("ingest", "tare", "slopes")), strict=True):
+        task = tasks[0]
+        key = digest_of(task.medium, [sorted(one.depends.items()) for one in tasks])
         try:
             old = known[key]
             again = [Problem(**one | {"place": Place(**one["place"])}) for one in old["problems"]]
@@ -92,13 +96,31 @@ def _open_logs(config: Path) -> list[Opened]:
 
 
 def _print_problems(problems: list[Problem], severity: str) -> int:
+    """Print the problems of one severity, a warning that rows of a table have in common once."""
     chosen = [problem for problem in problems if problem.severity == severity]
     if chosen:
         say(f"{count(len(chosen), severity)}:")
-        for problem in chosen:
-            say(f"  {problem}")
+        alike: dict[Problem, list[Problem]] = {}
+        for one in chosen:
+            row = one.place.row if one.severity == "error" else None
+            alike.setdefault(replace(one, place=replace(one.place, row=row)), []).append(one)
+        for same in alike.values():
+            rows = [one.place.row for one in same[1:]]
+            more = f" (also in {'row' if len(rows) == 1 else 'rows'} {listed(_ranges(rows))})"
+            say(f"  {same[0]}{more if rows else ''}")
         say()
     return len(chosen)
+
+
+def _ranges(numbers: list[int | None]) -> list[str]:
+    """Write increasing numbers as ``3 to 7, 9``."""
+    found: list[list[int]] = []
+    for number in filter(None, numbers):
+        if found and found[-1][-1] == number - 1:
+            found[-1].append(number)
+        else:
+            found.append([number])
+    return [str(part[0]) if len(part) == 1 else f"{part[0]} to {part[-1]}" for part in found]
 
 
 def summary(campaign: Campaign) -> str:

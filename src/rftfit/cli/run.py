@@ -195,20 +195,24 @@ def _shown(root: Path, name: str) -> str:
 
 def ledger_line(path: Path) -> str:
     """Count the runs and rows that were used and dropped; empty where there is no ledger."""
+    from rftfit.page.outcome import USED_AS
+
     runs: dict[str, bool] = {}
     rows = {"used": 0, "dropped": 0}
     try:
         with path.open(encoding="utf-8", newline="") as handle:
             for row in csv.DictReader(handle):
-                used = row["fate"] == "used"
-                runs[row["run_id"]] = runs.get(row["run_id"], False) or used
-                rows["used" if used else "dropped"] += int(row["rows"])
+                used, count_of_rows = row["fate"] == "used", int(row["rows"])
+                good = used and count_of_rows > 0 and row["reason"] == USED_AS.get(row["kind"])
+                runs[row["run_id"]] = runs.get(row["run_id"], False) or good
+                if row["fate"] in rows:  # a sample that was lost is no row of a log
+                    rows[row["fate"]] += count_of_rows
     except (OSError, KeyError, ValueError, TypeError, csv.Error):
         return ""
     if not runs:
         return ""
-    good = sum(runs.values())
+    kept = sum(runs.values())
     return (
-        f"Of {count(len(runs), 'run')}, {good} used and {len(runs) - good} dropped; of "
+        f"Of {count(len(runs), 'run')}, {kept} used and {len(runs) - kept} dropped; of "
         f"{sum(rows.values())} rows, {rows['used']} used. Every reason is in {LEDGER}."
     )

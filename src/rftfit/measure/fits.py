@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 
 
 NOT_LINEAR = "not linear"
+PULLED_DOWN = (
+    "alpha_z is negative on the way straight down, as if the medium pulled: does a push from below come "
+    "out positive (transducer.axes)?"
+)
 _CURVED_P, _CURVED_RATIO = 0.01, 0.10
 COMPONENTS = ("z", "x")
 _OF_COMPONENT = (
@@ -202,6 +206,9 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
         stroke.depth_sd, startup,
     )  # fmt: skip
     flags = stroke.flags + _linearity_flags(run, slope, float(depth.max()), plate, config)
+    straight_down = run.direction == "intrusion" and run.gamma_deg == 90
+    if straight_down and slope.interval(config.fit.confidence)[1][0] < 0:
+        flags += (PULLED_DOWN,)
     return RunFit(beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why, flags)
 
 

@@ -161,7 +161,12 @@ def ingest_traces(
     rows: list[dict[str, object]] = []
     config = campaign.config
     runs = campaign.runs_of(medium)
-    compliance = find_compliance(campaign, runs[0]) if config.rigid_contact and runs else None
+    compliance: Compliance | InputError | None = None
+    if config.rigid_contact and runs:
+        try:
+            compliance = find_compliance(campaign, runs[0])
+        except InputError as error:
+            compliance = error
     for run, pair in load_pairs(campaign, runs):
         try:
             trace = ingest_run(config, run, pair, ledger, compliance)
@@ -218,17 +223,25 @@ def samples_of(traces: list[Trace]) -> pd.DataFrame:
 
 
 def ingest_run(
-    config: Config, run: Run, pair: Pair, ledger: Ledger, compliance: Compliance | None = None
+    config: Config,
+    run: Run,
+    pair: Pair,
+    ledger: Ledger,
+    compliance: Compliance | InputError | None = None,
 ) -> Trace:
     """Align the two logs of a run and turn them into the lab frame.
 
     Rows that go no further are put into the ledger here; the good ones of the stroke are left to
-    the stages that use them. `compliance` says how far the machine yields under load.
+    the stages that use them. `compliance` says how far the machine yields under load, or why that is
+    not known.
     """
     # a line that holds force and motion is counted once, by what became of its force
     once = one_table(config, run) and pair.force.rows == pair.motion.rows
     problems = [f"excluded: {run.reason}"] if run.excluded else pair.problems
+    if not problems and isinstance(compliance, InputError):
+        problems = [str(compliance)]
     if not problems:
+        assert not isinstance(compliance, InputError)
         assert isinstance(pair.force, Log)
         assert isinstance(pair.motion, Log)
         force_log = without_repeats(config, pair.force)
@@ -305,7 +318,7 @@ def _make_trace(
     phase[in_stroke] = _STROKE
 
     missing = max(float(end - time[-1]), float(time[0] - start))
-    flags = _damage(force_log, motion_log)
+    flags = _damage(config, run, force_log, motion_log)
     flags += _flags(config, readings.time[in_stroke], missing, zero.drift_N)
     cut = start <= motion.time[1] or end >= motion.time[-2]
     # a log that begins in air should also end after the stroke; others hold nothing but the stroke
@@ -522,23 +535,34 @@ def _within(time: FloatArray, spans: FloatArray) -> np.ndarray:
     return moving
 
 
-def _damage(force: Log, motion: Log) -> list[str]:
+def _damage(config: Config, run: Run, force: Log, motion: Log) -> list[str]:
     """Name the rows that were lost from each log, and why."""
+    lost = [
+        {reason: count for reason, count in (*log.dropped.items(), *log.missing.items())
+         if reason != REPEATED}
+        for log in (force, motion)
+    ]  # fmt: skip
     parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
+    if one_table(config, run) and lost[0] == lost[1]:
+        lost, parts = lost[:1], ("", "")
     return [
         f"{count} rows of {log.path.name}{part}: {reason}"
-        for log, part in zip((force, motion), parts, strict=True)
-        for reason, count in (*log.dropped.items(), *log.missing.items())
-        if reason != REPEATED
+        for own, log, part in zip(lost, (force, motion), parts, strict=False)
+        for reason, count in own.items()
     ]
 
 
 def _flags(config: Config, stroke_time: FloatArray, missing_s: float, drift: float) -> list[str]:
     longest = config.clock.max_gap_s
-    flags = [
-        f"gap of {end - start:.2f} s in the force log during the stroke"
-        for start, end in gaps(stroke_time, longest)
-    ]
+    flags = []
+    missed = np.diff(gaps(stroke_time, longest), axis=1)
+    if missed.size == 1:
+        flags.append(f"gap of {missed[0, 0]:.2f} s in the force log during the stroke")
+    elif missed.size:
+        flags.append(
+            f"{missed.size} gaps in the force log during the stroke, {missed.sum():.2f} s in all, the "
+            f"longest of {missed.max():.2f} s"
+        )
     if missing_s > longest:
         flags.append(f"force log lacks {missing_s:.2f} s of the stroke")
     if math.isfinite(drift) and drift > config.transducer.max_drift_N:

@@ -104,9 +104,13 @@ def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
     found = {name: log.units.get(name, "") for name in columns}
     notes = list(log.notes)
     problems = []
-    for quantity, chosen in source.columns.items():
+    # time first: a rate needs it, whatever the file calls it
+    for quantity, chosen in sorted(source.columns.items(), key=lambda item: item[0] != "time"):
+        clock = columns.get("time"), found.get("time", "s")
         try:
-            columns[quantity], found[quantity] = _column(log, quantity, chosen, units[quantity])
+            columns[quantity], found[quantity] = _column(
+                log, quantity, chosen, units[quantity], clock
+            )
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
         if chosen.rate is not None:
@@ -124,15 +128,17 @@ def _name(column: Column) -> str:
     return f"column {column.column}" if isinstance(column.column, int) else str(column.column)
 
 
-def _column(log: Log, quantity: str, chosen: Column, wanted: str) -> tuple[FloatArray, str]:
-    """Values of a quantity, and their unit."""
+def _column(
+    log: Log, quantity: str, chosen: Column, wanted: str, clock: tuple[FloatArray | None, str]
+) -> tuple[FloatArray, str]:
+    """Values of a quantity, and their unit; `clock`: time of the log, if it is known, and its unit."""
     if chosen.constant is not None:
         values, stated = np.full(log.size, chosen.constant), ""
         if chosen.rate is not None:
-            if quantity == "time" or "time" not in log.columns:
-                raise ValueError("a rate needs a column `time` in the log")
-            scale = TIME_TO_S.get(log.units.get("time", "s"), 1.0)
-            values += chosen.rate * scale * (log.columns["time"] - log.columns["time"][:1])
+            time, unit = clock
+            if quantity == "time" or time is None:
+                raise ValueError("a rate needs a time of the log: name its column")
+            values += chosen.rate * TIME_TO_S.get(unit, 1.0) * (time - time[:1])
     else:
         name = _name(chosen)
         if name not in log.columns:
@@ -244,7 +250,8 @@ class Pair:
     def problems(self) -> list[str]:
         """What is wrong with unusable logs."""
         logs = (self.force, self.motion, self.zero)
-        return [str(log) for log in logs if isinstance(log, LogError)]
+        # one file that holds both says it once
+        return list(dict.fromkeys(str(log) for log in logs if isinstance(log, LogError)))
 
 
 def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Pair]]:

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.problems import Place, Problem
-from rftfit.errors import InputError
-from rftfit.measure.ingest import RunRefused, find_compliance, ingest_run
-from rftfit.measure.ledger import Ledger
-from rftfit.measure.pairs import load_pairs
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.tare import TARE_KINDS, tare_medium
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rftfit.campaign.load import Campaign
+    from rftfit.campaign.problems import Severity
     from rftfit.campaign.sheet import Run
 
 LARGEST_BYTES = 20_000_000
 """Larger logs are left to the run itself."""
+
+_AT_A_TIME = 256
 
 _NUMBERS = re.compile(r"\d+(?:[.,]\d+)*")
 
@@ -37,56 +41,62 @@ class Opened:
 
 
 def open_logs(campaign: Campaign, medium: str) -> Opened:
-    """Read the logs of a medium as the run does, and say which runs it would drop, or doubt, and why.
+    """Measure a medium as the run does, and say which runs it would drop, or doubt, and why.
 
-    All runs of a medium that would be dropped are an error, some of them a warning.
+    Where no plate and no leg of a medium would be left, that is an error, else a warning.
     """
     found = Opened()
     if campaign.numbers:
         return found
-    runs = []
-    for run in campaign.runs_of(medium):
-        sizes = [
-            _size(campaign, name) for name in (run.force_log, run.motion_log, run.zero_log) if name
-        ]
-        if run.excluded or None in sizes:
-            continue  # the sheet has said so
-        if max(size or 0 for size in sizes) > LARGEST_BYTES:
-            found.passed_over += 1
-            continue
-        runs.append(run)
-    compliance = None
-    if campaign.config.rigid_contact and runs:
-        try:
-            compliance = find_compliance(campaign, runs[0])
-        except InputError as error:
-            found.problems.append(Problem("logs.rigid-contact", Place(""), None, str(error)))
-            return found
-    refused: dict[str, list[tuple[Run, str]]] = defaultdict(list)
-    doubted: dict[str, list[tuple[Run, str]]] = defaultdict(list)
-    for run, pair in load_pairs(campaign, runs):
-        found.runs += 1
-        try:
-            trace = ingest_run(campaign.config, run, pair, Ledger(), compliance)
-        except RunRefused as error:
-            refused[_sort(run, str(error))].append((run, str(error)))
-        else:
-            for flag in trace.flags:
-                doubted[_sort(run, flag)].append((run, flag))
-    lost = sum(map(len, refused.values())) == len(runs)
-    for members in refused.values():
-        said = _said(medium, members, len(runs), "would be dropped")
-        found.problems.append(
-            Problem(
-                "logs.refused", said, None, members[0][1], severity="error" if lost else "warning"
-            )
-        )
-    for members in doubted.values():
-        said = _said(medium, members, len(runs), "would be flagged")
-        found.problems.append(
-            Problem("logs.flagged", said, None, members[0][1], severity="warning")
-        )
+    every = campaign.runs_of(medium)
+    sizes = {run.run_id: _sizes(campaign, run) for run in every}
+    large = {
+        name for name, own in sizes.items() if any(size and size > LARGEST_BYTES for size in own)
+    }
+    runs = [run for run in every if not {run.run_id, run.tare_run} & large]
+    found.passed_over = len(every) - len(runs)
+    reasons: dict[str, str] = {}
+    flags: dict[str, str] = {}
+    for part in _portions(runs):
+        samples, status, _ = ingest_medium(replace(campaign, runs=part), medium)
+        tared, tares, _ = tare_medium(replace(campaign, runs=part), medium, samples, status)
+        fits, *_ = fit_medium(replace(campaign, runs=part), medium, status, tared, tares)
+        for table in (status, tares, fits):
+            reasons |= dict(zip(table["run_id"], table["reason"], strict=True))
+        flags |= dict(zip(status["run_id"], status["flags"], strict=True))
+    # of the others the sheet has said so
+    told = [run for run in runs if not run.excluded and None not in sizes[run.run_id]]
+    found.runs = len(told)
+    refused: dict[str, dict[Run, str]] = defaultdict(dict)
+    doubted: dict[str, dict[Run, str]] = defaultdict(dict)
+    for run in told:
+        if reason := reasons[run.run_id]:
+            refused[_sort(run, reason)][run] = reason
+        for flag in filter(None, flags[run.run_id].split("; ")):
+            doubted[_sort(run, flag)].setdefault(run, flag)
+    lost = {run for members in refused.values() for run in members}
+    wanted = [run for run in told if run.kind not in TARE_KINDS] or told
+    severity: Severity = "error" if lost.issuperset(wanted) else "warning"
+    for kinds, code, what in ((refused, "refused", "dropped"), (doubted, "flagged", "flagged")):
+        for members in kinds.values():
+            place = _said(medium, list(members), len(told), f"would be {what}")
+            text = next(iter(members.values()))
+            found.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
+        severity = "warning"
     return found
+
+
+def _portions(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
+    """Part runs so that memory stays flat; a tare is in each portion that subtracts it."""
+    tares = {run.run_id: run for run in runs if run.kind in TARE_KINDS}
+    for first in range(0, len(runs), _AT_A_TIME):
+        part = runs[first : first + _AT_A_TIME]
+        named = [tares[run.tare_run] for run in part if run.tare_run in tares]
+        yield tuple(dict.fromkeys([*part, *named]))
+
+
+def _sizes(campaign: Campaign, run: Run) -> list[int | None]:
+    return [_size(campaign, name) for name in (run.force_log, run.motion_log, run.zero_log) if name]
 
 
 def _size(campaign: Campaign, name: str) -> int | None:
@@ -98,13 +108,13 @@ def _size(campaign: Campaign, name: str) -> int | None:
 
 def _sort(run: Run, reason: str) -> str:
     """A reason without what differs from run to run: names and numbers."""
-    for name in (run.run_id, run.force_log, run.motion_log):
+    for name in (run.run_id, run.force_log, run.motion_log, run.tare_run):
         reason = reason.replace(name, "")
     return _NUMBERS.sub("#", reason)
 
 
-def _said(medium: str, members: list[tuple[Run, str]], of: int, what: str) -> Place:
-    first = members[0][0]
+def _said(medium: str, members: list[Run], of: int, what: str) -> Place:
+    first = members[0]
     count = f"{len(members)} of {of} runs" if len(members) > 1 else "1 run"
     more = ", for example " if len(members) > 1 else ": "
     return Place(f"{medium}, {count} {what}{more}{first.run_id} (row {first.row})")

@@ -118,7 +118,7 @@ def tare_medium(
     """Subtract the tares of one medium, from the traces and the table of runs of the ingest stage.
 
     Returns the granular force and tare of every sample of a stroke; the tare of every plate or leg
-    run, its valid range or why there is none; the rows of the tare runs and of runs without a tare.
+    run, its valid range or why there is none, and tares that are none; the rows of the tare runs and of runs without a tare.
     """
     import pandas as pd
 
@@ -132,7 +132,11 @@ def tare_medium(
         if runs[name].kind in TARE_KINDS
     }
     parts: dict[str, dict[str, np.ndarray]] = {}
-    rows = []
+    rows = [
+        (name, "", abscissa_of(runs[name]), np.nan, np.nan, str(tare))
+        for name, tare in tares.items()
+        if isinstance(tare, TareError)
+    ]
     for name, stroke in found.items():
         run = runs[name]
         if run.kind in TARE_KINDS:
@@ -148,20 +152,32 @@ def tare_medium(
             reason = _why_no_tare(run, tare, why_refused)
             good = int(np.count_nonzero(stroke.why == RowStatus.GOOD))
             ledger.add(run, run.force_log, DROPPED, reason, good)
+        if run.kind == "leg" and name in parts:
+            reason = _why_no_curve(parts[name]["why"])
         rows.append((name, run.tare_run, abscissa_of(run), *valid, reason))
     return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=_TARE_COLUMNS), ledger
 
 
 def _tare_of(run: Run, stroke: Samples, ledger: Ledger) -> Tare | TareError:
     good = stroke.why == RowStatus.GOOD
-    ledger.add(run, run.force_log, USED, "tare", int(np.count_nonzero(good)))
-    abscissa = abscissa_of(run)
+    abscissa, found = abscissa_of(run), int(np.count_nonzero(good))
     try:
-        return Tare.from_samples(
+        tare = Tare.from_samples(
             run.run_id, abscissa, stroke.position(abscissa)[good], stroke.force[:, good]
         )
     except TareError as error:
+        ledger.add(run, run.force_log, DROPPED, str(error), found)
         return error
+    ledger.add(run, run.force_log, USED, "tare", found)
+    return tare
+
+
+def _why_no_curve(why: np.ndarray) -> str:
+    """Say why the tared stroke of a leg has no sample to use; empty if it has."""
+    counts = np.bincount(why, minlength=1)
+    if counts[RowStatus.GOOD]:
+        return ""
+    return f"no sample of the stroke can be used: {RowStatus(int(counts.argmax())).text}"
 
 
 def _why_no_tare(run: Run, known: TareError | None, why_refused: dict[str, str]) -> str:

@@ -120,8 +120,8 @@ def fit_lsq(
         measured = int(np.isfinite(cells).reshape(-1, cells.shape[-1]).all(axis=0).sum())
         there = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)
         if measured < used.size:
-            many = "1 measured cell is" if measured == 1 else f"{measured} measured cells are"
-            raise ValueError(f"{many} too few for {used.size} terms")
+            what = "cell is" if measured == 1 else "cells are"
+            raise ValueError(f"{measured} measured {what} too few for {used.size} terms")
         design = terms[used][:, there]
         if np.linalg.matrix_rank(design) < used.size:
             # the smallest of many solutions would pass for a measurement

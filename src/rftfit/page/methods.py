@@ -58,7 +58,9 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     done = fits[fits["reason"] == ""] if "reason" in fits else fits
     media = f"{len(results.media)} granular {'medium' if len(results.media) == 1 else 'media'}"
     dropped = f" and {len(outcome.dropped)} dropped" if outcome.dropped else ""
-    used = f"{outcome.runs_used} runs were used{dropped}."
+    used = (
+        f"{outcome.runs_used} {'run was' if outcome.runs_used == 1 else 'runs were'} used{dropped}."
+    )
     if config.table is not None and config.table.holds == "alpha":
         return (
             f"The stress per depth alpha(beta, gamma) of {media} was taken from a table, "
@@ -92,11 +94,14 @@ def _measurement(results: Results, outcome: Outcome) -> str:
         if results.campaign.reenacted
         else "measured"
     )
-    return (
+    how = (
         f"Stresses on {plate} were {what} in {media} in a container of {box.length_cm:g} x "
         f"{box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth, at {config.arm.speed_cm_per_s:g} cm/s, "
-        f"following ref. 1. {used} {tare} {slope} {_spread(results)}"
+        f"following ref. 1. {used}"
     )
+    if results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].isna().all():
+        return how  # nothing was subtracted from, or fitted to, runs that gave no number
+    return f"{how} {tare} {slope} {_spread(results)}"
 
 
 def _window(results: Results, fits: pd.DataFrame) -> str:
@@ -171,8 +176,10 @@ def _tare(table: pd.DataFrame, done: str, nothing: str) -> str:
 def _model(results: Results) -> str:
     fourier = results.config.fourier
     scaled = _scaling(results)
-    if results.table("coefficients.csv").empty:
-        return scaled or "No medium was measured over the grid of angles, so nothing was fitted."
+    if not results.table("coefficients.csv")["value_N_per_cm3"].notna().any():
+        return scaled or (
+            "No medium was measured in enough directions, so no Fourier series was fitted."
+        )
     how = (
         "least squares at the true angles over the torus that the mirror symmetry completes"
         if fourier.method == "lsq"
@@ -218,7 +225,8 @@ def _trial(results: Results) -> str:
         f"NumPy {found['numpy']} (ref. 5) and SciPy {found['scipy']} (ref. 6)."
     )
     legs = {name: leg for name, leg in config.intruders.items() if isinstance(leg, Leg)}
-    if not legs:
+    measured = results.joined("legs/{medium}.csv")
+    if not legs or (measured.empty and results.table("predicted.csv").empty):
         return software
     first = next(iter(legs.values()))
     names = ", ".join(name_of(name) for name in legs)
@@ -228,15 +236,18 @@ def _trial(results: Results) -> str:
         else "of the scaled generic profile"
     )
     tare = _tare(
-        results.joined("legs/{medium}.csv"),
+        measured,
         "The force in air at the same angle was subtracted",
         "No force in air was recorded, so none was subtracted",
     )
-    return (
-        f"Model legs ({names}; maximal length {first.max_length_cm:g} cm, width "
+    which = (
+        f"odel legs ({names}; maximal length {first.max_length_cm:g} cm, width "
         f"{first.width_cm:g} cm, axle {first.hip_height_cm:g} cm above the surface, "
-        f"{config.arm.leg_speed_rad_per_s:g} rad/s) were turned through the medium. {tare} "
-        "Forces were predicted by summing alpha "
+        f"{config.arm.leg_speed_rad_per_s:g} rad/s)"
+    )
+    turned = f"M{which} were turned through the medium. {tare} Forces"
+    return (
+        f"{turned if len(measured) else f'Forces on m{which}'} were predicted by summing alpha "
         f"|z| dA over {ELEMENTS} elements a leg, alpha {source}, "
         f"clipping elements at the surface.{_peaks(results)} {software}"
     )

@@ -6,13 +6,14 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from rftfit.measure.fits import PULLED_DOWN
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.page.cells import records
 
 if TYPE_CHECKING:
     from rftfit.results import Results
 
-_USED_AS = {
+USED_AS = {
     "plate": "slope",
     "leg": "leg curve",
     "rod": "tare",
@@ -29,6 +30,7 @@ _EXPECTED = {
 """Reasons for which rows of every good run are dropped."""
 
 _GRAVEST_FIRST = (
+    PULLED_DOWN,
     "saturated",
     "motion log begins or ends",
     "lacks",
@@ -64,7 +66,7 @@ class Outcome:
 def outcome_of_runs(results: Results) -> Outcome:
     """Tell runs that gave a slope, a leg curve, a tare or a speed from those that gave nothing."""
     ledger = results.table("ledger.csv")
-    wanted = ledger["reason"] == ledger["kind"].map(_USED_AS)
+    wanted = ledger["reason"] == ledger["kind"].map(USED_AS)
     good = set(ledger.loc[(ledger["fate"] == USED) & wanted & (ledger["rows"] > 0), "run_id"])
     outcome = Outcome(Counter(), [])
     for run_id, rows in ledger.groupby("run_id", sort=True):

@@ -7,6 +7,7 @@ import hashlib
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from rftfit.campaign.config import Leg
 from rftfit.page import tables
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
@@ -76,6 +77,7 @@ def context(results: Results) -> dict[str, Any]:
         "from_print": [tables.title_of(results, medium) for medium in scaled_from_print(results)],
         "reversal": reversal,
         "table_above": any(row["found"].above("table") for row in reversal.rows),
+        "legs": any(isinstance(item, Leg) for item in config.intruders.values()),
         "leg_errors": tables.leg_errors(results),
         "sands": tables.sands(results),
         "corrections": tables.corrections(results),

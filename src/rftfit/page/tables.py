@@ -127,8 +127,9 @@ def coefficients(results: Results, method: str) -> Table:
 
 
 def methods(results: Results) -> list[str]:
-    """Methods of the coefficients, the configured one first."""
-    found = dict.fromkeys(str(name) for name in results.table("coefficients.csv")["method"])
+    """Methods that gave coefficients, the configured one first."""
+    table = results.table("coefficients.csv")
+    found = dict.fromkeys(map(str, table.loc[table["value_N_per_cm3"].notna(), "method"]))
     return sorted(found, key=lambda method: method != results.config.fourier.method)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import InputError, OutputError, WorkflowError
+from rftfit.measure.pairs import readers
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.processes import left_by_the_dead
 from rftfit.workflow.snakemake import (
@@ -74,6 +75,8 @@ class Workflow:
             self.say(line)
         if not findings and self._whole:
             return Progress(nothing_to_do=True)
+        if not self.plan.campaign.numbers:
+            readers(self.plan.campaign.config)  # an unknown dialect is told before any job starts
         self._clear_lock_of_the_dead()
         return self._watch(self._command(findings), self.root / LOG)
 

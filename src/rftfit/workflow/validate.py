@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.compare.legs import PREDICTED_COLUMNS, bed_spread, leg_errors, predicted_curves
 from rftfit.compare.published import (
+    Item,
     compare_alpha,
     compare_coefficients,
     compare_penetration,
@@ -96,4 +97,6 @@ def validate(results: Results) -> pd.DataFrame:
     )
     if results.campaign.robot_medium:
         items += robot_claims(results.table("robot/errors.csv"), results.table("robot/optimum.csv"))
-    return pd.DataFrame([item.row() for item in items + discrepancies()])
+    if items:
+        items += discrepancies()
+    return pd.DataFrame([item.row() for item in items], columns=list(Item.__dataclass_fields__))

@@ -1,0 +1,97 @@
+"""What `rftfit check` says of a campaign beside what its stages do with it."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from rftfit.campaign.load import check_campaign
+from rftfit.errors import InputError
+from rftfit.measure.pairs import readers
+from rftfit.page.outcome import outcome_of_runs
+from rftfit.results import open_results
+from rftfit.workflow.plan import Plan
+from rftfit.workflow.run_stage import run_stage
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from campaigns import Folder
+
+    from rftfit.campaign.config import Config
+
+REFUSED, NOTHING, SOME, ALL = "refused", "nothing left", "some dropped", "all used"
+
+
+def compare(folder: Folder, stages: Sequence[str] = ()) -> str:
+    """Check and run a campaign, by default all of it, and say in a word how it went.
+
+    Raises
+    ------
+    AssertionError
+        If `check` passes what the stages refuse, or drops what they use, or one of them breaks.
+    """
+    root = folder.root
+    said = folder.rftfit("check")
+    campaign, problems = check_campaign(folder.config)
+    if campaign is None:
+        assert said.returncode == 2, said.stdout
+        return REFUSED
+    if fault := _fault_of_readers(campaign.config):
+        assert said.returncode == 2
+        assert fault in said.stdout
+        return REFUSED
+    for stage in stages or Plan(folder.config).default:
+        run_stage(folder.config, stage)
+    of_sheet = {one.place.row for one in problems if one.place.row is not None}
+    excluded = [run for run in campaign.runs if run.excluded]
+    empty = False
+    lost: set[str] = set()
+    for medium in campaign.media_with_runs:
+        reasons = _reasons(root / "results", medium)
+        runs = [run for run in campaign.runs_of(medium) if not run.excluded]
+        own = {run.run_id for run in runs if reasons[run.run_id]}
+        there = {r.run_id for r in runs if _logs_there(campaign.raw, r)}
+        assert _told(said.stdout, medium) == len(own & there), (sorted(own & there), said.stdout)
+        assert all(run.row in of_sheet for run in runs if run.run_id in own - there)
+        wanted = {run.run_id for run in runs if run.kind in ("plate", "leg")}
+        nothing = bool(own & there) and (wanted & there or there) <= own
+        empty |= nothing
+        lost |= own
+    assert said.returncode == (2 if empty else 0), said.stdout
+    # and the page tells of the same runs
+    dropped = {str(one["run_id"]) for one in outcome_of_runs(open_results(root)).dropped}
+    assert lost == dropped - {run.run_id for run in (*campaign.unclaimed, *excluded)}
+    return NOTHING if empty else SOME if lost else ALL
+
+
+def _fault_of_readers(config: Config) -> str:
+    try:
+        readers(config)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _logs_there(raw: Path, run: Any) -> bool:
+    names = (run.force_log, run.motion_log, run.zero_log)
+    return all((raw / name).is_file() for name in names if name)
+
+
+def _reasons(results: Path, medium: str) -> dict[str, str]:
+    """Why each run gave no number, by the tables of the stages; empty where it gave one."""
+    found: dict[str, str] = {}
+    for name in ("runs", "tares", "fits"):
+        table = pd.read_csv(results / name / f"{medium}.csv", dtype=str, keep_default_na=False)
+        found |= dict(zip(table["run_id"], table["reason"], strict=True))
+    return found
+
+
+def _told(text: str, medium: str) -> int:
+    """How many runs of a medium `check` says would be dropped."""
+    lines = [line for line in text.splitlines() if line.startswith(f"  {medium}, ")]
+    counts = [re.match(r".*?, (\d+) (?:of \d+ )?runs? would be dropped", line) for line in lines]
+    return sum(int(found[1]) for found in counts if found)

@@ -1,0 +1,224 @@
+"""Campaigns with mistakes in sheet, config and logs."""
+
+from __future__ import annotations
+
+import copy
+import csv
+import io
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import yaml
+from other_labs import Case, make
+from rigroom import Room
+
+if TYPE_CHECKING:
+    import random
+    from collections.abc import Callable
+
+RUNS = ("poppy_LP_bp30_g45_in", "poppy_LP_bp00_g90_in", "poppy_LP_bp00_g45_ex", "poppy_LP_bm30_g00_h254",
+        "poppy_LP_c_leg", "yuma_bp00_g90_in")  # fmt: skip
+MEASURED = ("ingest", "tare", "slopes", "legs", "symmetry", "fourier", "scaling", "ledger")
+"""Stages of which the short test is made."""
+
+Cells = dict[str, str]
+
+
+@dataclass
+class Written:
+    """A campaign as it is on the disk: configuration, rows of the sheet, and logs by their paths."""
+
+    config: dict[str, Any]
+    rows: list[Cells]
+    logs: dict[str, bytes]
+    done: list[str] = field(default_factory=list)
+
+    @classmethod
+    def read(cls, root: Path) -> Written:
+        """Read a campaign that was made in a folder."""
+        raw = root / "raw" / "paper"
+        config = yaml.safe_load((root / "config" / "config.yaml").read_text(encoding="utf-8"))
+        config["fourier"]["draws"] = 200
+        rows = list(csv.DictReader(io.StringIO((raw / "runs.csv").read_text(encoding="utf-8"))))
+        logs = {
+            path.relative_to(raw).as_posix(): path.read_bytes()
+            for path in sorted(raw.rglob("*"))
+            if path.is_file() and path.name != "runs.csv"
+        }
+        return cls(config, rows, logs)
+
+    def write(self, root: Path) -> None:
+        """Write it into a folder."""
+        raw = root / "raw" / "paper"
+        for path in (root / "config", raw):
+            path.mkdir(parents=True)
+        text = yaml.safe_dump(self.config, sort_keys=False)
+        (root / "config" / "config.yaml").write_text(text, encoding="utf-8")
+        for name, content in self.logs.items():
+            (raw / name).parent.mkdir(exist_ok=True, parents=True)
+            (raw / name).write_bytes(content)
+        with (raw / "runs.csv").open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(self.rows[0]))
+            writer.writeheader()
+            writer.writerows(self.rows)
+
+
+@cache
+def bases() -> dict[str, Written]:
+    """Small campaigns that are right: the paper's protocol with a leg and a sand, and two others."""
+    found = {}
+    with TemporaryDirectory() as folder:
+        Room(Path(folder)).add(*RUNS).write()
+        found["paper"] = Written.read(Path(folder))
+    for protocol in ("one-file", "separate-zero"):
+        with TemporaryDirectory() as folder:
+            make(Path(folder), Case("one-push", protocol))
+            found[protocol] = Written.read(Path(folder))
+    return found
+
+
+def mutated(luck: random.Random) -> Written:
+    """Make one to three mistakes in one of the campaigns."""
+    made = copy.deepcopy(bases()[luck.choice(list(bases()))])
+    for _ in range(luck.choice([1, 1, 2, 3])):
+        made.done.append(
+            luck.choice([_of_log, _of_log, _of_log, _of_cell, _of_setting])(luck, made)
+        )
+    return made
+
+
+def _of_cell(luck: random.Random, made: Written) -> str:
+    row = luck.choice(made.rows)
+    column = luck.choice(list(row))
+    others = [other[column] for other in made.rows]
+    row[column] = luck.choice(
+        [*others, "", "0", "45", "-90", "90", "18.43", "1e9", "-3", "nan", "yes", "rod", "horizontal",
+         "extraction", luck.choice(list(made.logs))]
+    )  # fmt: skip
+    return f"{row['run_id']}, {column}: {row[column]!r}"
+
+
+def _of_setting(luck: random.Random, made: Written) -> str:
+    section: Any = made.config
+    path = []
+    while True:
+        keys = range(len(section)) if isinstance(section, list) else sorted(section)
+        key = luck.choice([one for one in keys if one not in ("title", "raw", "run_sheet")])
+        path.append(str(key))
+        if not isinstance(section[key], dict | list) or not section[key]:
+            break
+        section = section[key]
+    value = section[key]
+    if isinstance(value, bool) or value is None:
+        section[key] = luck.choice([True, False, None, 1.0])
+    elif isinstance(value, int | float):
+        section[key] = luck.choice([0, 0.1, 10, -1, 1000, 1e-6]) * (value or 1)
+    else:
+        section[key] = luck.choice(
+            ["N", "kN", "mm", "cm", "m", "estimate", "same_clock", "sync_line", "stated", "air", "find",
+             "flag", "refuse", "drop", "uneven", "+F1", "-F1", "-F3", "natural_sand", "dft-index"]
+        )  # fmt: skip
+    return f"{'.'.join(path)}: {section[key]!r}"
+
+
+def _of_log(luck: random.Random, made: Written) -> str:
+    name = luck.choice(list(made.logs))
+    how = luck.choice(DAMAGES)
+    text = made.logs[name].decode()
+    lines = text.splitlines()
+    top = next((i + 1 for i, line in enumerate(lines) if line.startswith("time")), 0)
+    if len(lines) - top < 10:
+        return f"{name}: spoiled already"
+    if how is _another:
+        made.logs[name] = made.logs[luck.choice(list(made.logs))]
+    else:
+        body = how(luck, [line.split(",") for line in lines[top:]])
+        head = [] if how is _nothing else lines[:top]
+        if how is _unit:
+            old, new = luck.choice([("_N", "_lbf"), ("_mm", "_cm"), ("time_s", "time_ms")])
+            head = [line.replace(old, new) for line in head]
+        made.logs[name] = "\n".join([*head, *map(",".join, body)]).encode() + b"\n"
+    return f"{name}: {how.__name__.strip('_')}"
+
+
+Table = list[list[str]]
+
+
+def _cut(luck: random.Random, rows: Table) -> Table:
+    return rows[: luck.randrange(len(rows))]
+
+
+def _late(luck: random.Random, rows: Table) -> Table:
+    return rows[luck.randrange(len(rows)) :]
+
+
+def _hole(luck: random.Random, rows: Table) -> Table:
+    at = luck.randrange(len(rows))
+    return rows[:at] + rows[at + luck.choice([1, 30, 300]) :]
+
+
+def _twice(luck: random.Random, rows: Table) -> Table:
+    at = luck.randrange(len(rows))
+    return rows[:at] + [row for row in rows[at:] for _ in range(2)]
+
+
+def _swapped(luck: random.Random, rows: Table) -> Table:
+    one, other = luck.sample(range(len(rows[0])), 2)
+    for row in rows:
+        row[one], row[other] = row[other], row[one]
+    return rows
+
+
+def _scaled(luck: random.Random, rows: Table) -> Table:
+    column, factor = luck.randrange(len(rows[0])), luck.choice([-1.0, 0.0, 1000.0, 0.001])
+    for row in rows:
+        with suppress(ValueError):
+            row[column] = repr(float(row[column]) * factor)
+    return rows
+
+
+def _spoiled(luck: random.Random, rows: Table) -> Table:
+    column, word = (
+        luck.randrange(len(rows[0])),
+        luck.choice(["nan", "", "x", "1e9", "inf", "1;2", "0"]),
+    )
+    share = luck.choice([1.0, 0.5, 0.01])
+    first = luck.randrange(len(rows))
+    for row in rows[first : first + max(1, int(share * len(rows)))]:
+        row[column] = word
+    return rows
+
+
+def _backwards(_: random.Random, rows: Table) -> Table:
+    return rows[::-1]
+
+
+def _shorter(luck: random.Random, rows: Table) -> Table:
+    column = luck.randrange(len(rows[0]))
+    return [row[:column] + row[column + 1 :] for row in rows]
+
+
+def _nothing(_luck: random.Random, _rows: Table) -> Table:
+    return []
+
+
+def _header(_luck: random.Random, _rows: Table) -> Table:
+    return []
+
+
+def _another(_: random.Random, rows: Table) -> Table:
+    return rows
+
+
+def _unit(_: random.Random, rows: Table) -> Table:
+    return rows
+
+
+DAMAGES: tuple[Callable[[random.Random, Table], Table], ...] = (
+    _cut, _late, _hole, _twice, _swapped, _scaled, _spoiled, _backwards, _shorter, _nothing, _header,
+    _another, _unit,
+)  # fmt: skip

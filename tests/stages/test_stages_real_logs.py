@@ -1,0 +1,35 @@
+"""Every real log in a campaign of its own: what `check` says, what the stages do, what the page tells."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from agreement import compare
+from mutations import MEASURED
+from real_logs import LOGS, REAL_LOGS, RealLog, campaign_around, judge
+
+from rftfit.workflow.plan import Plan
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytestmark = pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
+
+WITH_PAGE = ("Thrust_Acro", "manual01", "z factor -1")
+
+
+def test_every_log_has_a_campaign() -> None:
+    files = {p.relative_to(LOGS).as_posix() for p in LOGS.rglob("*") if p.is_file()}
+    assert files - {log.file for log in REAL_LOGS} == {"README.md"}
+
+
+@pytest.mark.parametrize("log", REAL_LOGS, ids=str)
+def test_a_campaign_around_a_real_log(log: RealLog, tmp_path: Path) -> None:
+    """`make reallogs` runs all of them whole; here figures are left out, and most pages."""
+    folder = campaign_around(log, tmp_path)
+    page = str(log).endswith(WITH_PAGE)
+    drawn = ("figures", "quality", "provenance")
+    whole = [stage for stage in Plan(folder.config).default if stage not in drawn]
+    assert compare(folder, whole if page else MEASURED) == log.outcome
+    assert judge(log, folder, page=page) == []
