@@ -40,7 +40,7 @@ def compare(folder: Folder, stages: Sequence[str] = ()) -> str:
     if campaign is None:
         assert said.returncode == 2, said.stdout
         return REFUSED
-    if fault := _fault_of_readers(campaign.config):
+    if fault := _fault_of_readers(campaign):
         assert said.returncode == 2
         assert fault in said.stdout
         return REFUSED
@@ -68,9 +68,9 @@ def compare(folder: Folder, stages: Sequence[str] = ()) -> str:
     return NOTHING if empty else SOME if lost else ALL
 
 
-def _fault_of_readers(config: Config) -> str:
+def _fault_of_readers(campaign: Campaign) -> str:
     try:
-        readers(config)
+        readers(campaign)
     except InputError as error:
         return str(error)
     return ""

@@ -43,8 +43,10 @@ class RealLog:
 
     def __str__(self) -> str:
         z = self.motion.get("z", {})
+        gain = self.section.get("columns", {}).get("F3", {})
+        more = ", gain" if isinstance(gain, dict) and "factor" in gain else ""
         how = "".join(f", z {key} {z[key]}" for key in ("factor", "rate") if key in z)
-        return self.file.replace("/", " ") + how
+        return self.file.replace("/", " ") + how + more
 
 
 REAL_LOGS = [
@@ -71,8 +73,9 @@ REAL_LOGS = [
     RealLog("ros1/ur3_wrench.csv", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.csv"),
     RealLog("ros1/ur3_wrench_noforces.bag", ALL, 2462, words="alpha_z is negative"),
     RealLog("ros1/ur3_wrench_noforces.csv", ALL, 2462, words="alpha_z is negative"),
-    RealLog("tdms/raw1.tdms", NOTHING, 2000, words="which is right?",
+    RealLog("tdms/raw1.tdms", NOTHING, 2000, words="add `factor:`, so many N for each Volts",
             section={"columns": {"F3": VOLTS}}),
+    RealLog("tdms/raw1.tdms", ALL, 2000, section={"columns": {"F3": VOLTS | {"factor": 20}}}),
 ]  # fmt: skip
 
 

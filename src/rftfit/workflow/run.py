@@ -76,7 +76,7 @@ class Workflow:
         if not findings and self._whole:
             return Progress(nothing_to_do=True)
         if not self.plan.campaign.numbers:
-            readers(self.plan.campaign.config)  # an unknown dialect is told before any job starts
+            readers(self.plan.campaign)  # an unknown dialect is told before any job starts
         self._clear_lock_of_the_dead()
         return self._watch(self._command(findings), self.root / LOG)
 
