@@ -10,6 +10,7 @@ import pytest
 from paper_grid import PAPER, grid
 
 from rftfit.measure.alpha import alpha_table, column
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
@@ -268,3 +269,22 @@ def test_what_several_runs_have_to_tell_is_told_in_turn() -> None:
 
 def test_plates_held_otherwise_are_no_repeats() -> None:
     assert set(table(*pairs((30.0, 31.0), GAMMAS))["spread"]) == {"one bed as prepared"}
+
+
+def test_repeats_with_different_plates_say_so() -> None:
+    flags = {k: f"disc_{k}, one of 3 plates in this medium" for k in (60, 80, 100)}
+    runs = [run(f"p{k}", 0, 90, 0.3, flags=flags[k]) for k in flags]
+    here = cell(table(*runs), 0, 90)
+    words = (
+        "repeats are of different plates: disc_60, disc_80, disc_100 (alpha may depend on the size)"
+    )
+    assert here["flags"] == words
+    apart = table(*runs[:2], run("q", 30, 90, 0.2, flags=f"{flags[100]}; zero drifted by 0.30 N"))
+    assert cell(apart, 30, 90)["flags"] == f"q: zero drifted by 0.30 N; {flags[100]}"
+
+
+def test_a_missing_tare_stands_once_in_a_cell() -> None:
+    runs = [run(name, 0, 90, 0.3, flags=NO_TARE_FLAG) for name in "abc"]
+    assert cell(table(*runs), 0, 90)["flags"] == NO_TARE_FLAG
+    tared = run("d", 0, 90, 0.3)
+    assert cell(table(runs[0], tared), 0, 90)["flags"] == f"a: {NO_TARE_FLAG}"

@@ -306,6 +306,24 @@ def test_page_of_plates_alone(tmp_path: Path) -> None:
     assert read.rows("summary")["poppy seeds, loose"][4:7] == ["not measured"] * 3
 
 
+def test_a_campaign_without_legs_has_no_place_for_them(tmp_path: Path) -> None:
+    own = sand_results(tmp_path)
+    config = own.config
+    plates = {name: one for name, one in config.intruders.items() if one.shape != "leg"}
+    media = {"yuma": config.media["yuma"].model_copy(update={"published_as": None})}
+    changed = config.model_copy(update={"title": "sand", "intruders": plates, "media": media})
+    write(own, "reproduction.csv", pd.DataFrame())
+    page = make_page(Results(dataclasses.replace(own.campaign, config=changed)))
+    read = Reader(page)
+    assert read.open == []
+    links = set(re.findall(r'href="#([\w-]+)"', page))
+    assert links == set(re.findall(r'<section id="([\w-]+)"', page))
+    assert links.isdisjoint({"viewer", "legs", "robot", "reproduction"})
+    body = page.partition('<script type="application/json"')[0].partition("<body>")[2]
+    assert not re.search(r"\blegs?\b", body.partition('<section id="methods"')[0])
+    assert "calc-leg" not in body
+
+
 @pytest.mark.parametrize(
     ("make", "medium"), [(sand_results, "yuma"), (empty_grid_results, "poppy_LP")]
 )

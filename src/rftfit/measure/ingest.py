@@ -368,6 +368,7 @@ def read_motion(config: Config, run: Run, log: Log) -> Motion:
     surface_mm = config.arm.surface_z_mm if run.surface_z_mm is None else run.surface_z_mm
     x, z = (column(quantity, LENGTH_TO_CM, unit) for quantity in ("x", "z"))
     angle = column("angle", ANGLE_TO_RAD, "deg")
+    x -= config.arm.middle_x_mm / 10
     return Motion(column("time", TIME_TO_S, "s"), x, z - surface_mm / 10, angle)
 
 
@@ -522,10 +523,15 @@ def _damage(force: Log, motion: Log) -> list[str]:
 
 def _flags(config: Config, stroke_time: FloatArray, missing_s: float, drift: float) -> list[str]:
     longest = config.clock.max_gap_s
-    flags = [
-        f"gap of {end - start:.2f} s in the force log during the stroke"
-        for start, end in gaps(stroke_time, longest)
-    ]
+    flags = []
+    lost = np.diff(gaps(stroke_time, longest))
+    if lost.size == 1:
+        flags.append(f"gap of {lost.sum():.2f} s in the force log during the stroke")
+    elif lost.size:
+        flags.append(
+            f"{lost.size} gaps in the force log during the stroke, {lost.sum():.2f} s in all, the longest "
+            f"{lost.max():.2f} s"
+        )
     if missing_s > longest:
         flags.append(f"force log lacks {missing_s:.2f} s of the stroke")
     if math.isfinite(drift) and drift > config.transducer.max_drift_N:
