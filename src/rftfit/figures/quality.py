@@ -302,7 +302,7 @@ class Sheet:
         self.lines["#b0b0b0", 0.4].append(np.array([(left, zero), (left + inner, zero)]))
         for (kind, c), (pen, _) in STRESS.items():
             column = f"{kind}_{c}_N_per_cm2"
-            if column in trace:
+            if column in trace and (kind == "stress" or np.any(trace[column])):
                 self.lines[pen] += thin(x, zero + scale * trace[column])
         if not np.isfinite(x).any():
             return
@@ -382,6 +382,7 @@ class Sheet:
 
     def _explain(self) -> None:
         names = [STRESS[kind, c] for kind in ("stress", "tare") for c in "zx"]
+        names = [(pen, name) for pen, name in names if pen in self.lines]
         entries = {name: style.line(pen[0], linewidth=1.2) for pen, name in names}
         entries["fit through zero"] = style.line(FIT[0], linewidth=0.8, linestyle=(0, (5, 4)))
         entries["fit window"] = style.patch(facecolor=_WINDOW)
