@@ -288,3 +288,9 @@ def test_a_missing_tare_stands_once_in_a_cell() -> None:
     assert cell(table(*runs), 0, 90)["flags"] == NO_TARE_FLAG
     tared = run("d", 0, 90, 0.3)
     assert cell(table(runs[0], tared), 0, 90)["flags"] == f"a: {NO_TARE_FLAG}"
+
+
+def test_a_cell_says_that_its_interval_is_from_its_own_repeats() -> None:
+    found = table(run("a", 0, 90, 0.3), run("b", 0, 90, 0.32), run("c", 30, 90, 0.2))
+    assert cell(found, 0, 90)["spread"] == "repeats of the cell"
+    assert cell(found, 30, 90)["spread"] == "one bed as prepared"

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rftfit.campaign.config import ForceLog
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import (
     SEVERAL_PLATES,
@@ -21,6 +22,7 @@ from rftfit.measure.fits import (
     said_of_all,
     without,
 )
+from rftfit.measure.fits import _lacks_force_x as lacks_force_x
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.tare import NO_TARE_FLAG
 
@@ -229,6 +231,22 @@ def test_what_all_runs_share_is_told_once() -> None:
     told = flags_of_all(pd.DataFrame(sizes))
     assert said_of_all(told) == ["runs with 2 plates: disc_6, disc_8"]
     assert said_of_all((NO_TARE_FLAG,)) == [f"all runs: {NO_TARE_FLAG}"]
+
+
+@pytest.mark.parametrize(
+    ("direction", "beta", "gamma", "lacks"),
+    [("intrusion", 0, 90, False), ("extraction", 90, 90, False), ("intrusion", 30, 90, True),
+     ("intrusion", 0, 45, True), ("horizontal", 0, 0, True)],
+)  # fmt: skip
+def test_a_force_along_x_that_nobody_measured(
+    paper_config: Config, direction: str, beta: float, gamma: float, lacks: bool
+) -> None:
+    one = run(direction, beta, gamma)
+    assert not lacks_force_x(paper_config, one)
+    # the paper's mount has F2 along x
+    for channel, known in (("F2", lacks), ("F1", False)):
+        log = ForceLog.model_validate({"columns": {channel: {"constant": 0.0, "unit": "N"}}})
+        assert lacks_force_x(paper_config.model_copy(update={"force_log": log}), one) == known
 
 
 def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config: Config) -> None:

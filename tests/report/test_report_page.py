@@ -23,6 +23,7 @@ from page_inputs import (
 )
 
 from rftfit import reference
+from rftfit.measure.slopes import OF_CELL
 from rftfit.model.outlines import model_leg
 from rftfit.model.scaling import published
 from rftfit.page.methods import paragraphs, settings_digest
@@ -287,6 +288,16 @@ def test_methods_are_built_from_this_campaign(results: Results) -> None:
     text = " ".join(paragraphs(changed, outcome))
     assert " 4.5 cm" in text
     assert "90 %" in text
+
+
+def test_methods_tell_what_few_repeats_show(tmp_path: Path) -> None:
+    own = page_results(tmp_path)
+    alpha = own["poppy_LP"].alpha
+    alpha["spread"] = OF_CELL
+    write(own, "alpha/poppy_LP.csv", alpha)
+    text = " ".join(paragraphs(Results(own.campaign), outcome_of_runs(own)))
+    assert "hold the scatter of the runs of a direction that was repeated" in text
+    assert "no repeat shows" not in text
 
 
 def test_provenance_names_versions_and_settings(results: Results, read: Reader) -> None:

@@ -10,7 +10,9 @@ import numpy as np
 
 from rftfit.measure.fits import COMPONENTS, SEVERAL_PLATES, Row, flags_of_all, without
 from rftfit.measure.slopes import (
+    AS_PREPARED,
     GIVEN_DOF,
+    OF_CELL,
     Spread,
     combine_dof,
     mean_of_repeats,
@@ -176,11 +178,14 @@ def _cell(
             values = (alpha, se, alpha - half, alpha + half)
             cell.update({column(component, quantity): value
                          for quantity, value in zip(QUANTITIES, values, strict=True)})  # fmt: skip
+    source = spreads["z"].source
+    if source == AS_PREPARED and len(good) > 1 and not horizontal:
+        source = OF_CELL
     return cell | {
         "n_runs": len(good),
         "run_ids": " ".join(run["run_id"] for run in good),
         **{f"run_to_run_{c}_N_per_cm3": spreads[c].deviation for c in COMPONENTS},
-        "spread": spreads["z"].source,
+        "spread": source,
         "flags": "; ".join(flags),
         "reason": "; ".join(reasons),
     }

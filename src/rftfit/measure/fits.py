@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 NOT_LINEAR = "not linear"
 SEVERAL_PLATES = "plates in this medium"
+NO_FORCE_X = "alpha_x was not measured: the config states a constant for its channel"
 SHORTEST_WINDOW = 0.1
 """Depth that a window must cover at least, relative to the length of the plate."""
 
@@ -311,6 +312,8 @@ def fit_medium(
         flags = tuple(filter(None, str(fact["flags"]).split("; ")))
         if part is not None and not run.tare_run and not campaign.numbers:
             flags += (NO_TARE_FLAG,)
+        if part is not None and _lacks_force_x(campaign.config, run):
+            flags += (NO_FORCE_X,)
         if n_plates > 1:
             flags += (f"{run.intruder}, one of {n_plates} {SEVERAL_PLATES}",)
         if part is None:
@@ -338,13 +341,15 @@ def flags_of_all(fits: pd.DataFrame) -> tuple[str, ...]:
         flag
         for flag in every
         if flag.endswith(SEVERAL_PLATES)
+        or flag == NO_FORCE_X
         or (flag == NO_TARE_FLAG and all(flag in run for run in flags))
     )
 
 
 def said_of_all(told: Sequence[str]) -> list[str]:
     """What `flags_of_all` found, in words for all runs together."""
-    words = [f"all runs: {flag}" for flag in told if not flag.endswith(SEVERAL_PLATES)]
+    words = [f"all runs: {flag}" for flag in told if flag == NO_TARE_FLAG]
+    words += [flag for flag in told if flag == NO_FORCE_X]
     plates = [flag.partition(",")[0] for flag in told if flag.endswith(SEVERAL_PLATES)]
     return words + ([f"runs with {len(plates)} plates: {', '.join(plates)}"] if plates else [])
 
@@ -352,6 +357,14 @@ def said_of_all(told: Sequence[str]) -> list[str]:
 def without(flags: str, told: Collection[str]) -> str:
     """Leave out the flags of a run or of a cell that are told elsewhere."""
     return "; ".join(flag for flag in flags.split("; ") if flag not in told)
+
+
+def _lacks_force_x(config: Config, run: Run) -> bool:
+    """Whether alpha_x of a run is 0 only because the config states a constant for its channel."""
+    channel = config.force_log.columns.get(config.transducer.axes.x[1:])  # type: ignore[call-overload]
+    stated = channel is not None and channel.constant is not None
+    # straight up or down, a level or upright plate feels none by symmetry
+    return stated and not (run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90)
 
 
 def _stroke(

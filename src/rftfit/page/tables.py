@@ -249,6 +249,7 @@ def sands(results: Results) -> Table:
         "Natural sands",
         [
             _medium(results, "Sand"),
+            text_column("Run", "run_id"),
             text_column("Window", "window", note="reason"),
             number_column("Linear to, cm", "linear_to_cm", 2),
             number_column(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", "alpha_z_N_per_cm3", ends="{}"),
