@@ -432,10 +432,11 @@ class Fit(Model):
         "where the run sheet has too few repeats to show it; default: not known, intervals are "
         "those of one bed as prepared",
     )
-    missing_tare: Literal["refuse", "flag"] = key(
+    missing_tare: Literal["refuse", "flag", "none"] = key(
         "refuse",
         "flag: a run for which the sheet names no tare_run is used as it is, with the "
-        "force on rod and mount in it, and says so",
+        "force on rod and mount in it, and says so; none: so it is, and there is no such force, as in "
+        "a simulation",
     )
 
 

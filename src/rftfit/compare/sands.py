@@ -119,7 +119,7 @@ def _windows(
         # without an end, which is NaN then, there is no window
         part = np.isfinite(stress) & (depth > 0) & (depth <= end) & inside
         row |= {"linear_to_cm": end} | _slope(campaign, plate, depth[part], stress[part], zero, chi)
-        if not run.tare_run:
+        if campaign.holds_tare(run):
             row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))
         rows.append(row)
     return rows

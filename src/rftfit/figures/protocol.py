@@ -343,7 +343,9 @@ def tare(results: Results, medium: str) -> Figure:
     tares, samples = results.table(f"tares/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     known = tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
     if known.empty:
-        why = [reason or NO_TARE_FLAG for reason in dict.fromkeys(tares["reason"])]
+        none = results.config.fit.missing_tare == "none"
+        nothing = "nothing to subtract (fit.missing_tare: none)" if none else NO_TARE_FLAG
+        why = [reason or nothing for reason in dict.fromkeys(tares["reason"])]
         return style.missing(f"{medium}: no plate run has a tare to draw", why)
     deepest = known.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
     part = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]

@@ -310,7 +310,7 @@ def fit_medium(
     for run in runs:
         fact, part = facts[run.run_id], where.get(run.run_id)
         flags = tuple(filter(None, str(fact["flags"]).split("; ")))
-        if part is not None and not run.tare_run and not campaign.numbers:
+        if part is not None and campaign.holds_tare(run):
             flags += (NO_TARE_FLAG,)
         if part is not None and _lacks_force_x(campaign.config, run):
             flags += (NO_FORCE_X,)

@@ -81,6 +81,8 @@ def _measurement(results: Results, outcome: Outcome) -> str:
             f" ({first.length_cm:g} x {first.width_cm:g} cm^2, {first.thickness_cm:g} cm thick)"
         )
     tare = _tare(
+        results,
+        "plate",
         fits,
         "The force on rod and mount alone, recorded along the same path, was subtracted at the same "
         "depth",
@@ -158,8 +160,11 @@ def _spread(results: Results) -> str:
     return f"{first}, and the spread from run to run ({how}; median of alpha_z {size} N/cm^3)."
 
 
-def _tare(table: pd.DataFrame, done: str, nothing: str) -> str:
+def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: str) -> str:
     """Say whether tares were subtracted from the runs of a table that gave a number."""
+    named = any(run.tare_run for run in results.campaign.runs if run.kind == kind)
+    if results.config.fit.missing_tare == "none" and not named:
+        return f"The forces are those on the {kind} alone, so nothing was subtracted."
     if "reason" in table:
         table = table[table["reason"] == ""]
     if table.empty:
@@ -231,6 +236,8 @@ def _trial(results: Results) -> str:
         else "of the scaled generic profile"
     )
     tare = _tare(
+        results,
+        "leg",
         results.joined("legs/{medium}.csv"),
         "The force in air at the same angle was subtracted",
         "No force in air was recorded, so none was subtracted",
