@@ -23,6 +23,7 @@ from page_inputs import (
 )
 
 from rftfit import reference
+from rftfit.lab.marker import MARKER
 from rftfit.measure.slopes import OF_CELL
 from rftfit.model.outlines import model_leg
 from rftfit.model.scaling import published
@@ -298,6 +299,39 @@ def test_methods_tell_what_few_repeats_show(tmp_path: Path) -> None:
     text = " ".join(paragraphs(Results(own.campaign), outcome_of_runs(own)))
     assert "hold the scatter of the runs of a direction that was repeated" in text
     assert "no repeat shows" not in text
+
+
+def test_what_nine_terms_miss_stands_below_them(tmp_path: Path) -> None:
+    own = page_results(tmp_path)
+    table = own.table("coefficients.csv")
+    of_z = table["coefficient"].isin(["A00", "A10", "B11", "B01", "Bm1"])
+    table["misfit_rms_N_per_cm3"] = np.where(of_z, 0.0234, 0.0078)
+    alpha = own["poppy_LP"].alpha.assign(spread="stated", alpha_z_se_N_per_cm3=0.01)
+    write(own, "coefficients.csv", table)
+    write(own, "alpha/poppy_LP.csv", alpha)
+    text = make_page(Results(own.campaign))
+    rows = Reader(text).rows("coefficients")
+    assert set(rows["misfit of alpha_z, rms"]) == {"0.0234"}
+    assert set(rows["misfit of alpha_x, rms"]) == {"0.0078"}
+    assert "poppy seeds, loose: stated" in " ".join(text.split())
+
+
+def test_reenacted_logs_are_called_so(tmp_path: Path) -> None:
+    own = page_results(tmp_path)
+    assert "Re-enacted" not in make_page(own)
+    assert "were measured in" in paragraphs(own, outcome_of_runs(own))[0]
+    own.campaign.raw.mkdir(exist_ok=True)
+    (own.campaign.raw / MARKER).write_text("made by rftfit reenact\n", encoding="utf-8")
+    marked = Results(dataclasses.replace(own.campaign))
+    assert "Re-enacted, not measured." in make_page(marked)
+    words = paragraphs(marked, outcome_of_runs(marked))[0]
+    assert "re-enacted from published results, not measured, in" in words
+    assert "granular media" in words
+
+
+def test_methods_of_one_medium(tmp_path: Path) -> None:
+    own = sand_results(tmp_path)
+    assert "in 1 granular medium in a container" in paragraphs(own, outcome_of_runs(own))[0]
 
 
 def test_provenance_names_versions_and_settings(results: Results, read: Reader) -> None:

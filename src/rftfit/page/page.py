@@ -79,6 +79,7 @@ def context(results: Results) -> dict[str, Any]:
             for one in results
             if (words := said_of_all(flags_of_all(one.fits)))
         ],
+        "spreads": tables.spreads(results),
         "coefficients": {
             name: tables.coefficients(results, name) for name in tables.methods(results)
         },

@@ -105,13 +105,20 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
 
 def coefficients(results: Results, method: str) -> Table:
-    """Coefficients of all media by one method; a term that does not count stands in brackets."""
+    """Coefficients of all media by one method; a term that does not count stands in brackets.
+
+    Below them stands what nine terms miss.
+    """
     table = results.table("coefficients.csv")
     rows = records(table[table["method"] == method])
     found = {(row["medium"], row["coefficient"]): row for row in rows}
 
     def of(medium: str) -> Column:
         def cell(row: Row) -> Cell:
+            if "of" in row:
+                return Cell(
+                    value(found.get((medium, row["of"]), {}).get("misfit_rms_N_per_cm3"), 4)
+                )
             one = found.get((medium, row["term"]), {})
             text = value(one.get("value_N_per_cm3"), 4)
             note = one.get("reason") or span(one.get("lo"), one.get("hi"), 4)
@@ -123,7 +130,23 @@ def coefficients(results: Results, method: str) -> Table:
 
     media = dict.fromkeys(str(row["medium"]) for row in rows)
     columns = [text_column("Term", "term"), *(of(medium) for medium in media)]
-    return Table(f"Coefficients by {method}", columns, [{"term": term} for term in TERMS])
+    rows = [{"term": term} for term in TERMS]
+    if any(math.isfinite(one["misfit_rms_N_per_cm3"]) for one in found.values()):
+        rows += [
+            {"term": f"misfit of alpha_{c}, rms", "of": of}
+            for c, of in (("z", "A00"), ("x", "C11"))
+        ]
+    return Table(f"Coefficients by {method}", columns, rows)
+
+
+def spreads(results: Results) -> list[tuple[str, str]]:
+    """Where the spread from run to run of each medium is known from."""
+    found = []
+    for one in results:
+        known = one.alpha.loc[one.alpha["alpha_z_se_N_per_cm3"].notna(), "spread"]
+        if len(known):
+            found.append((one.title, ", ".join(dict.fromkeys(filter(None, known)))))
+    return [(title, words) for title, words in found if words]
 
 
 def methods(results: Results) -> list[str]:
