@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from rftfit.campaign.config import Leg
 from rftfit.figures.captions import PROFILES, name_of
+from rftfit.measure.fits import flags_of_all, without
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, PRINTED_NOTE, routines
 from rftfit.page.cells import (
@@ -50,9 +51,9 @@ def title_of(results: Results, medium: str) -> str:
 def summary(results: Results, outcome: Outcome) -> Table:
     """One row a medium: what a reader wants to know first."""
     method = results.config.fourier.method
-    penetration = results.table("penetration.csv")
-    own = penetration[penetration["method"].isin([method, *routines(method)])]
-    scaled = {str(row["medium"]): row for row in reversed(records(own))}
+    rows = _untold(results, "penetration.csv")
+    own = [row for row in rows if row["method"] in (method, *routines(method))]
+    scaled = {str(row["medium"]): row for row in reversed(own)}
     dropped = Counter(run["medium"] for run in outcome.dropped)
     errors = results.table("leg_errors.csv")
     lift = {
@@ -176,11 +177,15 @@ def scaling(results: Results) -> tuple[Table, Table]:
         number_column("zeta", "zeta", ends="zeta_{}"),
     ]  # fmt: skip
     method = results.config.fourier.method
-    table = results.table("penetration.csv")
-    own = table["method"].isin([method, *routines(method)])
+    rows = _untold(results, "penetration.csv")
+    own = (method, *routines(method))
     return (
-        Table("Scaling table", columns, records(table[own])),
-        Table("Scaling by the other methods", columns, records(table[~own])),
+        Table("Scaling table", columns, [row for row in rows if row["method"] in own]),
+        Table(
+            "Scaling by the other methods",
+            columns,
+            [row for row in rows if row["method"] not in own],
+        ),
     )
 
 
@@ -237,11 +242,7 @@ def leg_errors(results: Results) -> Table:
             for name, names in order.items()
         ]
 
-    # what the section on scaling says once for all
-    rows = [
-        row | {"reason": row["reason"].replace(PRINTED_NOTE, "")}
-        for row in records(results.table("leg_errors.csv"))
-    ]
+    rows = _untold(results, "leg_errors.csv")
     return Table(
         "Leg errors",
         [
@@ -279,8 +280,16 @@ def sands(results: Results) -> Table:
             number_column("Departure from a line", "bend", show=share),
             number_column("zeta", "zeta", ends="zeta_{}"),
         ],
-        records(results.table("sands.csv")),
+        _untold(results, "sands.csv"),
+        cards=True,
     )
+
+
+def _untold(results: Results, name: str) -> list[dict[str, Any]]:
+    """Rows of a table, their reasons without what the page says once."""
+    told = {one.name: (PRINTED_NOTE, *flags_of_all(one.fits)) for one in results}
+    rows = records(results.table(name))
+    return [row | {"reason": without(row["reason"], told.get(row["medium"], ()))} for row in rows]
 
 
 def corrections(results: Results) -> Table:
