@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from paper_grid import PAPER, grid
 
+from rftfit.campaign.config import Grid
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.reference import BETA_DEG, GAMMA_DEG
@@ -294,3 +295,16 @@ def test_a_cell_says_that_its_interval_is_from_its_own_repeats() -> None:
     found = table(run("a", 0, 90, 0.3), run("b", 0, 90, 0.32), run("c", 30, 90, 0.2))
     assert cell(found, 0, 90)["spread"] == "repeats of the cell"
     assert cell(found, 30, 90)["spread"] == "one bed as prepared"
+
+
+def test_directions_near_one_another_are_one_cell_and_no_run_is_without() -> None:
+    runs = [run("a", 45, 45, 0.3), run("b", 44.98, 45, 0.32), run("c", 45, 45, 0.31),
+            run("d", 45, 18.36, 0.1), run("e", -11.5, 11.5, 0.2)]  # fmt: skip
+    found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
+    assert list(zip(found["beta_deg"], found["gamma_deg"], strict=True)) == [
+        (-11.5, 11.5), (45, 18.36), (45, 45),
+    ]  # fmt: skip
+    assert list(found["run_ids"]) == ["e", "d", "a b c"]
+    narrow = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, grid=Grid(angle_tolerance_deg=0.01))
+    assert found["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)
+    assert len(narrow) == 4

@@ -81,6 +81,8 @@ def test_extraction_goes_under_its_mirror_image(paper_config: Config) -> None:
     assert filed_under(run("extraction")) == (-30, -45, -1)
     assert filed_under(run("extraction", 0, 0)) == (0, 0, -1)
     assert filed_under(run("horizontal", -60, 0)) == (-60, 0, 1)
+    # up toward -x, with the angle of the motion itself: a cell as it is
+    assert filed_under(run("extraction", 30, -45)) == (30, -45, 1)
     up = np.linspace(7.0, 0.0, 701)
     found = fit_run(run("extraction"), stroke(up, path=np.linspace(0, 7, 701)), paper_config)
     assert (found.beta_deg, found.gamma_deg) == (-30, -45)

@@ -124,6 +124,19 @@ def test_a_large_rise_is_not_called_noise() -> None:
     assert "N/cm with a standard error of" in str(caught.value)
 
 
+def test_a_motion_up_toward_minus_x(paper_config: Config) -> None:
+    time = np.linspace(0, 10, 500)
+    up = np.linspace(0, 5, 500)
+    motion = Motion(time, 3 - up, up - 6, np.zeros(500))
+    run = replace(PUSH, direction="extraction", gamma_deg=-45.0)
+    arm = paper_config.arm.model_copy(update={"speed_cm_per_s": 0.7})
+    start, end = find_stroke(motion, motion.spans(arm), run, arm)
+    assert end - start > 9
+    back = Motion(time, up, up - 6, np.zeros(500))
+    with pytest.raises(StrokeError, match=r"along gamma = -135.0 deg; .* is along -45.0 deg"):
+        find_stroke(back, back.spans(arm), run, arm)
+
+
 def test_an_arm_slower_than_the_config_says(paper_config: Config) -> None:
     slow = path(np.linspace(-1.0, 2.0, 200))
     arm = paper_config.arm

@@ -331,7 +331,9 @@ def test_reenacted_logs_are_called_so(tmp_path: Path) -> None:
 
 def test_methods_of_one_medium(tmp_path: Path) -> None:
     own = sand_results(tmp_path)
-    assert "in 1 granular medium in a container" in paragraphs(own, outcome_of_runs(own))[0]
+    text = paragraphs(own, outcome_of_runs(own))[0]
+    assert "in 1 granular medium in a container" in text
+    assert "horizontal motion" not in text
 
 
 def test_provenance_names_versions_and_settings(results: Results, read: Reader) -> None:
