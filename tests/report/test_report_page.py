@@ -23,6 +23,7 @@ from page_inputs import (
 )
 
 from rftfit import reference
+from rftfit.campaign.config import Table
 from rftfit.lab.marker import MARKER
 from rftfit.measure.slopes import OF_CELL
 from rftfit.model.outlines import model_leg
@@ -334,6 +335,20 @@ def test_methods_of_one_medium(tmp_path: Path) -> None:
     text = paragraphs(own, outcome_of_runs(own))[0]
     assert "in 1 granular medium in a container" in text
     assert "horizontal motion" not in text
+
+
+@pytest.mark.parametrize(("points", "words"), [(4, "as independent"), (40, "allow for the corr")])
+def test_methods_of_a_table_of_stress(tmp_path: Path, points: int, words: str) -> None:
+    own = page_results(tmp_path)
+    alpha = own["poppy_LP"].alpha.assign(alpha_z_se_N_per_cm3=0.01)
+    write(own, "alpha/poppy_LP.csv", alpha)
+    fits = pd.DataFrame({"run_id": ["p1"], "medium": ["poppy_LP"], "n_points": [points]})
+    write(own, "fits/poppy_LP.csv", fits)
+    config = own.config.model_copy(update={"table": Table(holds="stress")})
+    changed = Results(dataclasses.replace(own.campaign, config=config))
+    text = paragraphs(changed, outcome_of_runs(changed))[0]
+    assert f"95 % intervals {'take' if points == 4 else 'allow'}" in text
+    assert words in text
 
 
 def test_provenance_names_versions_and_settings(results: Results, read: Reader) -> None:
