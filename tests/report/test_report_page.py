@@ -330,6 +330,23 @@ def test_reenacted_logs_are_called_so(tmp_path: Path) -> None:
     assert "granular media" in words
 
 
+def test_methods_name_the_window_that_was_used(tmp_path: Path) -> None:
+    own = sand_results(tmp_path)
+    fits = pd.DataFrame({"run_id": ["y1"], "medium": ["yuma"], "direction": ["intrusion"]})
+    write(own, "fits/yuma.csv", fits)
+    text = paragraphs(Results(own.campaign), outcome_of_runs(own))[0]
+    assert "of a push into Yuma sand down to 2 cm" in text
+    assert "wholly submerged" not in text
+    fit = {"submergence_cm": 0.5, "max_depth_cm": 3.0}
+    laboratory = page_results(tmp_path / "more")
+    for stated, words in (({}, "over the depths at which the plate was wholly submerged and further"),
+                          (fit, "over depths from 0.5 cm to 3 cm and further than 6 cm from walls")):  # fmt: skip
+        changed = laboratory.config.fit.model_copy(update=stated)
+        config = laboratory.config.model_copy(update={"fit": changed})
+        results = Results(dataclasses.replace(laboratory.campaign, config=config))
+        assert words in paragraphs(results, outcome_of_runs(results))[0]
+
+
 def test_methods_of_one_medium(tmp_path: Path) -> None:
     own = sand_results(tmp_path)
     text = paragraphs(own, outcome_of_runs(own))[0]
