@@ -316,17 +316,6 @@ def test_diff_of_two_folders_of_results(checked: Checked, tmp_path: Path) -> Non
     assert alone == []
 
 
-def test_results_of_reenacted_logs_say_so(checked: Checked) -> None:
-    results = checked.root / "results"
-    provenance = json.loads((results / "provenance.json").read_text(encoding="utf-8"))
-    assert provenance["reenacted"] is True
-    crate = json.loads((results / "ro-crate-metadata.json").read_text(encoding="utf-8"))
-    (root,) = (entity for entity in crate["@graph"] if entity["@id"] == "./")
-    assert "re-enacted from published results: nothing was measured" in root["description"]
-    figure = (results / "figures" / "fit_maps.svg").read_text(encoding="utf-8")
-    assert "Made from re-enacted logs, not from recordings." in figure
-
-
 def test_the_crate_is_sound(checked: Checked) -> None:
     """The rules of the RO-Crate 1.1 specification that can be checked without a network."""
     results = checked.root / "results"

@@ -329,7 +329,7 @@ def _draw_leg(axes: Axes, column: Column) -> str:
 @figure(
     "tare",
     reads=("tared/{medium}.parquet", "tares/{medium}.csv"),
-    settings=("media",),
+    settings=("fit", "media"),
     media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
     caption="""What the rod and the mount alone felt along the deepest slanted path in {medium}, and the \
