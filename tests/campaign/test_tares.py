@@ -90,6 +90,22 @@ def test_no_tare_is_a_warning(room: Room, run: str) -> None:
     assert "NaN" in found["sheet.tare-missing"].allowed
 
 
+def test_no_tare_anywhere_is_one_warning(room: Room) -> None:
+    for name in ("t1", "th", "a1"):
+        del room.rows[name]
+    for name in ("p1", "h1", "c1"):
+        room.rows[name]["tare_run"] = ""
+    many = [problem.code for problem in room.check()]
+    assert many == ["sheet.tare-missing"] * 3
+    plain = room.config
+    room.config = plain + "\nfit: {missing_tare: flag}\n"
+    problem = room.only("sheet.tare-missing")
+    assert problem.allowed.startswith("no tare in any of 3 runs: they will come out with the force")
+    # without a rod, as in a simulation, there is nothing to warn of
+    room.config = plain + "\nfit: {missing_tare: none}\n"
+    assert room.check() == []
+
+
 def test_an_excluded_run_needs_no_tare(room: Room) -> None:
     room.add("p2", "p1", tare_run="", excluded="yes", reason="arm stopped")
     assert room.check() == []

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from campaigns import Folder
 
-    from rftfit.campaign.config import Config
+    from rftfit.campaign.load import Campaign
 
 REFUSED, NOTHING, SOME, ALL = "refused", "nothing left", "some dropped", "all used"
 

@@ -9,7 +9,9 @@ import pandas as pd
 import pytest
 from paper_grid import PAPER, grid
 
+from rftfit.campaign.config import Grid
 from rftfit.measure.alpha import alpha_table, column
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
@@ -268,3 +270,41 @@ def test_what_several_runs_have_to_tell_is_told_in_turn() -> None:
 
 def test_plates_held_otherwise_are_no_repeats() -> None:
     assert set(table(*pairs((30.0, 31.0), GAMMAS))["spread"]) == {"one bed as prepared"}
+
+
+def test_repeats_with_different_plates_say_so() -> None:
+    flags = {k: f"disc_{k}, one of 3 plates in this medium" for k in (60, 80, 100)}
+    runs = [run(f"p{k}", 0, 90, 0.3, flags=flags[k]) for k in flags]
+    here = cell(table(*runs), 0, 90)
+    words = (
+        "repeats are of different plates: disc_60, disc_80, disc_100 (alpha may depend on the size)"
+    )
+    assert here["flags"] == words
+    apart = table(*runs[:2], run("q", 30, 90, 0.2, flags=f"{flags[100]}; zero drifted by 0.30 N"))
+    assert cell(apart, 30, 90)["flags"] == f"q: zero drifted by 0.30 N; {flags[100]}"
+
+
+def test_a_missing_tare_stands_once_in_a_cell() -> None:
+    runs = [run(name, 0, 90, 0.3, flags=NO_TARE_FLAG) for name in "abc"]
+    assert cell(table(*runs), 0, 90)["flags"] == NO_TARE_FLAG
+    tared = run("d", 0, 90, 0.3)
+    assert cell(table(runs[0], tared), 0, 90)["flags"] == f"a: {NO_TARE_FLAG}"
+
+
+def test_a_cell_says_that_its_interval_is_from_its_own_repeats() -> None:
+    found = table(run("a", 0, 90, 0.3), run("b", 0, 90, 0.32), run("c", 30, 90, 0.2))
+    assert cell(found, 0, 90)["spread"] == "repeats of the cell"
+    assert cell(found, 30, 90)["spread"] == "one bed as prepared"
+
+
+def test_directions_near_one_another_are_one_cell_and_no_run_is_without() -> None:
+    runs = [run("a", 45, 45, 0.3), run("b", 44.98, 45, 0.32), run("c", 45, 45, 0.31),
+            run("d", 45, 18.36, 0.1), run("e", -11.5, 11.5, 0.2)]  # fmt: skip
+    found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
+    assert list(zip(found["beta_deg"], found["gamma_deg"], strict=True)) == [
+        (-11.5, 11.5), (45, 18.36), (45, 45),
+    ]  # fmt: skip
+    assert list(found["run_ids"]) == ["e", "d", "a b c"]
+    narrow = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, grid=Grid(angle_tolerance_deg=0.01))
+    assert found["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)
+    assert len(narrow) == 4

@@ -7,11 +7,24 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from rftfit.campaign.config import ForceLog
 from rftfit.campaign.sheet import Run
-from rftfit.measure.fits import RunFit, Stroke, filed_under, fit_run
+from rftfit.measure.fits import (
+    SEVERAL_PLATES,
+    RunFit,
+    Stroke,
+    filed_under,
+    fit_run,
+    flags_of_all,
+    said_of_all,
+    without,
+)
+from rftfit.measure.fits import _lacks_force_x as lacks_force_x
 from rftfit.measure.ledger import RowStatus
+from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
@@ -68,6 +81,8 @@ def test_extraction_goes_under_its_mirror_image(paper_config: Config) -> None:
     assert filed_under(run("extraction")) == (-30, -45, -1)
     assert filed_under(run("extraction", 0, 0)) == (0, 0, -1)
     assert filed_under(run("horizontal", -60, 0)) == (-60, 0, 1)
+    # up toward -x, with the angle of the motion itself: a cell as it is
+    assert filed_under(run("extraction", 30, -45)) == (30, -45, 1)
     up = np.linspace(7.0, 0.0, 701)
     found = fit_run(run("extraction"), stroke(up, path=np.linspace(0, 7, 701)), paper_config)
     assert (found.beta_deg, found.gamma_deg) == (-30, -45)
@@ -167,6 +182,73 @@ def test_too_few_points(paper_config: Config, wanted: int, least: int) -> None:
     found = fit_run(run(), stroke(np.linspace(2, 7, least - 1)), config)
     assert found.slope is None
     assert found.reason == f"too few points: {least - 1} in the window, {least} wanted"
+
+
+def test_a_path_outside_of_the_container_is_told_as_that(paper_config: Config) -> None:
+    # an arm whose x counts from somewhere else
+    found = fit_run(run(), stroke(DOWN, x=np.linspace(41, 32, 901)), paper_config)
+    assert found.reason == (
+        "too few points: 0 in the window, 30 wanted; 655 of 901 samples outside the window: too near a "
+        "wall: the path goes from x = 41.0 to 32.0 cm, allowed are -4.2 to 4.2 cm from the middle of the "
+        "container, which arm.middle_x_mm gives"
+    )
+
+
+def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config: Config) -> None:
+    for end, there in ((2.37, False), (2.39, True)):
+        found = fit_run(run(), stroke(np.linspace(2.0, end, 400)), paper_config)
+        assert (found.slope is not None) == there
+        assert ("it covers 0.37 cm of depth, 0.38 cm wanted" in found.reason) != there
+    fit = paper_config.fit.model_copy(update={"min_depth_cm": 0.3})
+    config = paper_config.model_copy(update={"fit": fit})
+    assert fit_run(run(), stroke(np.linspace(2.0, 2.37, 400)), config).reason == ""
+    # level motion has one depth, by its nature
+    level = stroke(np.full(400, 5.08), path=np.linspace(0, 8, 400))
+    assert fit_run(run("horizontal", gamma=0.0, depth_cm=5.08), level, paper_config).reason == ""
+
+
+@pytest.mark.parametrize(
+    ("settings", "cause"),
+    [({"max_depth_cm": 1.0}, "deeper than fit.max_depth_cm"),
+     ({"submergence_cm": 8.8}, "above fit.submergence_cm")],
+)  # fmt: skip
+def test_a_window_of_the_users_own_is_not_called_the_containers(
+    paper_config: Config, settings: dict[str, float], cause: str
+) -> None:
+    fit = paper_config.fit.model_copy(update=settings)
+    found = fit_run(run(), stroke(DOWN), paper_config.model_copy(update={"fit": fit}))
+    assert cause in found.reason
+    assert "too near" not in found.reason
+
+
+def test_what_all_runs_share_is_told_once() -> None:
+    bare = {"flags": NO_TARE_FLAG, "reason": ""}
+    curved = {"flags": f"alpha_z not linear; {NO_TARE_FLAG}", "reason": ""}
+    lost = {"flags": "", "reason": "excluded: bed was disturbed"}
+    assert flags_of_all(pd.DataFrame([bare, curved, lost])) == (NO_TARE_FLAG,)
+    assert without(curved["flags"], (NO_TARE_FLAG,)) == "alpha_z not linear"
+    # where some have a tare, it is a doubt about the others
+    assert flags_of_all(pd.DataFrame([bare, {"flags": "", "reason": ""}])) == ()
+    sizes = [{"flags": f"disc_{k}, one of 2 {SEVERAL_PLATES}", "reason": ""} for k in (6, 8)]
+    told = flags_of_all(pd.DataFrame(sizes))
+    assert said_of_all(told) == ["runs with 2 plates: disc_6, disc_8"]
+    assert said_of_all((NO_TARE_FLAG,)) == [f"all runs: {NO_TARE_FLAG}"]
+
+
+@pytest.mark.parametrize(
+    ("direction", "beta", "gamma", "lacks"),
+    [("intrusion", 0, 90, False), ("extraction", 90, 90, False), ("intrusion", 30, 90, True),
+     ("intrusion", 0, 45, True), ("horizontal", 0, 0, True)],
+)  # fmt: skip
+def test_a_force_along_x_that_nobody_measured(
+    paper_config: Config, direction: str, beta: float, gamma: float, lacks: bool
+) -> None:
+    one = run(direction, beta, gamma)
+    assert not lacks_force_x(paper_config, one)
+    # the paper's mount has F2 along x
+    for channel, known in (("F2", lacks), ("F1", False)):
+        log = ForceLog.model_validate({"columns": {channel: {"constant": 0.0, "unit": "N"}}})
+        assert lacks_force_x(paper_config.model_copy(update={"force_log": log}), one) == known
 
 
 def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config: Config) -> None:

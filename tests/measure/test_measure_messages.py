@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,10 +12,13 @@ import pytest
 from pushes import make_push
 
 from rftfit.campaign.sheet import Run
+from rftfit.logs.base import Log
 from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.clocks import ClockError
-from rftfit.measure.ingest import ForceReadings, find_clock, place_surface
+from rftfit.measure.ingest import ForceReadings, find_clock, place_surface, read_motion
+from rftfit.measure.ingest import _flags as stroke_flags
 from rftfit.measure.ledger import RowStatus
+from rftfit.measure.pairs import completed
 from rftfit.measure.strokes import Motion, StrokeError, find_stroke
 from rftfit.measure.surface import ComplianceError, SurfaceError, compliance_of, find_surface
 
@@ -86,13 +91,76 @@ def test_a_path_that_does_not_cross_the_surface(paper_config: Config) -> None:
     assert caught.value.code == "wrong_path"
 
 
+def test_x_is_counted_from_the_middle_of_the_container(paper_config: Config) -> None:
+    config = changed(paper_config, "arm", middle_x_mm=400.0, surface_z_mm=0.0)
+    values = {"time": [0.0, 1.0], "x": [410.0, 380.0], "z": [0.0, -10.0], "angle": [0.0, 0.0]}
+    columns = {name: np.array(one) for name, one in values.items()}
+    units = {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
+    log = Log(Path("m.csv"), columns, units, 2, {})
+    np.testing.assert_allclose(read_motion(config, PUSH, log).x, [1.0, -2.0])
+    # a path straight down that nobody logged is at the middle
+    without_x = Log(log.path, {n: v for n, v in columns.items() if n != "x"}, units, 2, {})
+    whole = completed(without_x, PUSH, units, 40.0)
+    np.testing.assert_allclose(read_motion(config, PUSH, whole).x, 0.0)
+
+
 def test_a_rise_that_could_be_noise() -> None:
     depth = np.linspace(0, 5, 1000)
     force = np.where(depth > 3, 3.0, 0.0) + np.random.default_rng(1).normal(0, 0.5, 1000)
     with pytest.raises(
-        SurfaceError, match=r"within 1.5 cm, which its noise of .* could do as well"
+        SurfaceError, match=r"grows by 3\..* N within 1.5 cm; needed: 10 times its noise of 0.4\d N"
     ):
         find_surface(depth, force, 1.5, 0.05)
+
+
+def test_a_large_rise_is_not_called_noise() -> None:
+    # 160 N above a noise of 0.07 N, but up and down on the way
+    depth = np.linspace(0, 6, 1200)
+    under = np.maximum(depth - 3, 0)
+    force = 25 * under * (1 + np.sin(14 * depth)) + np.random.default_rng(3).normal(0, 0.07, 1200)
+    with pytest.raises(SurfaceError) as caught:
+        find_surface(depth, force, 1.5, 0.07)
+    assert "noise" not in str(caught.value)
+    assert "N/cm with a standard error of" in str(caught.value)
+
+
+def test_a_motion_up_toward_minus_x(paper_config: Config) -> None:
+    time = np.linspace(0, 10, 500)
+    up = np.linspace(0, 5, 500)
+    motion = Motion(time, 3 - up, up - 6, np.zeros(500))
+    run = replace(PUSH, direction="extraction", gamma_deg=-45.0)
+    arm = paper_config.arm.model_copy(update={"speed_cm_per_s": 0.7})
+    start, end = find_stroke(motion, motion.spans(arm), run, arm)
+    assert end - start > 9
+    back = Motion(time, up, up - 6, np.zeros(500))
+    with pytest.raises(StrokeError, match=r"along gamma = -135.0 deg; .* is along -45.0 deg"):
+        find_stroke(back, back.spans(arm), run, arm)
+
+
+def test_an_arm_slower_than_the_config_says(paper_config: Config) -> None:
+    slow = path(np.linspace(-1.0, 2.0, 200))
+    arm = paper_config.arm
+    with pytest.raises(StrokeError, match=r"half of arm.speed_cm_per_s \(1 cm/s\) or faster; "
+                       r"its speed there was 0.3 cm/s at most") as caught:  # fmt: skip
+        find_stroke(slow, slow.spans(arm), PUSH, arm)
+    assert caught.value.code == "wrong_path"
+
+
+@pytest.mark.parametrize(
+    ("holes", "said"),
+    [([(3.0, 3.4)], "gap of 0.41 s in the force log during the stroke"),
+     ([(k, k + 0.2) for k in np.arange(1.0, 41.0)] + [(50.0, 50.6)],
+      "41 gaps in the force log during the stroke, 9.02 s in all, the longest 0.62 s")],
+)  # fmt: skip
+def test_many_gaps_are_one_flag(
+    paper_config: Config, holes: list[tuple[float, float]], said: str
+) -> None:
+    time = np.arange(0, 60, 0.01)
+    kept = ~np.any([(time > start) & (time < end) for start, end in holes], axis=0)
+    (flag,) = stroke_flags(paper_config, time[kept], 0.0, 0.0)
+    words, numbers = re.sub(r"[\d.]+", "#", flag), [float(n) for n in re.findall(r"[\d.]+", flag)]
+    assert words == re.sub(r"[\d.]+", "#", said)
+    np.testing.assert_allclose(numbers, [float(n) for n in re.findall(r"[\d.]+", said)], rtol=0.06)
 
 
 def test_a_force_that_grows_in_air_too() -> None:

@@ -23,7 +23,7 @@ from rftfit.figures import style
 from rftfit.figures.generic import generic_profile
 from rftfit.figures.legs import forces_over_zeta
 from rftfit.figures.maps import alpha_maps, depth_only_maps, draw_maps, fit_maps, kept_coefficients
-from rftfit.figures.plates import stress_of_runs, stress_runs
+from rftfit.figures.plates import nearest_cells, stress_of_runs, stress_runs
 from rftfit.figures.protocol import tare
 from rftfit.figures.registry import Declared, figures
 from rftfit.figures.style import FORMATS, save, save_pages
@@ -384,3 +384,13 @@ def test_declarations_load_neither_matplotlib_nor_pandas() -> None:
     )
     with TemporaryDirectory() as folder:
         subprocess.run([sys.executable, "-c", script, f"{folder}/x"], check=True)
+
+
+def test_linearity_is_drawn_in_directions_of_the_campaign() -> None:
+    own = [(-50.0, 20.0), (-5.0, 80.0), (35.0, 50.0), (70.0, -60.0)]
+    table = pd.DataFrame(own, columns=["beta_deg", "gamma_deg"])
+    found = nearest_cells(table)
+    assert set(found) <= set(own)
+    assert len(set(found)) == len(found)
+    assert found[0] == (-5.0, 80.0)
+    assert nearest_cells(table[:1]) == own[:1]

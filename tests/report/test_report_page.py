@@ -23,6 +23,9 @@ from page_inputs import (
 )
 
 from rftfit import reference
+from rftfit.campaign.config import Table
+from rftfit.lab.marker import MARKER
+from rftfit.measure.slopes import OF_CELL
 from rftfit.model.outlines import model_leg
 from rftfit.model.scaling import published
 from rftfit.page.methods import paragraphs, settings_digest
@@ -289,6 +292,82 @@ def test_methods_are_built_from_this_campaign(results: Results) -> None:
     assert "90 %" in text
 
 
+def test_methods_tell_what_few_repeats_show(tmp_path: Path) -> None:
+    own = page_results(tmp_path)
+    alpha = own["poppy_LP"].alpha
+    alpha["spread"] = OF_CELL
+    write(own, "alpha/poppy_LP.csv", alpha)
+    text = " ".join(paragraphs(Results(own.campaign), outcome_of_runs(own)))
+    assert "hold the scatter of the runs of a direction that was repeated" in text
+    assert "no repeat shows" not in text
+
+
+def test_what_nine_terms_miss_stands_below_them(tmp_path: Path) -> None:
+    own = page_results(tmp_path)
+    table = own.table("coefficients.csv")
+    of_z = table["coefficient"].isin(["A00", "A10", "B11", "B01", "Bm1"])
+    table["misfit_rms_N_per_cm3"] = np.where(of_z, 0.0234, 0.0078)
+    alpha = own["poppy_LP"].alpha.assign(spread="stated", alpha_z_se_N_per_cm3=0.01)
+    write(own, "coefficients.csv", table)
+    write(own, "alpha/poppy_LP.csv", alpha)
+    text = make_page(Results(own.campaign))
+    rows = Reader(text).rows("coefficients")
+    assert set(rows["misfit of alpha_z, rms"]) == {"0.0234"}
+    assert set(rows["misfit of alpha_x, rms"]) == {"0.0078"}
+    assert "poppy seeds, loose: stated" in " ".join(text.split())
+
+
+def test_reenacted_logs_are_called_so(tmp_path: Path) -> None:
+    own = page_results(tmp_path)
+    assert "Re-enacted" not in make_page(own)
+    assert "were measured in" in paragraphs(own, outcome_of_runs(own))[0]
+    own.campaign.raw.mkdir(exist_ok=True)
+    (own.campaign.raw / MARKER).write_text("made by rftfit reenact\n", encoding="utf-8")
+    marked = Results(dataclasses.replace(own.campaign))
+    assert "Re-enacted, not measured." in make_page(marked)
+    words = paragraphs(marked, outcome_of_runs(marked))[0]
+    assert "re-enacted from published results, not measured, in" in words
+    assert "granular media" in words
+
+
+def test_methods_name_the_window_that_was_used(tmp_path: Path) -> None:
+    own = sand_results(tmp_path)
+    fits = pd.DataFrame({"run_id": ["y1"], "medium": ["yuma"], "direction": ["intrusion"]})
+    write(own, "fits/yuma.csv", fits)
+    text = paragraphs(Results(own.campaign), outcome_of_runs(own))[0]
+    assert "of a push into Yuma sand down to 2 cm" in text
+    assert "wholly submerged" not in text
+    fit = {"submergence_cm": 0.5, "max_depth_cm": 3.0}
+    laboratory = page_results(tmp_path / "more")
+    for stated, words in (({}, "over the depths at which the plate was wholly submerged and further"),
+                          (fit, "over depths from 0.5 cm to 3 cm and further than 6 cm from walls")):  # fmt: skip
+        changed = laboratory.config.fit.model_copy(update=stated)
+        config = laboratory.config.model_copy(update={"fit": changed})
+        results = Results(dataclasses.replace(laboratory.campaign, config=config))
+        assert words in paragraphs(results, outcome_of_runs(results))[0]
+
+
+def test_methods_of_one_medium(tmp_path: Path) -> None:
+    own = sand_results(tmp_path)
+    text = paragraphs(own, outcome_of_runs(own))[0]
+    assert "in 1 granular medium in a container" in text
+    assert "horizontal motion" not in text
+
+
+@pytest.mark.parametrize(("points", "words"), [(4, "as independent"), (40, "allow for the corr")])
+def test_methods_of_a_table_of_stress(tmp_path: Path, points: int, words: str) -> None:
+    own = page_results(tmp_path)
+    alpha = own["poppy_LP"].alpha.assign(alpha_z_se_N_per_cm3=0.01)
+    write(own, "alpha/poppy_LP.csv", alpha)
+    fits = pd.DataFrame({"run_id": ["p1"], "medium": ["poppy_LP"], "n_points": [points]})
+    write(own, "fits/poppy_LP.csv", fits)
+    config = own.config.model_copy(update={"table": Table(holds="stress")})
+    changed = Results(dataclasses.replace(own.campaign, config=config))
+    text = paragraphs(changed, outcome_of_runs(changed))[0]
+    assert f"95 % intervals {'take' if points == 4 else 'allow'}" in text
+    assert words in text
+
+
 def test_provenance_names_versions_and_settings(results: Results, read: Reader) -> None:
     assert np.__version__ in read.text["provenance"]
     assert settings_digest(results.config) in read.text["provenance"]
@@ -304,6 +383,24 @@ def test_page_of_plates_alone(tmp_path: Path) -> None:
     assert read.open == []
     assert read.tables["legs"] == read.tables["sands"] == read.tables["viewer"] == []
     assert read.rows("summary")["poppy seeds, loose"][4:7] == ["not measured"] * 3
+
+
+def test_a_campaign_without_legs_has_no_place_for_them(tmp_path: Path) -> None:
+    own = sand_results(tmp_path)
+    config = own.config
+    plates = {name: one for name, one in config.intruders.items() if one.shape != "leg"}
+    media = {"yuma": config.media["yuma"].model_copy(update={"published_as": None})}
+    changed = config.model_copy(update={"title": "sand", "intruders": plates, "media": media})
+    write(own, "reproduction.csv", pd.DataFrame())
+    page = make_page(Results(dataclasses.replace(own.campaign, config=changed)))
+    read = Reader(page)
+    assert read.open == []
+    links = set(re.findall(r'href="#([\w-]+)"', page))
+    assert links == set(re.findall(r'<section id="([\w-]+)"', page))
+    assert links.isdisjoint({"viewer", "legs", "robot", "reproduction"})
+    body = page.partition('<script type="application/json"')[0].partition("<body>")[2]
+    assert not re.search(r"\blegs?\b", body.partition('<section id="methods"')[0])
+    assert "calc-leg" not in body
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from rftfit.figures.maps import along_motion, edges, half_width, pivot, refine
 from rftfit.figures.quality import draw_quality, lay_out, quality
 from rftfit.figures.style import save
 from rftfit.figures.traces import filed, nice, span, stress_samples, thin, trouble
+from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -38,6 +39,20 @@ def marked(figure: Figure) -> int:
 
 def words(figure: Figure) -> list[str]:
     return [text.get_text() for text in figure.findobj(Text)]
+
+
+def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(
+    medium: tuple[pd.DataFrame, pd.DataFrame],
+) -> None:
+    traces, fits = medium[0], medium[1].copy()
+    fits["flags"] = NO_TARE_FLAG
+    fits.loc[50, "flags"] = f"saturated; {NO_TARE_FLAG}"
+    (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
+    text = words(figure)
+    assert "poppy seeds, loose: 105 plate runs, 1 marked" in text
+    assert marked(figure) == 1
+    assert "saturated" in text
+    assert sum(NO_TARE_FLAG in line for line in text) == 1
 
 
 def test_a_sheet_has_every_run_and_marks_the_bad_ones(

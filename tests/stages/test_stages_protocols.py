@@ -58,6 +58,18 @@ def test_without_a_tare_alpha_is_off_and_says_so(tmp_path: Path) -> None:
     assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) < 0.5
 
 
+def test_without_a_rod_there_is_nothing_to_flag(tmp_path: Path) -> None:
+    make(tmp_path, Case("one-push", "stroke-only", tare=False))
+    config = tmp_path / "config" / "config.yaml"
+    flagged = measured(tmp_path)[0]
+    text = config.read_text(encoding="utf-8").replace("missing_tare: flag", "missing_tare: none")
+    config.write_text(text, encoding="utf-8")
+    alpha, fits, _ = measured(tmp_path)
+    assert list(fits["flags"]) == [""]
+    assert list(alpha["flags"]) == [""]
+    assert alpha["alpha_z_N_per_cm3"][0] == flagged["alpha_z_N_per_cm3"][0]
+
+
 def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path: Path) -> None:
     make(tmp_path, Case("one-row", "stroke-only"))
     config = tmp_path / "config" / "config.yaml"

@@ -351,6 +351,7 @@ class Arm(Model):
 
     position_unit: LengthUnit = key("mm", "unit of the position columns")
     surface_z_mm: float = key(0.0, "arm z of the free surface unless the sheet says, mm")
+    middle_x_mm: float = key(0.0, "arm x of the middle of the container, mm")
     speed_cm_per_s: Positive = key(1.0, "speed along the stroke, cm/s")
     leg_speed_rad_per_s: Positive = key(0.2, "speed of a leg's rotation, rad/s")
     angle_tolerance_deg: Positive = key(
@@ -364,7 +365,7 @@ class Arm(Model):
 
 
 class Container(Model):
-    """The box that holds the medium; x = 0 at its middle."""
+    """The box that holds the medium; its middle along x lies at ``arm.middle_x_mm``."""
 
     length_cm: Positive = need("inner size along x, cm")
     width_cm: Positive = need("inner size across, cm")
@@ -431,6 +432,10 @@ class Fit(Model):
         0.5, "how far the whole intruder must be above the surface to count as in air, cm"
     )
     min_points: int = key(30, "fewer samples in the window give no alpha", ge=3)
+    min_depth_cm: NotNegative | None = key(
+        None,
+        "a window that covers less depth gives no alpha, cm; default: a tenth of the plate's length",
+    )
     confidence: float = key(0.95, "level of all intervals", gt=0.5, lt=1)
     run_to_run_N_per_cm3: NotNegative | None = key(
         None,
@@ -438,10 +443,11 @@ class Fit(Model):
         "where the run sheet has too few repeats to show it; default: not known, intervals are "
         "those of one bed as prepared",
     )
-    missing_tare: Literal["refuse", "flag"] = key(
+    missing_tare: Literal["refuse", "flag", "none"] = key(
         "refuse",
         "flag: a run for which the sheet names no tare_run is used as it is, with the "
-        "force on rod and mount in it, and says so",
+        "force on rod and mount in it, and says so; none: so it is, and there is no such force, as in "
+        "a simulation",
     )
 
 
@@ -572,7 +578,7 @@ class Config(Model):
         "a push against something rigid; the yielding of the machine that it shows is "
         "taken off every depth",
     )
-    container: Container = need("the box that holds the medium")
+    container: Container = need("the box that holds the medium, its middle at arm.middle_x_mm")
     intruders: dict[Name, Intruder] = need(
         "plates and legs, by the name that the run sheet uses", min_length=1
     )

@@ -74,6 +74,11 @@ class Campaign:
         own |= {name: self.by_id[name] for name in named}
         return tuple(own[name] for name in sorted(own))
 
+    def holds_tare(self, run: Run) -> bool:
+        """Whether the force on rod and mount, or on a leg in air, is still in the numbers of a run."""
+        rodless = bool(self.numbers) or self.config.fit.missing_tare == "none"
+        return not run.tare_run and not rodless
+
     @cached_property
     def media_with_runs(self) -> tuple[str, ...]:
         """The media that have runs, in the order of the configuration."""

@@ -85,7 +85,7 @@ class Vocabulary:
 
     `shapes`: Shape of each intruder.
     `depths_cm`: Depths of the horizontal runs.
-    `missing_tare`: What becomes of a run without a tare: ``refuse`` or ``flag``.
+    `missing_tare`: What becomes of a run without a tare: ``refuse``, ``flag`` or ``none``.
     `clock_method`: How the clocks of force and motion log are brought together.
     `grid`, `laboratory`: Planned directions, and the media that they are planned for.
     """
@@ -319,6 +319,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
         for kind in _TARE
     }
     users: defaultdict[str, list[DraftRow]] = defaultdict(list)
+    bare: list[tuple[DraftRow, str]] = []
     searches = 0
     for draft in drafts:
         kind, name = draft.text["kind"], draft.text["tare_run"]
@@ -335,15 +336,9 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             nearest = did_you_mean(name, ids_of[_TARE_OF[kind]]) if searches <= _SEARCHES else None
             allowed = f"the run_id of {wanted} in this sheet"
             draft.note("tare_run", "tare-unknown", name, allowed, nearest)
-        elif not draft.yes("excluded"):
-            allowed = f"no tare: this run will come out {_WITHOUT_TARE[vocabulary.missing_tare]}"
-            draft.note(
-                "tare_run",
-                "tare-missing",
-                None,
-                f"{allowed}; name {wanted} to subtract",
-                severity="warning",
-            )
+        elif not draft.yes("excluded") and vocabulary.missing_tare in _WITHOUT_TARE:
+            bare.append((draft, wanted))
+    _note_bare(bare, vocabulary.missing_tare, alone=not any(users.values()))
     for name, several in users.items():
         _check_shared(name, several)
     named = {draft.text["tare_run"] for draft in drafts}
@@ -351,6 +346,18 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
         if tare.text["kind"] in _TARE and name not in named and not tare.yes("excluded"):
             allowed = f"a tare that some run names; no run names {name}"
             tare.note("run_id", "tare-unused", name, allowed, severity="warning")
+
+
+def _note_bare(bare: list[tuple[DraftRow, str]], missing_tare: str, *, alone: bool) -> None:
+    """Warn of runs without a tare; where no run has one and the config allows it, once for all."""
+    if alone and missing_tare == "flag" and len(bare) > 1:
+        text = f"no tare in any of {len(bare)} runs: they will come out {_WITHOUT_TARE['flag']}"
+        bare[0][0].note("tare_run", "tare-missing", None, text, severity="warning")
+        return
+    for draft, wanted in bare:
+        text = f"no tare: this run will come out {_WITHOUT_TARE[missing_tare]}"
+        text += f"; name {wanted} to subtract"
+        draft.note("tare_run", "tare-missing", None, text, severity="warning")
 
 
 def _check_shared(name: str, several: list[DraftRow]) -> None:

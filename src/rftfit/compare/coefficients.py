@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.alpha import NO_PUSH, both, cell_at, column, directions
+from rftfit.measure.alpha import NO_PUSH, POOLED_PLATES, both, cell_at, column, directions
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, TERMS_Z, evaluate, select_bic
 from rftfit.model.scaling import (
@@ -95,8 +95,9 @@ def generic_rows(group: list[MediumFit], config: Config) -> pd.DataFrame:
     draws = generic(np.stack([fit.draws for fit in group], axis=1))
     lo, hi = generic_interval(group, config.fit.confidence)
     # Table S2 averages the paper's five media; a campaign of others has nothing to compare with
-    laboratory = {name for name, one in config.media.items() if one.role == "laboratory"}
-    paper = method == AS_PRINTED and {fit.medium for fit in group} >= laboratory
+    paper = method == AS_PRINTED and {config.media[f.medium].published_as for f in group} >= {
+        *MEDIA
+    }
     published = coefficients(GENERIC) if paper else {}
     return pd.DataFrame(
         {
@@ -148,4 +149,6 @@ def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[
     except ValueError as error:
         return row | {"reason": str(cell["reason"]) or str(error)}
     names = ("chi", "chi_lo", "chi_hi", "zeta", "zeta_lo", "zeta_hi")
-    return row | {name: getattr(scaled, name) for name in names} | {"reason": reference.note}
+    pooled = [flag for flag in str(cell["flags"]).split("; ") if flag.startswith(POOLED_PLATES)]
+    reason = "; ".join(filter(None, (reference.note, *pooled)))
+    return row | {name: getattr(scaled, name) for name in names} | {"reason": reason}

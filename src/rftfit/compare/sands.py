@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.measure.fits import linear_window
+from rftfit.measure.fits import linear_window, too_short
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.slopes import (
     Spread,
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from rftfit.campaign.config import AnyPlate
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
     from rftfit.conventions import FloatArray
@@ -120,8 +121,8 @@ def _windows(
         inside = linear_window(depth, end, campaign.config.fit) == RowStatus.GOOD
         # without an end, which is NaN then, there is no window
         part = np.isfinite(stress) & (depth > 0) & (depth <= end) & inside
-        row |= {"linear_to_cm": end} | _slope(campaign, depth[part], stress[part], zero, chi)
-        if not run.tare_run:
+        row |= {"linear_to_cm": end} | _slope(campaign, plate, depth[part], stress[part], zero, chi)
+        if campaign.holds_tare(run):
             row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))
         rows.append(row)
     return rows
@@ -129,6 +130,7 @@ def _windows(
 
 def _slope(
     campaign: Campaign,
+    plate: AnyPlate,
     depth: FloatArray,
     stress: FloatArray,
     zero: tuple[FloatArray, FloatArray],
@@ -139,6 +141,8 @@ def _slope(
     of_table = campaign.config.table is not None
     if depth.size < (3 if of_table else fit.min_points):
         return {"reason": "no linear regime with enough samples"}
+    if not of_table and (short := too_short(depth, plate, fit)):
+        return {"reason": short}
     slope = fit_few(depth, stress[None]) if of_table else fit_slope(depth, stress[None], *zero)
     alpha, (lo, hi) = float(slope.alpha[0]), slope.interval(fit.confidence)
     row = {"alpha_z_N_per_cm3": alpha, "lo": lo[0], "hi": hi[0], "bend": bend_of(depth, stress)}

@@ -329,7 +329,7 @@ def _draw_leg(axes: Axes, column: Column) -> str:
 @figure(
     "tare",
     reads=("tared/{medium}.parquet", "tares/{medium}.csv"),
-    settings=("media",),
+    settings=("fit", "media"),
     media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
     caption="""What the rod and the mount alone felt along the deepest slanted path in {medium}, and the \
@@ -342,8 +342,10 @@ def tare(results: Results, medium: str) -> Figure:
     """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
     tares, samples = results.table(f"tares/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     known = tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
+    none = results.config.fit.missing_tare == "none"
     if known.empty:
-        why = [reason or NO_TARE_FLAG for reason in dict.fromkeys(tares["reason"])]
+        nothing = "nothing to subtract (fit.missing_tare: none)" if none else NO_TARE_FLAG
+        why = [reason or nothing for reason in dict.fromkeys(tares["reason"])]
         return style.missing(f"{medium}: no plate run has a tare to draw", why)
     deepest = known.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
     part = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]

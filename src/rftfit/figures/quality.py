@@ -12,6 +12,7 @@ import numpy as np
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure
 from rftfit.figures.traces import DIRECTIONS, by_run, filed, span, stress_samples, thin, trouble
+from rftfit.measure.fits import flags_of_all, said_of_all
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,7 +27,9 @@ if TYPE_CHECKING:
 
 
 def _numbers(results: Results, medium: str) -> dict[str, str]:
-    marked = sum(bool(trouble(fit)) for fit in results[medium].fits.to_dict("records"))
+    fits = results[medium].fits
+    told = flags_of_all(fits)
+    marked = sum(bool(trouble(fit, told)) for fit in fits.to_dict("records"))
     return captions.plates(results, medium) | {"marked": str(marked)}
 
 
@@ -81,25 +84,27 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
     reach = float(np.ceil(max(ends[False]))), float(np.ceil(max(ends[True])))
     pages = lay_out(rows.reset_index(drop=True), depth)
     fit_of = {str(fit["run_id"]): fit for fit in rows.to_dict("records")}
-    marked = sum(bool(trouble(fit)) for fit in fit_of.values())
+    told = flags_of_all(fits)
+    marked = sum(bool(trouble(fit, told)) for fit in fit_of.values())
     title = f"{medium_title}: {len(rows)} plate runs, {marked} marked"
     figures = []
     for i, page in enumerate(pages):
-        sheet = Sheet(page, reach)
+        sheet = Sheet(page, reach, told)
         for run, place in page.places.items():
             sheet.panel(place, samples.get(run, {}), fit_of[run])
         sheet.empty_places()
         number = f" (page {i + 1} of {len(pages)})" if pages[1:] else ""
-        figures.append(sheet.finish(title + number, _notes(rows)))
+        figures.append(sheet.finish(title + number, _notes(rows, told)))
     return figures
 
 
-def _notes(fits: pd.DataFrame) -> str:
-    """List the notes on runs, each with the number of runs that carry it."""
-    if "note" not in fits.columns:
-        return ""
-    counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
-    return "; ".join(f"{count} runs: {note}" for note, count in counts.items())
+def _notes(fits: pd.DataFrame, told: tuple[str, ...]) -> str:
+    """List what holds for all runs, and the notes on runs, each with the number that carry it."""
+    words = said_of_all(told)
+    if "note" in fits.columns:
+        counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
+        words += [f"{count} runs: {note}" for note, count in counts.items()]
+    return "; ".join(words)
 
 
 # Where each run stands: rows of beta, columns of gamma, direction and depth
@@ -235,12 +240,13 @@ class Sheet:
     """Collects the lines of all panels of a page by kind, then draws each kind at once.
 
     Places count in cm from the paper's upper left corner, up is positive. `reach`: depth and, for
-    horizontal runs, path that a panel's width stands for, cm.
+    horizontal runs, path that a panel's width stands for, cm. `told`: flags that all runs have.
     """
 
-    def __init__(self, page: Page, reach: tuple[float, float]) -> None:
+    def __init__(self, page: Page, reach: tuple[float, float], told: tuple[str, ...] = ()) -> None:
         rows, columns = len(page.row_labels), len(page.column_labels)
         self.page = page
+        self.told = told
         self.reach = reach
         self.width = min((WIDTH_CM - LEFT - _RIGHT) / columns, _LARGEST)
         self.height = min((HEIGHT_CM - _TOP - _BOTTOM) / rows, _LARGEST)
@@ -269,7 +275,7 @@ class Sheet:
     def panel(self, place: tuple[int, int], trace: Trace, fit: Row) -> None:
         """Collect what belongs to one run; `trace` is empty if the run has no samples."""
         left, top = self.corner(*place)
-        bad = trouble(fit)
+        bad = trouble(fit, self.told)
         self.frame(left, top, style.MARK if bad else "#9a9a9a")
         if trace:
             self._trace(left, top, trace, fit)
@@ -296,7 +302,7 @@ class Sheet:
         self.lines["#b0b0b0", 0.4].append(np.array([(left, zero), (left + inner, zero)]))
         for (kind, c), (pen, _) in STRESS.items():
             column = f"{kind}_{c}_N_per_cm2"
-            if column in trace:
+            if column in trace and (kind == "stress" or np.any(trace[column])):
                 self.lines[pen] += thin(x, zero + scale * trace[column])
         if not np.isfinite(x).any():
             return
@@ -376,6 +382,7 @@ class Sheet:
 
     def _explain(self) -> None:
         names = [STRESS[kind, c] for kind in ("stress", "tare") for c in "zx"]
+        names = [(pen, name) for pen, name in names if pen in self.lines]
         entries = {name: style.line(pen[0], linewidth=1.2) for pen, name in names}
         entries["fit through zero"] = style.line(FIT[0], linewidth=0.8, linestyle=(0, (5, 4)))
         entries["fit window"] = style.patch(facecolor=_WINDOW)

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.measure.fits import without
 from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable, Mapping
+    from collections.abc import Collection, Hashable, Iterable, Mapping
 
     import pandas as pd
 
@@ -160,9 +161,10 @@ def alpha_of(row: Row, component: str) -> tuple[float, float, float]:
     return value, low, high
 
 
-def trouble(fit: Row) -> str:
-    """Say what is wrong with a run, in few words; empty if nothing is."""
+def trouble(fit: Row, told: Collection[str] = ()) -> str:
+    """Say what is wrong with a run, in few words; empty if nothing is but what is `told` of all."""
     parts = [str(fit[name]) for name in ("reason", "flags") if isinstance(fit[name], str)]
+    parts = [without(part, told) for part in parts]
     text = "; ".join(part for part in parts if part)
     if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in "zx"]).all():
         return "no alpha"

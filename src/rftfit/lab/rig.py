@@ -242,7 +242,7 @@ def record(
         channels_N=channels,
         stroke=stroke[motion.segment],
         motion_time_s=clock,
-        x_mm=10 * arm.x_cm + _POSITION_SD_MM * wobble[0],
+        x_mm=config.arm.middle_x_mm + 10 * arm.x_cm + _POSITION_SD_MM * wobble[0],
         z_mm=config.arm.surface_z_mm + 10 * arm.z_cm + _POSITION_SD_MM * wobble[1],
         angle_deg=arm.angle_deg + _ANGLE_SD_DEG * wobble[2],
         in_air=air[motion.segment],

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.measure.fits import COMPONENTS, Row
+from rftfit.measure.fits import COMPONENTS, SEVERAL_PLATES, Row, flags_of_all, without
 from rftfit.measure.slopes import (
+    AS_PREPARED,
     GIVEN_DOF,
+    OF_CELL,
     Spread,
     combine_dof,
     mean_of_repeats,
@@ -36,6 +38,8 @@ SAME_DEPTH_CM = 0.1
 
 NO_PUSH = "no run at (0, 90) deg, a level plate straight down"
 """Why a medium has no measured alpha_z(0, 90 deg): no chi, and no zeta by the scaling routine."""
+
+POOLED_PLATES = "repeats are of different plates"
 
 QUANTITIES = ("", "_se", "_lo", "_hi")
 
@@ -78,13 +82,14 @@ def alpha_table(
         for cell in cells
     ]
     spreads = {c: spread_of_runs(_repeats(own, c), run_to_run) for c in COMPONENTS}
+    told = flags_of_all(fits)
     rows = []
     for (beta, gamma), here in zip(cells, own, strict=True):
-        cell = _cell(here, gamma == 0, confidence, depths, spreads)
+        cell = _cell(here, gamma == 0, confidence, depths, spreads, told)
         rows.append({"medium": medium, "beta_deg": beta, "gamma_deg": gamma, **cell})
     if not rows:  # no plate run at all: the columns of a table all the same
         nothing = {"medium": medium, "beta_deg": math.nan, "gamma_deg": math.nan}
-        return pd.DataFrame([nothing | _cell([], False, confidence, depths, spreads)])[:0]
+        return pd.DataFrame([nothing | _cell([], False, confidence, depths, spreads, ())])[:0]
     return pd.DataFrame(rows)
 
 
@@ -132,14 +137,27 @@ def _by_depth(runs: list[Row]) -> list[list[Row]]:
 
 
 def _cell(
-    runs: list[Row], horizontal: bool, confidence: float, depths: int, spreads: dict[str, Spread]
+    runs: list[Row],
+    horizontal: bool,
+    confidence: float,
+    depths: int,
+    spreads: dict[str, Spread],
+    told: tuple[str, ...],
 ) -> dict[str, float | int | str]:
     names = [column(component, quantity) for component in COMPONENTS for quantity in QUANTITIES]
     cell: dict[str, float | int | str] = dict.fromkeys(names, math.nan)
     good = [run for run in runs if math.isfinite(run[column("z")])]
     # a table may hold the stress at all depths of a level motion as one run
     horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
-    flags = [f"{run['run_id']}: {run['flags']}" for run in runs if run["flags"]]
+    own = {run["run_id"]: without(run["flags"], told) for run in runs}
+    # "; " stands between the flags of a cell
+    flags = [f"{run}: {text.replace('; ', ', ')}" for run, text in own.items() if text]
+    here = [flag for flag in told if any(flag in run["flags"].split("; ") for run in good)]
+    plates = [flag.partition(",")[0] for flag in here if flag.endswith(SEVERAL_PLATES)]
+    if len(plates) > 1:
+        here = [flag for flag in here if not flag.endswith(SEVERAL_PLATES)]
+        flags.append(f"{POOLED_PLATES}: {', '.join(plates)} (alpha may depend on the size)")
+    flags += here
     reasons = [f"{run['run_id']}: {run['reason']}" for run in runs if run["reason"]]
     n_depths = len(_by_depth(good)) if horizontal else depths
     if not runs:
@@ -160,11 +178,14 @@ def _cell(
             values = (alpha, se, alpha - half, alpha + half)
             cell.update({column(component, quantity): value
                          for quantity, value in zip(QUANTITIES, values, strict=True)})  # fmt: skip
+    source = spreads["z"].source
+    if source == AS_PREPARED and len(good) > 1 and not horizontal:
+        source = OF_CELL
     return cell | {
         "n_runs": len(good),
         "run_ids": " ".join(run["run_id"] for run in good),
         **{f"run_to_run_{c}_N_per_cm3": spreads[c].deviation for c in COMPONENTS},
-        "spread": spreads["z"].source,
+        "spread": source,
         "flags": "; ".join(flags),
         "reason": "; ".join(reasons),
     }

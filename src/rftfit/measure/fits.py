@@ -15,6 +15,8 @@ from rftfit.measure.strokes import split_runs
 from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
     import numpy.typing as npt
     import pandas as pd
 
@@ -29,6 +31,11 @@ PULLED_DOWN = (
     "alpha_z is negative on the way straight down, as if the medium pulled: does a push from below come "
     "out positive (transducer.axes)?"
 )
+SEVERAL_PLATES = "plates in this medium"
+NO_FORCE_X = "alpha_x was not measured: the config states a constant for its channel"
+SHORTEST_WINDOW = 0.1
+"""Depth that a window must cover at least, relative to the length of the plate."""
+
 _CURVED_P, _CURVED_RATIO = 0.01, 0.10
 COMPONENTS = ("z", "x")
 _OF_COMPONENT = (
@@ -188,9 +195,13 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
     # rows of a table are depths that somebody chose, samples of a log are not
     fewest = 1 if config.table else max(config.fit.min_points, FEWEST)
     if points < fewest:
-        return refuse(f"too few points: {points} in the window, {fewest} wanted")
-
+        text = f"too few points: {points} in the window, {fewest} wanted"
+        return refuse("; ".join([text, *_main_cause(run, stroke, why, plate, config)]))
     depth = stroke.depth[usable]
+    if run.direction != "horizontal" and not config.table:
+        short = too_short(depth, plate, config.fit)
+        if short:
+            return refuse("; ".join([short, *_main_cause(run, stroke, why, plate, config)]))
     stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
     startup = None
@@ -210,6 +221,41 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
     if straight_down and slope.interval(config.fit.confidence)[1][0] < 0:
         flags += (PULLED_DOWN,)
     return RunFit(beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why, flags)
+
+
+def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> str:
+    """Say that a window covers too little depth to give a slope; empty where it covers enough."""
+    stated = fit.min_depth_cm
+    least = SHORTEST_WINDOW * plate.length_cm if stated is None else stated
+    covered = float(np.ptp(depth))
+    if covered >= least:
+        return ""
+    of = "a tenth of the plate's length" if stated is None else "fit.min_depth_cm"
+    return (
+        f"window too short: it covers {covered:.2f} cm of depth, {least:.2f} cm wanted ({of}): a slope "
+        "cannot be told from a constant stress"
+    )
+
+
+def _main_cause(
+    run: Run, stroke: Stroke, why: np.ndarray, plate: AnyPlate, config: Config
+) -> tuple[str, ...]:
+    """Say why most samples of a stroke lie outside of its window."""
+    counts = np.bincount(why, minlength=len(RowStatus))
+    counts[RowStatus.GOOD] = 0
+    if not counts.any():
+        return ()
+    main = RowStatus(int(counts.argmax()))
+    share = f"{counts.max()} of {why.size} samples {main.text}"
+    if main is not RowStatus.WALL:
+        return (share,)
+    half_x, _ = half_extent(plate, math.radians(run.beta_deg))
+    widest = config.container.length_cm / 2 - config.fit.wall_clearance_cm - half_x
+    text = (
+        f"{share}: the path goes from x = {stroke.x[0]:.1f} to {stroke.x[-1]:.1f} cm, allowed are "
+        f"{-widest:.1f} to {widest:.1f} cm from the middle of the container, which arm.middle_x_mm gives"
+    )
+    return (text,)
 
 
 def _window(run: Run, stroke: Stroke, plate: AnyPlate, config: Config) -> np.ndarray:
@@ -271,10 +317,12 @@ def fit_medium(
     for run in runs:
         fact, part = facts[run.run_id], where.get(run.run_id)
         flags = tuple(filter(None, str(fact["flags"]).split("; ")))
-        if part is not None and not run.tare_run and not campaign.numbers:
+        if part is not None and campaign.holds_tare(run):
             flags += (NO_TARE_FLAG,)
+        if part is not None and _lacks_force_x(campaign.config, run):
+            flags += (NO_FORCE_X,)
         if n_plates > 1:
-            flags += (f"{run.intruder}, one of {n_plates} plates in this medium",)
+            flags += (f"{run.intruder}, one of {n_plates} {SEVERAL_PLATES}",)
         if part is None:
             reason = str(fact["reason"]) or no_tare.get(run.run_id, "")
             fit = RunFit(*filed_under(run)[:2], flags=flags, reason=reason)
@@ -288,6 +336,42 @@ def fit_medium(
         rows.append(_row(run, fit, campaign.config.fit.confidence, fact["note"]))
     windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
+
+
+def flags_of_all(fits: pd.DataFrame) -> tuple[str, ...]:
+    """Flags that come from how a medium was measured and hold for all its runs: to be said once."""
+    # a run that was never read has no flag of this sort
+    read = fits[(fits["reason"] == "") | (fits["flags"] != "")]
+    flags = [str(text).split("; ") for text in read["flags"]]
+    every = dict.fromkeys(flag for run in flags for flag in run)
+    return tuple(
+        flag
+        for flag in every
+        if flag.endswith(SEVERAL_PLATES)
+        or flag == NO_FORCE_X
+        or (flag == NO_TARE_FLAG and all(flag in run for run in flags))
+    )
+
+
+def said_of_all(told: Sequence[str]) -> list[str]:
+    """What `flags_of_all` found, in words for all runs together."""
+    words = [f"all runs: {flag}" for flag in told if flag == NO_TARE_FLAG]
+    words += [flag for flag in told if flag == NO_FORCE_X]
+    plates = [flag.partition(",")[0] for flag in told if flag.endswith(SEVERAL_PLATES)]
+    return words + ([f"runs with {len(plates)} plates: {', '.join(plates)}"] if plates else [])
+
+
+def without(flags: str, told: Collection[str]) -> str:
+    """Leave out the flags of a run or of a cell that are told elsewhere."""
+    return "; ".join(flag for flag in flags.split("; ") if flag not in told)
+
+
+def _lacks_force_x(config: Config, run: Run) -> bool:
+    """Whether alpha_x of a run is 0 only because the config states a constant for its channel."""
+    channel = config.force_log.columns.get(config.transducer.axes.x[1:])  # type: ignore[call-overload]
+    stated = channel is not None and channel.constant is not None
+    # straight up or down, a level or upright plate feels none by symmetry
+    return stated and not (run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90)
 
 
 def _stroke(

@@ -383,6 +383,7 @@ def read_motion(config: Config, run: Run, log: Log) -> Motion:
     surface_mm = config.arm.surface_z_mm if run.surface_z_mm is None else run.surface_z_mm
     x, z = (column(quantity, LENGTH_TO_CM, unit) for quantity in ("x", "z"))
     angle = column("angle", ANGLE_TO_RAD, "deg")
+    x -= config.arm.middle_x_mm / 10
     return Motion(column("time", TIME_TO_S, "s"), x, z - surface_mm / 10, angle)
 
 

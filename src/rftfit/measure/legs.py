@@ -53,7 +53,7 @@ def leg_curves(
                 samples=grouped.size(),
                 zero_se_z_N=np.sqrt(sum(fact["zero_var_z_N2"] for fact in pair)),
                 zero_se_x_N=np.sqrt(sum(fact["zero_var_x_N2"] for fact in pair)),
-                flags="" if run.tare_run else NO_TARE_FLAG,
+                flags=NO_TARE_FLAG if campaign.holds_tare(run) else "",
             )
         )
     nothing = pd.DataFrame(columns=LEG_COLUMNS)

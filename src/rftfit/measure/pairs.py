@@ -171,7 +171,7 @@ def _column(
     return values, unit
 
 
-def completed(log: Log, run: Run, units: Mapping[str, str]) -> Log:
+def completed(log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0.0) -> Log:
     """Give a motion log what the run sheet knows and the file does not: beta, or x of a vertical path."""
     lacking = [name for name in _MOTION if name not in log.columns]
     if not lacking:
@@ -182,8 +182,9 @@ def completed(log: Log, run: Run, units: Mapping[str, str]) -> Log:
         notes.append("beta is that of the run sheet: the motion log has no angle")
         lacking.remove("angle")
     if "x" in lacking and run.gamma_deg == 90:
-        columns["x"], found["x"] = np.zeros(log.size), units["x"]
-        notes.append("x is 0: the motion log has none, and the path is vertical")
+        middle = middle_cm / LENGTH_TO_CM[units["x"]]
+        columns["x"], found["x"] = np.full(log.size, middle), units["x"]
+        notes.append("x is the middle: the motion log has none, and the path is vertical")
         lacking.remove("x")
     if lacking:
         raise _no_column(log, lacking, "motion")
@@ -317,7 +318,7 @@ def _force(
 def _motion(config: Config, units: Mapping[str, str], run: Run, log: Log) -> Log:
     log = mapped(log, config.motion_log, units, "motion_log")
     if "z" in log.columns:
-        log = completed(log, run, units)
+        log = completed(log, run, units, config.arm.middle_x_mm / 10)
     return _complete(log, run, _MOTION, "motion")
 
 

@@ -136,6 +136,8 @@ GIVEN_DOF = 1e6
 """Degrees of freedom of a variance that is given, not estimated."""
 
 AS_PREPARED, REPEATS, STATED = "one bed as prepared", "repeats", "stated"
+OF_CELL = "repeats of the cell"
+"""Source of a spread that only the scatter of the few runs of this cell shows."""
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,14 @@ class Motion:
         relative = np.maximum(speed / arm.speed_cm_per_s, turning / arm.leg_speed_rad_per_s)
         return moving_spans(self.time[1:-1], relative / step, 0.5)
 
+    def fastest_below(self) -> float:
+        """Largest speed below the surface, cm/s, over a tenth of the samples there at least."""
+        below = self.z < 0
+        if np.count_nonzero(below) < 3:
+            return 0.0
+        speed = np.hypot(*(np.gradient(part, self.time) for part in (self.x, self.z)))
+        return float(np.quantile(speed[below], 0.9))
+
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return x, z (cm) and angle (rad) at other times, linear between samples."""
         return (
@@ -109,11 +117,19 @@ def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tup
         if cosine >= math.cos(math.radians(arm.angle_tolerance_deg)):
             underground = length if run.direction == "horizontal" else abs(min(z0, 0) - min(z1, 0))
             along.append((underground, float(start), float(end)))
+    if not seen:
+        fastest = motion.fastest_below()
+        raise StrokeError(
+            "wrong_path",
+            f"the arm never moved straight for {SHORTEST_CM:g} cm below the surface, at half of "
+            f"arm.speed_cm_per_s ({arm.speed_cm_per_s:g} cm/s) or faster; its speed there was "
+            f"{fastest:.3g} cm/s at most",
+        )
     if not along:
         way = math.degrees(float(intrusion_angle(wanted_x, wanted_z)))
         raise StrokeError(
             "wrong_path",
-            f"below the surface the arm moved along gamma = {', '.join(seen) or 'nothing'} deg; the "
+            f"below the surface the arm moved along gamma = {', '.join(seen)} deg; the "
             f"sheet's {run.direction} at gamma {run.gamma_deg:g} is along {way:.1f} deg",
         )
     if run.stroke is not None:

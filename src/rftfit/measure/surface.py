@@ -173,12 +173,20 @@ def _fit(
 def _check_growth(
     fit: _Fit, depth: FloatArray, force: FloatArray, window_cm: float, noise: float
 ) -> None:
-    """Refuse a growth that noise could do as well, or that begins in air already."""
+    """Refuse a growth that is small, uncertain, or that begins in air already."""
     rise = float(fit.fitted.max() - fit.air_N)
-    if fit.slope <= 0 or rise < _RISE_TO_NOISE * noise or fit.slope < _T * fit.slope_se:
+    below = f"surface not found: below {fit.depth_cm:.2f} cm the force"
+    if fit.slope <= 0:
+        raise SurfaceError(f"{below} does not grow at first")
+    if rise < _RISE_TO_NOISE * noise:
         raise SurfaceError(
-            f"surface not found: below {fit.depth_cm:.2f} cm the force grows by {rise:.2f} N within "
-            f"{window_cm:g} cm, which its noise of {noise:.2f} N could do as well"
+            f"{below} grows by {rise:.2f} N within {window_cm:g} cm; needed: {_RISE_TO_NOISE:g} times "
+            f"its noise of {noise:.2f} N"
+        )
+    if fit.slope < _T * fit.slope_se:
+        raise SurfaceError(
+            f"{below} grows by {fit.slope:.1f} N/cm with a standard error of {fit.slope_se:.1f} N/cm; "
+            f"needed: {_T:g} times its error"
         )
     d, f = depth[fit.used], force[fit.used]
     air = d < fit.depth_cm

@@ -146,7 +146,9 @@ def tare_medium(
         if isinstance(tare, Tare):
             valid = (tare.valid_from, tare.valid_to)
             parts[name] = _tared(run, stroke, tare, ledger)
-        elif not run.tare_run and (campaign.numbers or campaign.config.fit.missing_tare == "flag"):
+        elif not run.tare_run and (
+            campaign.numbers or campaign.config.fit.missing_tare != "refuse"
+        ):
             parts[name] = _columns(stroke, stroke.force, np.zeros_like(stroke.force), stroke.why)
         else:
             reason = _why_no_tare(run, tare, why_refused)

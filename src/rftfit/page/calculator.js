@@ -56,11 +56,11 @@ function startCalculator(data) {
       return [data.leg_names[name], cell(z[top]), sayAngle(result.theta[top]), cell(x[side]), sayAngle(result.theta[side])];
     });
     const head = ["Leg", "peak F_z, N", "at theta", "peak F_x, N", "at theta"];
-    byId("calc-peaks").replaceChildren(tableOf(head, rows));
+    byId("calc-peaks")?.replaceChildren(tableOf(head, rows));
   }
 
   function showCurves() {
-    const curves = result.legs[legBox.value];
+    const curves = legBox && result.legs[legBox.value];
     if (!curves) return;
     for (const c of ["z", "x"]) {
       const at = (k) => curves[c].map((v) => v[k]);
@@ -91,11 +91,11 @@ function startCalculator(data) {
   }
 
   fillSelect(from, data.references.map(({ name }, i) => [String(i), name]));
-  fillSelect(legBox, Object.keys(data.legs).map((name) => [name, data.leg_names[name]]));
+  if (legBox) fillSelect(legBox, Object.keys(data.legs).map((name) => [name, data.leg_names[name]]));
   byId("calc-form").addEventListener("submit", (event) => event.preventDefault());
   for (const box of [alphaBox, seBox]) box.addEventListener("input", update);
   from.addEventListener("change", update);
-  legBox.addEventListener("change", showCurves);
+  legBox?.addEventListener("change", showCurves);
   addEventListener("resize", () => result && showCurves());
   update();
 }

@@ -12,6 +12,7 @@ from rftfit.campaign.config import Leg
 from rftfit.figures.captions import PROFILES, name_of
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.measure.alpha import column
+from rftfit.measure.fits import flags_of_all, without
 from rftfit.model.fourier import TERMS
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
@@ -19,7 +20,7 @@ from rftfit.model.scaling import GENERIC, Reference, published, reference_from, 
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     import pandas as pd
 
@@ -120,7 +121,7 @@ def live_data(results: Results) -> dict[str, Any]:
             medium: {name: _parameters(one) for name, one in profiles(results, medium).items()}
             for medium in results.media
         },
-        "alpha": {one.name: _cells(one.alpha) for one in results},
+        "alpha": {one.name: _cells(one.alpha, flags_of_all(one.fits)) for one in results},
         "measured": {
             one.name: {str(leg): _curve(part) for leg, part in one.legs.groupby("leg")}
             for one in results
@@ -194,10 +195,11 @@ def _leg(leg: Leg) -> dict[str, Any]:
     }
 
 
-def _cells(table: pd.DataFrame) -> dict[str, Any]:
+def _cells(table: pd.DataFrame, told: Sequence[str]) -> dict[str, Any]:
     """Measured cells of one medium as a map, with intervals and why one is empty.
 
-    Scattered directions are shown as what is interpolated between them, and as points.
+    Scattered directions are shown as what is interpolated between them, and as points. `told`: flags
+    that the page says once.
     """
     if not lies_on_grid(table):
         profile, lines = TableProfile.from_table(table), np.arange(-90.0, 91.0, _STEP_DEG)
@@ -220,7 +222,7 @@ def _cells(table: pd.DataFrame) -> dict[str, Any]:
     for name in [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]:
         beta_deg, gamma_deg, pivoted[name] = pivot(table, name)
     for row in table.to_dict("records"):
-        if note := "; ".join(text for text in (row["reason"], row["flags"]) if text):
+        if note := "; ".join(filter(None, (row["reason"], without(row["flags"], told)))):
             # a plate at -90 degrees is the one at 90
             lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
             column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import rftfit
 from rftfit.campaign.config import Leg, Plate
 from rftfit.figures.captions import name_of
-from rftfit.measure.slopes import AS_PREPARED, STATED
+from rftfit.measure.slopes import AS_PREPARED, FEWEST, OF_CELL, STATED
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.outlines import ELEMENTS
 from rftfit.model.scaling import published
@@ -83,6 +83,8 @@ def _measurement(results: Results, outcome: Outcome) -> str:
             f" ({first.length_cm:g} x {first.width_cm:g} cm^2, {first.thickness_cm:g} cm thick)"
         )
     tare = _tare(
+        results,
+        "plate",
         fits,
         "The force on rod and mount alone, recorded along the same path, was subtracted at the same "
         "depth",
@@ -151,17 +153,32 @@ def _spread(results: Results) -> str:
         clocks = (runs["clock_se_s"] > 0).any()
         errors = " and add the errors of the force zero" if not results.campaign.numbers else ""
         errors += " and of the clocks" if clocks and errors else ""
-        first = f"{level} allow for the correlation of successive samples (ref. 3){errors}"
+        how = "allow for the correlation of successive samples (ref. 3)"
+        if results.config.table is not None and _few(results):
+            how = f"take the depths of a direction, fewer than {FEWEST}, as independent"
+        first = f"{level} {how}{errors}"
     kinds = set(known["spread"])
     if kinds == {AS_PREPARED}:
         return f"{first}; they are those of one bed as prepared, since no repeat shows how beds differ."
+    if OF_CELL in kinds:
+        rest = "; the others are those of one bed as prepared" if AS_PREPARED in kinds else ""
+        return f"{first}, and hold the scatter of the runs of a direction that was repeated{rest}."
     size = value(known["run_to_run_z_N_per_cm3"].median(), 4)
     how = "as stated" if kinds == {STATED} else "pooled from repeats, where there are enough"
     return f"{first}, and the spread from run to run ({how}; median of alpha_z {size} N/cm^3)."
 
 
-def _tare(table: pd.DataFrame, done: str, nothing: str) -> str:
+def _few(results: Results) -> bool:
+    """Whether every slope of a table is through too few depths to tell their correlation."""
+    points = results.joined("fits/{medium}.csv")["n_points"]
+    return bool((points < FEWEST).all())
+
+
+def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: str) -> str:
     """Say whether tares were subtracted from the runs of a table that gave a number."""
+    named = any(run.tare_run for run in results.campaign.runs if run.kind == kind)
+    if results.config.fit.missing_tare == "none" and not named:
+        return f"The forces are those on the {kind} alone, so nothing was subtracted."
     if "reason" in table:
         table = table[table["reason"] == ""]
     if table.empty:
@@ -236,6 +253,8 @@ def _trial(results: Results) -> str:
         else "of the scaled generic profile"
     )
     tare = _tare(
+        results,
+        "leg",
         measured,
         "The force in air at the same angle was subtracted",
         "No force in air was recorded, so none was subtracted",

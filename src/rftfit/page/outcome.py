@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rftfit.measure.fits import PULLED_DOWN
+from rftfit.measure.fits import PULLED_DOWN, flags_of_all, without
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.page.cells import records
 
@@ -41,6 +41,7 @@ _GRAVEST_FIRST = (
     "duplicated",
     " depths",
     "not linear",
+    "different plates",
     "zero drifted",
 )
 """Parts of the flags that stages write."""
@@ -107,14 +108,17 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
 def gravest_doubt(results: Results, medium: str) -> tuple[str, int]:
     """Find the gravest doubt about what is in use of one medium, and count runs and cells with one."""
     own = results[medium]
+    told = flags_of_all(own.fits)
     doubts = [
-        (str(run), f"{run}: {flags}")
+        (str(run), f"{run}: {rest}")
         for table in (own.runs, own.fits)
         for run, flags in zip(table["run_id"], table["flags"], strict=True)
-        if flags
+        if (rest := without(flags, told))
     ]
     # flags of a cell that name a run are told of the run already
-    doubts += [(flag, flag) for flag in own.alpha["flags"] if flag and ":" not in flag]
+    runs = set(own.fits["run_id"])
+    of_cells = (flag for flags in own.alpha["flags"] for flag in without(flags, told).split("; "))
+    doubts += [(flag, flag) for flag in of_cells if flag and flag.partition(": ")[0] not in runs]
     empty = int(own.alpha["alpha_z_N_per_cm3"].isna().sum())
     if empty and own.settings.role == "laboratory":
         return f"{empty} of {len(own.alpha)} cells have no alpha", len(doubts) + empty

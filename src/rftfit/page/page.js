@@ -12,8 +12,7 @@ function startPart(id, part) {
 }
 
 startPart("maps", startMaps);
-if (Object.keys(data.legs).length && data.media.length) startPart("viewer", startViewer);
-else byId("viewer").hidden = true;
+if (byId("viewer")) startPart("viewer", startViewer);
 startPart("calculator", startCalculator);
 if (data.robot) startPart("robot", startRobot);
 

@@ -8,6 +8,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.config import Leg
+from rftfit.measure.fits import flags_of_all, said_of_all
 from rftfit.page import tables
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
@@ -64,11 +65,21 @@ def context(results: Results) -> dict[str, Any]:
         "method": config.fourier.method,
         "summary": tables.summary(results, outcome),
         "in_air": outcome.used[""],
+        "from_table": config.table is not None,
+        "kinds": _kinds(results),
+        "legs": any(isinstance(item, Leg) for item in config.intruders.values()),
+        "natural_sands": bool(results.sands),
         "notes": [
             (medium.title, ". ".join(filter(None, (medium.compaction, medium.note))))
             for medium in config.media.values()
             if medium.note or medium.compaction
         ],
+        "of_all": [
+            (one.title, ". ".join(words))
+            for one in results
+            if (words := said_of_all(flags_of_all(one.fits)))
+        ],
+        "spreads": tables.spreads(results),
         "coefficients": {
             name: tables.coefficients(results, name) for name in tables.methods(results)
         },
@@ -77,7 +88,6 @@ def context(results: Results) -> dict[str, Any]:
         "from_print": [tables.title_of(results, medium) for medium in scaled_from_print(results)],
         "reversal": reversal,
         "table_above": any(row["found"].above("table") for row in reversal.rows),
-        "legs": any(isinstance(item, Leg) for item in config.intruders.values()),
         "leg_errors": tables.leg_errors(results),
         "sands": tables.sands(results),
         "corrections": tables.corrections(results),
@@ -93,6 +103,15 @@ def context(results: Results) -> dict[str, Any]:
         "versions": versions(),
         "settings": settings_digest(config),
     }
+
+
+def _kinds(results: Results) -> list[str]:
+    """What is counted as a run of this campaign."""
+    if results.config.table is not None:
+        return ["directions of the table"]
+    kinds = {run.kind for run in results.campaign.runs}
+    words = {"plate": "plates", "leg": "legs", "rod": "the rod-only runs that serve as their tare"}
+    return [text for kind, text in words.items() if kind in kinds]
 
 
 def _script() -> str:

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from rftfit.campaign.config import Leg
 from rftfit.figures.captions import PROFILES, name_of
+from rftfit.measure.fits import flags_of_all, without
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, PRINTED_NOTE, routines
 from rftfit.page.cells import (
@@ -50,9 +51,9 @@ def title_of(results: Results, medium: str) -> str:
 def summary(results: Results, outcome: Outcome) -> Table:
     """One row a medium: what a reader wants to know first."""
     method = results.config.fourier.method
-    penetration = results.table("penetration.csv")
-    own = penetration[penetration["method"].isin([method, *routines(method)])]
-    scaled = {str(row["medium"]): row for row in reversed(records(own))}
+    rows = _untold(results, "penetration.csv")
+    own = [row for row in rows if row["method"] in (method, *routines(method))]
+    scaled = {str(row["medium"]): row for row in reversed(own)}
     dropped = Counter(run["medium"] for run in outcome.dropped)
     errors = results.table("leg_errors.csv")
     lift = {
@@ -105,13 +106,20 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
 
 def coefficients(results: Results, method: str) -> Table:
-    """Coefficients of all media by one method; a term that does not count stands in brackets."""
+    """Coefficients of all media by one method; a term that does not count stands in brackets.
+
+    Below them stands what nine terms miss.
+    """
     table = results.table("coefficients.csv")
     rows = records(table[table["method"] == method])
     found = {(row["medium"], row["coefficient"]): row for row in rows}
 
     def of(medium: str) -> Column:
         def cell(row: Row) -> Cell:
+            if "of" in row:
+                return Cell(
+                    value(found.get((medium, row["of"]), {}).get("misfit_rms_N_per_cm3"), 4)
+                )
             one = found.get((medium, row["term"]), {})
             text = value(one.get("value_N_per_cm3"), 4)
             note = one.get("reason") or span(one.get("lo"), one.get("hi"), 4)
@@ -123,7 +131,23 @@ def coefficients(results: Results, method: str) -> Table:
 
     media = dict.fromkeys(str(row["medium"]) for row in rows)
     columns = [text_column("Term", "term"), *(of(medium) for medium in media)]
-    return Table(f"Coefficients by {method}", columns, [{"term": term} for term in TERMS])
+    rows = [{"term": term} for term in TERMS]
+    if any(math.isfinite(one["misfit_rms_N_per_cm3"]) for one in found.values()):
+        rows += [
+            {"term": f"misfit of alpha_{c}, rms", "of": of}
+            for c, of in (("z", "A00"), ("x", "C11"))
+        ]
+    return Table(f"Coefficients by {method}", columns, rows)
+
+
+def spreads(results: Results) -> list[tuple[str, str]]:
+    """Where the spread from run to run of each medium is known from."""
+    found = []
+    for one in results:
+        known = one.alpha.loc[one.alpha["alpha_z_se_N_per_cm3"].notna(), "spread"]
+        if len(known):
+            found.append((one.title, ", ".join(dict.fromkeys(filter(None, known)))))
+    return [(title, words) for title, words in found if words]
 
 
 def methods(results: Results) -> list[str]:
@@ -154,11 +178,15 @@ def scaling(results: Results) -> tuple[Table, Table]:
         number_column("zeta", "zeta", ends="zeta_{}"),
     ]  # fmt: skip
     method = results.config.fourier.method
-    table = results.table("penetration.csv")
-    own = table["method"].isin([method, *routines(method)])
+    rows = _untold(results, "penetration.csv")
+    own = (method, *routines(method))
     return (
-        Table("Scaling table", columns, records(table[own])),
-        Table("Scaling by the other methods", columns, records(table[~own])),
+        Table("Scaling table", columns, [row for row in rows if row["method"] in own]),
+        Table(
+            "Scaling by the other methods",
+            columns,
+            [row for row in rows if row["method"] not in own],
+        ),
     )
 
 
@@ -215,11 +243,7 @@ def leg_errors(results: Results) -> Table:
             for name, names in order.items()
         ]
 
-    # what the section on scaling says once for all
-    rows = [
-        row | {"reason": row["reason"].replace(PRINTED_NOTE, "")}
-        for row in records(results.table("leg_errors.csv"))
-    ]
+    rows = _untold(results, "leg_errors.csv")
     return Table(
         "Leg errors",
         [
@@ -250,14 +274,23 @@ def sands(results: Results) -> Table:
         "Natural sands",
         [
             _medium(results, "Sand"),
+            text_column("Run", "run_id"),
             text_column("Window", "window", note="reason"),
             number_column("Linear to, cm", "linear_to_cm", 2),
             number_column(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", "alpha_z_N_per_cm3", ends="{}"),
             number_column("Departure from a line", "bend", show=share),
             number_column("zeta", "zeta", ends="zeta_{}"),
         ],
-        records(results.table("sands.csv")),
+        _untold(results, "sands.csv"),
+        cards=True,
     )
+
+
+def _untold(results: Results, name: str) -> list[dict[str, Any]]:
+    """Rows of a table, their reasons without what the page says once."""
+    told = {one.name: (PRINTED_NOTE, *flags_of_all(one.fits)) for one in results}
+    rows = records(results.table(name))
+    return [row | {"reason": without(row["reason"], told.get(row["medium"], ()))} for row in rows]
 
 
 def corrections(results: Results) -> Table:

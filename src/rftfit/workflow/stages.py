@@ -63,10 +63,11 @@ STAGES = (
         reads=("runs/{medium}.csv", "tared/{medium}.parquet", "tares/{medium}.csv"),
         writes=("fits/{medium}.csv", "alpha/{medium}.csv", "windows/{medium}.parquet",
                 "ledger/slopes/{medium}.csv"),
-        settings=("transducer", "container", "intruders", "fit", "grid", "table", "media"),
+        settings=("force_log", "transducer", "container", "intruders", "fit", "grid", "table",
+                  "media"),
     ),
     Stage(
-        "legs", f"{_MEASURE}:legs", each="media", rows=True,
+        "legs", f"{_MEASURE}:legs", each="media", rows=True, settings=("fit",),
         reads=("runs/{medium}.csv", "tared/{medium}.parquet"),
         writes=("legs/{medium}.csv", "ledger/legs/{medium}.csv"),
     ),

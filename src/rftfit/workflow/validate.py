@@ -76,7 +76,10 @@ def _with_note(reasons: pd.Series[str], note: str) -> list[str]:
 
 
 def validate(results: Results) -> pd.DataFrame:
-    """Put every number that the paper states beside this campaign's: the reproduction table."""
+    """Put every number that the paper states beside this campaign's: the reproduction table.
+
+    It has no row where no medium is one of the paper's.
+    """
     import pandas as pd
 
     config = results.config
@@ -85,6 +88,8 @@ def validate(results: Results) -> pd.DataFrame:
         for name, medium in config.media.items()
         if medium.published_as is not None
     }
+    if not published_as:
+        return pd.DataFrame(columns=list(Item.__dataclass_fields__))
     tables = {medium: results[medium].alpha for medium in results.laboratory}
     scaled = results.table("penetration.csv")
     printed = (scaled["method"] == routine(config.fourier.method, printed=True)).any()
