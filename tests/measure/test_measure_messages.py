@@ -150,7 +150,7 @@ def test_an_arm_slower_than_the_config_says(paper_config: Config) -> None:
     ("holes", "said"),
     [([(3.0, 3.4)], "gap of 0.41 s in the force log during the stroke"),
      ([(k, k + 0.2) for k in np.arange(1.0, 41.0)] + [(50.0, 50.6)],
-      "41 gaps in the force log during the stroke, 9.02 s in all, the longest 0.62 s")],
+      "41 gaps in the force log during the stroke, 9.02 s in all, the longest of 0.62 s")],
 )  # fmt: skip
 def test_many_gaps_are_one_flag(
     paper_config: Config, holes: list[tuple[float, float]], said: str

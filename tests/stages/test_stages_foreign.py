@@ -313,13 +313,9 @@ def test_damage_to_one_file_is_told_apart(single: Room) -> None:
     assert fates["dropped", "not a number"] == 2
     assert fates["dropped", "wrong number of cells"] == 1
     flags = got.run(RUN)["flags"].split("; ")
-    for part, count, reason in (
-        ("force", 2, "not a number"),
-        ("motion", 2, "not a number"),
-        ("force", 1, "wrong number of cells"),
-        ("motion", 1, "wrong number of cells"),
-    ):
+    for part, count, reason in (("force", 2, "not a number"), ("motion", 2, "not a number")):
         assert f"{count} rows of {RUN}.csv ({part}): {reason}" in flags
+    assert flags.count(f"1 rows of {RUN}.csv: wrong number of cells") == 1
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,9 @@ FINITE = "NaN or infinite"
 GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
 """Why a line is left out."""
 
+OF_CELLS = frozenset({NUMBER, NO_TIME, FINITE, GROUPED})
+"""Reasons that lie in a cell: whoever does not read its column keeps the line."""
+
 BLOCK_BYTES = 1 << 22
 MAX_LINE = 1 << 16
 MAX_BYTES = 1 << 36

@@ -10,6 +10,7 @@ import numpy as np
 
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
+from rftfit.logs.text import OF_CELLS
 from rftfit.measure.alignment import Alignment, estimate_clocks, new_readings
 from rftfit.measure.clocks import HOUR_S, ClockError, ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
@@ -544,13 +545,14 @@ def _damage(config: Config, run: Run, force: Log, motion: Log) -> list[str]:
         for log in (force, motion)
     ]  # fmt: skip
     parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
-    if one_table(config, run) and lost[0] == lost[1]:
-        lost, parts = lost[:1], ("", "")
-    return [
-        f"{count} rows of {log.path.name}{part}: {reason}"
-        for own, log, part in zip(lost, (force, motion), parts, strict=False)
-        for reason, count in own.items()
-    ]
+    told = []
+    for own, other, log, part in zip(lost, lost[::-1], (force, motion), parts, strict=True):
+        for reason, count in own.items():
+            # of one table a line, unlike a cell, is lost to both logs
+            whole = one_table(config, run) and reason not in OF_CELLS
+            both = whole and other.get(reason) == count
+            told.append(f"{count} rows of {log.path.name}{'' if both else part}: {reason}")
+    return list(dict.fromkeys(told))
 
 
 def _flags(config: Config, stroke_time: FloatArray, missing_s: float, drift: float) -> list[str]:
