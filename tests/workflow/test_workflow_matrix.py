@@ -30,4 +30,4 @@ def test_another_lab_gets_to_a_page(case: Case, tmp_path: Path) -> None:
     assert not wrong, told
     page = (folder.root / "results" / "report.html").read_text(encoding="utf-8")
     assert "re-enacted" in page
-    assert folder.table("leg_errors.csv").empty != case.legs
+    assert folder.table("legs/poppy_CP.csv").empty != case.legs

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rftfit.campaign.problems import Place, Problem, listed
+from rftfit.campaign.problems import Place, Problem
 from rftfit.cli.main import INPUT_NOT_VALID
 from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError, OutputError
@@ -96,31 +95,13 @@ def _open_logs(config: Path) -> list[Opened]:
 
 
 def _print_problems(problems: list[Problem], severity: str) -> int:
-    """Print the problems of one severity, a warning that rows of a table have in common once."""
     chosen = [problem for problem in problems if problem.severity == severity]
     if chosen:
         say(f"{count(len(chosen), severity)}:")
-        alike: dict[Problem, list[Problem]] = {}
-        for one in chosen:
-            row = one.place.row if one.severity == "error" else None
-            alike.setdefault(replace(one, place=replace(one.place, row=row)), []).append(one)
-        for same in alike.values():
-            rows = [one.place.row for one in same[1:]]
-            more = f" (also in {'row' if len(rows) == 1 else 'rows'} {listed(_ranges(rows))})"
-            say(f"  {same[0]}{more if rows else ''}")
+        for problem in chosen:
+            say(f"  {problem}")
         say()
     return len(chosen)
-
-
-def _ranges(numbers: list[int | None]) -> list[str]:
-    """Write increasing numbers as ``3 to 7, 9``."""
-    found: list[list[int]] = []
-    for number in filter(None, numbers):
-        if found and found[-1][-1] == number - 1:
-            found[-1].append(number)
-        else:
-            found.append([number])
-    return [str(part[0]) if len(part) == 1 else f"{part[0]} to {part[-1]}" for part in found]
 
 
 def summary(campaign: Campaign) -> str:

@@ -369,5 +369,5 @@ def _warn_of(forces: pd.DataFrame, unknown: int) -> None:
     poses = sum(any(row) for row in zip(*lost, strict=True))
     if poses:
         warn(
-            f"warning: no interval in {poses} of {len(forces)} poses: a cell of the table has none"
+            f"warning: no interval in {poses} of {len(forces)} poses: no error of alpha is known there"
         )

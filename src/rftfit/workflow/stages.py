@@ -92,7 +92,7 @@ STAGES = (
     ),
     Stage(
         "natural_sands", f"{_VALIDATE}:natural_sands", rows=True,
-        settings=("fit", "fourier", "intruders", "media"),
+        settings=("fit", "fourier", "intruders", "media", "table"),
         reads=("runs/{sands}.csv", "tared/{sands}.parquet", "penetration.csv", "legs/{sands}.csv",
                "predicted.csv"),
         writes=("sands.csv", "sand_correction.csv"),
