@@ -9,6 +9,7 @@ from contextlib import closing
 from copy import copy
 from dataclasses import replace
 from importlib import import_module
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 MAX_UNPACKED = 4_000_000_000
 MOST_ROWS = 1_048_576
 _HEADER_ROWS = 60
+_PLAIN = frozenset({float, int})
 _ROWS_AT_A_TIME = 50_000
 _NUMBERS_AT_A_TIME = 1 << 22  # so that a table of many columns takes no more memory
 
@@ -120,17 +122,14 @@ def _sheet_blocks(path: Path, wanted: str) -> Iterator[Log]:
         sheet.reset_dimensions()
         # closed by hand: rows that nobody asks for keep the file open
         with closing(book), closing(row for row in sheet.iter_rows(values_only=True)) as rows:
-            for log in _row_blocks(path, _in_sheet(path, rows)):
+            for log in _row_blocks(path, islice(rows, MOST_ROWS)):
                 yield replace(log, notes=notes)
-
-
-def _in_sheet(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
-    """Hand the rows on that a sheet can have; the library makes up all those above a stray one."""
-    for number, row in enumerate(rows):
-        if number == MOST_ROWS:
-            text = f"a cell below row {MOST_ROWS}, the last one that a sheet can have"
-            raise LogError("too_large", f"{path}: found {text}: save the workbook anew", number)
-        yield row
+            # the library makes up all rows above a stray one
+            if next(rows, None) is not None:
+                text = f"a cell below row {MOST_ROWS}, the last one that a sheet can have"
+                raise LogError(
+                    "too_large", f"{path}: found {text}: save the workbook anew", MOST_ROWS
+                )
 
 
 def _row_blocks(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
@@ -199,14 +198,15 @@ def _sheet_log(
 ) -> Log:
     rows = [row for row in block if any(cell is not None for cell in row)]
     most = max(chosen, default=-1)
-    cells = [[row[place] for place in chosen] for row in rows if len(row) > most]
-    plain = (float, int)
-    # most cells are numbers: looking at each of them by a function takes as long as reading
-    cells = [
-        row if all(type(cell) in plain for cell in row) else [_number(cell) for cell in row]
-        for row in cells
-    ]
-    kept = [row for row in cells if None not in row]
+    kept: list[list[Any]] = []
+    for row in rows:
+        cells = [row[place] for place in chosen] if len(row) > most else [None]
+        # most cells are numbers: looking at each of them by a function takes as long as reading
+        if not _PLAIN.issuperset(map(type, cells)):
+            cells = [_number(cell) for cell in cells]
+            if None in cells:
+                continue
+        kept.append(cells)
     dropped = {NUMBER: len(rows) - len(kept)} if len(kept) < len(rows) else {}
     values = np.array(kept, dtype=float).reshape(-1, len(chosen)).T
     columns = {names[place]: values[index] for index, place in enumerate(chosen)}
