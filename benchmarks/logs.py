@@ -153,7 +153,8 @@ def compare(folder: Path) -> list[str]:
     lines.append(line("parquet", path, dialect("parquet"), {"pyarrow.parquet": read_parquet}))
     arrays = {str(name): frame[name].to_numpy() for name in frame}
     path = folder / "log.npz"
-    np.savez(path, **{name: np.tile(values, 20) for name, values in arrays.items()})
+    tables: dict[str, Any] = {name: np.tile(values, 20) for name, values in arrays.items()}
+    np.savez(path, **tables)
     lines.append(line("arrays (.npz)", path, dialect("arrays"), {"numpy": read_npz}))
     path = folder / "log.h5"
     with h5py.File(path, "w") as file:

@@ -58,8 +58,14 @@ def hdf5(path: Path) -> None:
 
 
 def npz(path: Path) -> None:
+    arrays: dict[str, Any] = {
+        "run.time": TIME,
+        "run.F": FORCE,
+        "z [mm]": Z,
+        "settings": np.arange(7),
+    }
     with path.open("wb") as file:
-        np.savez(file, **{"run.time": TIME, "run.F": FORCE, "z [mm]": Z, "settings": np.arange(7)})
+        np.savez(file, **arrays)
 
 
 MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
