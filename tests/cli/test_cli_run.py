@@ -202,9 +202,12 @@ def test_a_log_that_cannot_be_written(
 def test_stopping_stops_the_children(campaign: Path, number: signal.Signals) -> None:
     (campaign / "slow.smk").write_text(SLOW)
     words = ["-m", "rftfit.cli.main", "run", "--snakefile", "slow.smk"]
+    # what a test run in the background ignores, its children would ignore too
+    before = signal.signal(number, signal.SIG_DFL)
     child = subprocess.Popen(
         [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
+    signal.signal(number, before)
     deadline = time.monotonic() + 60
     while not (campaign / "results/began").exists() and time.monotonic() < deadline:
         time.sleep(0.05)

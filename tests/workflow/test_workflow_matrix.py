@@ -8,6 +8,8 @@ import pytest
 from campaigns import Folder
 from other_labs import Case, judge, make
 
+from rftfit.lab.marker import write_marker
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -25,9 +27,18 @@ CASES = [
 def test_another_lab_gets_to_a_page(case: Case, tmp_path: Path) -> None:
     make(tmp_path / "campaign", case)
     folder = Folder(tmp_path / "campaign")
+    raw = folder.root / "raw" / "paper"
+    write_marker(raw, raw.rglob("*.*"), "a test", complete=True)
     folder.run_here()
     told, wrong = judge(folder.root, case, [])
     assert not wrong, told
-    page = (folder.root / "results" / "report.html").read_text(encoding="utf-8")
-    assert "re-enacted" in page
+    said = {
+        "report.html": b"Re-enacted, not measured",
+        "provenance.json": b'"reenacted": true',
+        "ro-crate-metadata.json": b"re-enacted",
+        "figures/alpha_maps.png": b"re-enacted logs",
+        "figures/alpha_maps.svg": b"re-enacted logs",
+    }
+    for name, words in said.items():
+        assert words in (folder.root / "results" / name).read_bytes(), name
     assert folder.table("legs/poppy_CP.csv").empty != case.legs
