@@ -81,7 +81,7 @@ matrix: env ## run campaigns of other grids and protocols and compare them with 
 mutations: env ## compare check and run on campaigns with mistakes in sheet, config and logs, ten minutes
 	@$(BIN)/python tests/slow/mutations.py $(ARGS)
 
-reallogs: env ## run a campaign around each log of ../shared/data/logs, a quarter of an hour
+reallogs: env ## run a campaign around each log of ../shared/data/logs, eight minutes
 	@$(BIN)/python tests/slow/real_logs.py $(ARGS)
 
 cluster: env ## run a campaign on a Slurm cluster of this machine that loses a node (root; Debian), ten minutes
