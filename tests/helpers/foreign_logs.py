@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import datetime as dt
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -60,8 +62,6 @@ def _split(
 
 
 def _quoted(line: str) -> list[float]:
-    import csv
-
     parts = next(csv.reader([line]))
     if len(parts) != 10:
         raise ValueError(line)
@@ -180,6 +180,31 @@ def delimited(rows: int) -> Foreign:
     return Foreign(found.name, reader, found.header, found.lines, found.raw, found.cells)
 
 
+def dated(rows: int) -> Foreign:
+    """Commas between cells, the time as a date of ISO 8601."""
+    head = "Time,Fz [N]\n"
+    start = dt.datetime(2026, 1, 2, 23, 59, 59, tzinfo=dt.UTC)
+    times = [start + dt.timedelta(milliseconds=10 * row) for row in range(rows)]
+    lines = [
+        f"{time:%Y-%m-%dT%H:%M:%S.%f}Z,{values[0]:.4f}\n"
+        for time, values in zip(times, _numbers(rows, 1), strict=True)
+    ]
+
+    def cells(line: str) -> list[float]:
+        parts = [part.strip(' \t"') for part in next(csv.reader([line]))]
+        whole, _, rest = parts[0].replace(",", ".").partition(".")
+        zone = rest.lstrip("0123456789")
+        time = dt.datetime.fromisoformat(whole + zone)
+        time = time if time.tzinfo else time.replace(tzinfo=dt.UTC)
+        if len(parts) != 2:
+            raise ValueError(line)
+        return [int(time.timestamp()) + float(f"0.{rest.removesuffix(zone)}"), float(parts[1])]
+
+    found = _foreign("delimited", head, lines, ["Time", "Fz"], cells)
+    reader = DelimitedReader(TextFormat())
+    return Foreign("dated", reader, found.header, found.lines, found.raw, found.cells)
+
+
 def rig(rows: int) -> Foreign:
     """The rig's own force log."""
     head = "# a comment\ntime_s,arm_moving,F1_N,F2_N,F3_N\n"
@@ -205,5 +230,6 @@ TEXTS: dict[str, Callable[[int], Foreign]] = {
     "lvm": lvm,
     "instron": instron,
     "delimited": delimited,
+    "dated": dated,
 }
-"""Every dialect of text."""
+"""Every dialect of text, and text with dates."""

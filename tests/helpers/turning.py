@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,37 +19,24 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import Profile
 
 
-def sweep(
-    profile: Profile,
-    leg: Outline,
+def turned(
     theta: npt.ArrayLike | None = None,
     hip_height_cm: float = HIP_HEIGHT_CM,
     rate_rad_per_s: float = RATE_RAD_PER_S,
-) -> Forces:
-    """Force and moment on a turning leg against theta.
-
-    `theta`: shape (p,); rad; by default -135 to 135 degrees by 1 (`THETA_DEG`). `hip_height_cm`,
-    `rate_rad_per_s`: See `rotation_poses`. Returns arrays of shape (p,); the moment is about the
-    axle.
-    """
+) -> FloatArray:
+    """Poses at angles theta, rad; by default -135 to 135 degrees by 1."""
     theta = np.radians(THETA_DEG) if theta is None else theta
-    return forces_on(profile, leg, rotation_poses(theta, hip_height_cm, rate_rad_per_s))
+    return rotation_poses(theta, hip_height_cm, rate_rad_per_s)
 
 
-def sweep_draws(
-    profile: Profile,
-    leg: Outline,
-    theta: npt.ArrayLike | None = None,
-    hip_height_cm: float = HIP_HEIGHT_CM,
-    rate_rad_per_s: float = RATE_RAD_PER_S,
-) -> Forces:
-    """`sweep` for a stack of draws of a profile.
+def sweep(profile: Profile, leg: Outline, *path: Any, **how: Any) -> Forces:
+    """Force and moment about the axle on a leg `turned` so, one for each theta."""
+    return forces_on(profile, leg, turned(*path, **how))
 
-    `profile`: Parameters with a leading axis of draws. `theta`: shape (p,). Returns arrays of
-    shape (draws, p).
-    """
-    theta = np.radians(THETA_DEG) if theta is None else theta
-    return force_draws(profile, leg, rotation_poses(theta, hip_height_cm, rate_rad_per_s))
+
+def sweep_draws(profile: Profile, leg: Outline, *path: Any, **how: Any) -> Forces:
+    """`sweep` for a stack of draws of a profile: arrays of shape (draws, theta)."""
+    return force_draws(profile, leg, turned(*path, **how))
 
 
 def along_path(

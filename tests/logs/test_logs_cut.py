@@ -54,14 +54,14 @@ def test_whole(name: str, place: Path) -> None:
     wanted = np.array([made.cells(line.decode()) for line in made.lines])
     got = np.stack([log.columns[column] for column in made.raw], axis=1)
     np.testing.assert_array_equal(got, wanted)
-    assert (np.diff(log.columns["Time" if name == "instron" else "time"]) > 0).all()
+    assert (np.diff(log.columns["Time" if name in ("instron", "dated") else "time"]) > 0).all()
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_only_its_own_reader_claims_it(name: str) -> None:
     head = LOGS[name].content
     claim = [other for other, reader in DIALECTS.items() if reader.detect(head)]
-    assert claim == ([] if name == "delimited" else [name])
+    assert claim == ([] if name in ("delimited", "dated") else [name])
 
 
 def ends(made: Foreign) -> list[int]:

@@ -82,6 +82,19 @@ def test_a_time_that_is_none_costs_its_row(form: str, tmp_path: Path) -> None:
     assert_allclose(log.columns["Time"][[0, -1]] - log.columns["Time"][0], [0, 2.99], atol=1e-6)
 
 
+@pytest.mark.parametrize("row", [0, 40])
+def test_a_time_with_a_byte_that_is_no_text(row: int, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    written("clock", path)
+    found = as_text(head_of(path))
+    assert found is not None
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[row + 1] = b"12:00:0\xb0.0,1,2\n"
+    path.write_bytes(b"".join(lines))
+    log = found[0].load(path)
+    assert (log.size, log.dropped) == (N - 1, {"not a time": 1})
+
+
 @given(
     st.datetimes(dt.datetime(1970, 1, 2), dt.datetime(2100, 1, 1)),
     st.sampled_from(["T", " "]),

@@ -18,7 +18,7 @@ PERIOD_S = {CLOCK_TIME: 86400.0, MINUTES: 3600.0}
 """After how long a clock without a date begins anew, by its note."""
 
 _DATE = re.compile(
-    r"\d{4}([-/.])\d\d\1\d\d[T ]\d\d:[0-5]\d(:[0-5]\d([.,]\d{1,9})?)?\s?(?P<zone>Z|[+-]\d\d(:?\d\d)?)?"
+    r"\d{4}([-/.])\d\d\1\d\d[T ]\d\d:[0-5]\d(:[0-5]\d([.,]\d{1,9})?)? ?(?P<zone>Z|[+-]\d\d(:?\d\d)?)?"
 )
 _CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d([.,]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})")
 _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
@@ -73,18 +73,18 @@ def seconds_of_column(cells: Any) -> FloatArray | None:
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    first = cells[0].as_py().strip(" \t")
-    cells = pc.utf8_trim(cells, " \t")
-    if _CLOCK.fullmatch(first):
-        hours = "" if first.count(":") == 2 else "00:"
-        cells = pc.binary_join_element_wise(f"1970-01-01T{hours}", cells, "")
-    elif first[4:5] in ("/", "."):
-        cells = pc.replace_substring(cells, first[4], "-", max_replacements=2)
-    cells = pc.replace_substring(cells, ",", ".")
-    zoned = bool((found := _DATE.fullmatch(first)) and found["zone"])
     try:
+        first = cells[0].as_py().strip(" \t")
+        cells = pc.utf8_trim(cells, " \t")
+        if _CLOCK.fullmatch(first):
+            hours = "" if first.count(":") == 2 else "00:"
+            cells = pc.binary_join_element_wise(f"1970-01-01T{hours}", cells, "")
+        elif first[4:5] in ("/", "."):
+            cells = pc.replace_substring(cells, first[4], "-", max_replacements=2)
+        cells = pc.replace_substring(cells, ",", ".")
+        zoned = bool((found := _DATE.fullmatch(first)) and found["zone"])
         stamps = cells.cast(pa.timestamp("ns", "UTC" if zoned else None))
-    except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError):
         return None
     counts = stamps.cast(pa.int64()).to_numpy()
     whole = counts // 10**9

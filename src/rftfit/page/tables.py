@@ -147,7 +147,10 @@ def spreads(results: Results) -> list[tuple[str, str]]:
         known = one.alpha.loc[one.alpha["alpha_z_se_N_per_cm3"].notna(), "spread"]
         if len(known):
             found.append((one.title, ", ".join(dict.fromkeys(filter(None, known)))))
-    return [(title, words) for title, words in found if words]
+    found = [(title, words) for title, words in found if words]
+    if len(found) > 1 and len({words for _, words in found}) == 1:
+        return [("all media", found[0][1])]
+    return found
 
 
 def methods(results: Results) -> list[str]:
