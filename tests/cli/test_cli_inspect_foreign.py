@@ -44,7 +44,7 @@ def test_the_proposed_config_reads_the_log(
     path.write_bytes(TEXTS[name](30).content)
     said = rftfit("inspect", path)
     assert (said.code, said.err) == (0, "")
-    recognised = "none recognises it" if name == "delimited" else name
+    recognised = "none recognises it" if name in ("delimited", "dated") else name
     assert f"dialect: {recognised}" in said.out
     found = block(said)
     both = {"force_log", "motion_log"} <= found.keys()
