@@ -17,7 +17,7 @@ from campaigns import PROJECT
 from paper_grid import PAPER
 from scipy.signal import lfilter
 
-from rftfit.campaign.config import Config
+from rftfit.campaign.config import Config, Errors
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.slopes import Slope, fit_slope, unfinished_start
 from rftfit.measure.zero import find_zero
@@ -188,7 +188,8 @@ class Ensemble:
                 for name, values in numbers.items()
             }
             own |= {f"alpha_{c}_dof": self.dof[there, i, j] for i, c in enumerate("zx")}
-            yield alpha_table(fixed.assign(**own), self.medium, 0.95, 3, stated, PAPER)
+            errors = Errors(angle_deg=0, turn_deg=0, bed_N_per_cm3=stated)
+            yield alpha_table(fixed.assign(**own), self.medium, 0.95, 3, errors, PAPER)
 
 
 def simulate(medium: str, campaigns: int, seed: int) -> Ensemble:

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from paper_grid import PAPER, grid
 
-from rftfit.campaign.config import Grid
+from rftfit.campaign.config import Errors, Grid
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.reference import BETA_DEG, GAMMA_DEG
@@ -188,7 +188,9 @@ def test_what_counts_as_a_repeat() -> None:
     for beta in ((30.0, 30.0), (90.0, -90.0)):
         found = table(*pairs(beta, GAMMAS))
         assert set(found["spread"]) == {"repeats"}
-        np.testing.assert_allclose(found["run_to_run_z_N_per_cm3"], spread)
+        here = found[found["n_runs"] > 0]
+        np.testing.assert_allclose(here["run_to_run_z_N_per_cm3"], spread)
+        assert (here["run_to_run_x_N_per_cm3"] == 0).all()
     # other plates are no repeats of one another, nor are other depths of a horizontal cell
     assert set(table(*pairs((30.0, -30.0), GAMMAS))["spread"]) == {"one bed as prepared"}
     level = [
@@ -204,7 +206,8 @@ def test_what_counts_as_a_repeat() -> None:
 def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths() -> None:
     depths = np.array([2.54, 5.08, 7.62])
     runs = [run(f"h{d}", 60, 0, 0.1, depth=float(d), se=0.0) for d in depths]
-    found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, 0.005)
+    beds = Errors(angle_deg=0, turn_deg=0, bed_N_per_cm3=0.005)
+    found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, beds)
     share = depths**2 / (depths @ depths)
     assert share.sum() == pytest.approx(1)
     here = cell(found, 60, 0)

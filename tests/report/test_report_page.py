@@ -25,7 +25,7 @@ from page_inputs import (
 from rftfit import reference
 from rftfit.campaign.config import Table
 from rftfit.lab.marker import MARKER
-from rftfit.measure.slopes import OF_CELL
+from rftfit.measure.errors import OF_CELL
 from rftfit.model.outlines import model_leg
 from rftfit.model.scaling import published
 from rftfit.page.methods import paragraphs, settings_digest

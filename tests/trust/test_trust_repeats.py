@@ -10,19 +10,21 @@ import pytest
 from ensembles import paper_config
 from rigroom import paper, planned
 
+from rftfit.campaign.config import Errors
 from rftfit.compare.legs import leg_errors, measured_peak
 from rftfit.lab.enact import run_logs
 from rftfit.measure.alpha import alpha_table, column
-from rftfit.measure.slopes import (  # fmt: skip
+from rftfit.measure.errors import (
     AS_PREPARED,
-    GIVEN_DOF,
     LEAST_DOF,
     REPEATS,
     STATED,
-    mean_of_repeats,
-    spread_of_runs,
-    student_quantile,
+    Part,
+    bed_of_mean,
+    half_width,
+    spread_of_beds,
 )
+from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.draws import Term, interval, interval_of_sum, typical_dof
 
 SPREAD = 0.005
@@ -36,41 +38,62 @@ def pairs(count: int, seed: int, se: float = 0.001) -> list[tuple[np.ndarray, np
 
 def test_spread_from_repeats_by_hand() -> None:
     groups = [(np.array([0.30, 0.31]), np.array([0.001, 0.002]))] * LEAST_DOF
-    found = spread_of_runs([*groups, (np.array([9.0]), np.array([0.1]))], None)
+    found = spread_of_beds([[*groups, (np.array([9.0]), np.array([0.1]))]])[0]
     # each pair has the sum of squares 2 x 0.005^2 and one degree of freedom
     between, own = 5e-5, (1e-6 + 4e-6) / 2
     assert found.source == REPEATS
-    assert found.variance == pytest.approx(between - own)
-    assert found.dof == pytest.approx(LEAST_DOF * ((between - own) / between) ** 2)
+    part = found.part(0.305)
+    assert part.sd == pytest.approx(math.sqrt(between - own))
+    assert part.dof == pytest.approx(LEAST_DOF * ((between - own) / between) ** 2)
 
 
 def test_spread_from_repeats_is_unbiased() -> None:
-    found = [spread_of_runs(pairs(12, seed), None).variance for seed in range(400)]
+    found = [spread_of_beds([pairs(12, seed)])[0].part(0.3).sd ** 2 for seed in range(400)]
     assert np.mean(found) == pytest.approx(SPREAD**2, rel=0.06)
+
+
+@pytest.mark.parametrize(("a", "b"), [(0.004, 0.0), (0.0, 0.05), (0.002, 0.03)])
+def test_a_spread_that_grows_with_alpha_is_found(a: float, b: float) -> None:
+    random = np.random.default_rng(3)
+    alphas = np.tile([0.01, 0.05, 0.1, 0.2, 0.35], 12)
+    sizes, inside = [], []
+    for _ in range(60):
+        own = np.full(3, 0.0005)
+        groups = [
+            (alpha + random.normal(0, math.hypot(a, b * alpha, 0.0005), 3), own) for alpha in alphas
+        ]
+        found = spread_of_beds([groups])[0]
+        sizes.append(found.size)
+        true = math.hypot(a, b * 0.35)
+        one_more = random.normal(0, true)
+        inside.append(abs(one_more) <= half_width([found.part(0.35)], 0.95))
+    mean = np.mean(sizes, axis=0)
+    # what is 0 can only be found too large
+    np.testing.assert_allclose(np.sqrt(mean), [a, b], rtol=0.15, atol=0.0008 if a == 0 else 0.006)
+    assert np.mean(inside) > 0.88
 
 
 def test_repeats_speak_before_the_config_and_few_do_not() -> None:
     few, many = pairs(LEAST_DOF - 1, 1), pairs(LEAST_DOF, 1)
-    assert spread_of_runs(few, 0.003).source == STATED
-    assert spread_of_runs(few, 0.003).variance == pytest.approx(9e-6)
-    assert spread_of_runs(few, None).source == AS_PREPARED
-    assert spread_of_runs(many, 0.003).source == REPEATS
-    assert spread_of_runs([], None).variance == 0
+    assert spread_of_beds([few], (0.003, 0.0))[0].source == STATED
+    assert spread_of_beds([few], (0.003, 0.01))[0].part(0.4).sd == pytest.approx(0.005)
+    assert spread_of_beds([few])[0].source == AS_PREPARED
+    assert spread_of_beds([many], (0.003, 0.0))[0].source == REPEATS
+    assert spread_of_beds([[]])[0].part(0.3).sd == 0
 
 
 def test_repeats_that_agree_show_no_spread() -> None:
     same = [(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
-    found = spread_of_runs(same, 0.005)
-    assert (found.variance, found.source) == (0, REPEATS)
+    found = spread_of_beds([same], (0.005, 0.0))[0]
+    assert (found.part(0.3).sd, found.source) == (0, REPEATS)
 
 
 def test_mean_of_one_run_has_the_spread_of_others() -> None:
-    spread = spread_of_runs(pairs(20, 3), None)
-    one = [np.array([value]) for value in (0.2, 0.001, 30.0)]
-    alpha, se, dof = mean_of_repeats(one[0], one[1], one[2], spread)
-    assert alpha == 0.2
-    assert se == pytest.approx(math.sqrt(spread.variance + 1e-6))
-    assert dof < 25
+    spread = spread_of_beds([pairs(20, 3)])[0]
+    noise, bed, source = bed_of_mean(np.array([0.2]), np.ones(1), Part(0.001, 30.0), spread)
+    assert (noise.sd, source) == (0.001, REPEATS)
+    assert bed == spread.part(0.2)
+    assert bed.dof < 25
 
 
 def fits(run_to_run: float | None) -> pd.DataFrame:
@@ -84,7 +107,8 @@ def fits(run_to_run: float | None) -> pd.DataFrame:
         }
         for beta, gamma, depth in ((0, 90, 5.0), (0, 0, 2.54), (0, 0, 5.08), (0, 0, 7.62))
     ]  # fmt: skip
-    return alpha_table(pd.DataFrame(rows), "m", 0.95, 3, run_to_run)
+    errors = Errors(angle_deg=0, turn_deg=0, bed_N_per_cm3=run_to_run)
+    return alpha_table(pd.DataFrame(rows), "m", 0.95, 3, errors)
 
 
 def test_stated_spread_in_the_alpha_table() -> None:
@@ -184,4 +208,4 @@ def test_beds_of_the_reenacted_lab_differ_by_what_is_asked() -> None:
 
 
 def test_config_states_no_spread_unless_asked() -> None:
-    assert paper_config(300).fit.run_to_run_N_per_cm3 is None
+    assert paper_config(300).errors.bed is None

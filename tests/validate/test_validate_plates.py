@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rftfit.compare.sands import by_plate, depth_exponent, size_exponent
-from rftfit.measure.slopes import REPEATS
+from rftfit.measure.errors import REPEATS
 
 
 @pytest.mark.parametrize("n", [0.8, 1.0, 1.4])
@@ -42,7 +42,7 @@ def test_repeats_are_pooled_over_the_plates() -> None:
     exponents = dict.fromkeys(alphas, np.array([1.1, 1.2, 1.3]))
     results, spread = by_plate(alphas, exponents, 0.95)
     assert spread.source == REPEATS
-    assert spread.variance == pytest.approx(0.01 - 0.0001)
+    assert spread.part(0.3).sd ** 2 == pytest.approx(0.01 - 0.0001)
     small = results["small"]
     assert small.alpha.value == pytest.approx(1.0)
     assert small.alpha.se == pytest.approx(0.1 / math.sqrt(3))

@@ -437,18 +437,48 @@ class Fit(Model):
         "a window that covers less depth gives no alpha, cm; default: a tenth of the plate's length",
     )
     confidence: float = key(0.95, "level of all intervals", gt=0.5, lt=1)
-    run_to_run_N_per_cm3: NotNegative | None = key(
-        None,
-        "standard deviation of alpha from one prepared bed to the next, N/cm^3, used "
-        "where the run sheet has too few repeats to show it; default: not known, intervals are "
-        "those of one bed as prepared",
-    )
     missing_tare: Literal["refuse", "flag", "none"] = key(
         "refuse",
         "flag: a run for which the sheet names no tare_run is used as it is, with the "
         "force on rod and mount in it, and says so; none: so it is, and there is no such force, as in "
         "a simulation",
     )
+
+
+class Errors(Model):
+    """Standard deviations of what no single log shows; each enters the intervals under its name."""
+
+    surface_run_mm: NotNegative | None = key(
+        None,
+        "free surface, from run to run, mm; default: what the runs of a medium show, whose lines with a "
+        "free intercept meet zero stress at other depths; below five such runs, mixed with 1 mm",
+    )
+    surface_session_mm: NotNegative | None = key(
+        None,
+        "free surface, the same error in all runs of a medium, mm; default: the median of these depths",
+    )
+    angle_deg: NotNegative = key(
+        0.5, "attack angle and direction of motion of a run, degrees; default: a quarter of what "
+        "arm.angle_tolerance_deg lets pass",
+    )  # fmt: skip
+    turn_deg: NotNegative = key(
+        0.5, "transducer.turn_deg, the same error in all runs, degrees; default: a mount set by eye"
+    )
+    bed_N_per_cm3: NotNegative | None = key(
+        None,
+        "alpha from one prepared bed to the next, N/cm^3, used where the run sheet has too few repeats "
+        "to show it; default: not known, intervals are those of one bed as prepared",
+    )
+    bed_percent: NotNegative | None = key(
+        None, "the part of it that grows with alpha, percent; the two add in squares"
+    )
+
+    @property
+    def bed(self) -> tuple[float, float] | None:
+        """Stated spread of beds: a part in N/cm^3 and one relative to alpha."""
+        if self.bed_N_per_cm3 is None and self.bed_percent is None:
+            return None
+        return self.bed_N_per_cm3 or 0.0, (self.bed_percent or 0.0) / 100
 
 
 TableColumn = Literal[
@@ -591,6 +621,7 @@ class Config(Model):
         "an empty cell; default: those of the run sheet",
     )
     fit: Fit = key(Fit(), "which part of a stroke is fitted")
+    errors: Errors = key(Errors(), "errors that no single log shows")
     fourier: Fourier = key(Fourier(), "the nine-term fit")
     figures: Figures = key(Figures(), "what the figures show")
     publication: Publication = key(Publication(), "who makes the results known, and when")

@@ -8,14 +8,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.measure.errors import (
+    Part,
+    Spread,
+    SurfaceError,
+    bed_of_mean,
+    errors_of,
+    half_width,
+    spread_of_beds,
+)
 from rftfit.measure.fits import linear_window, too_short
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.slopes import (
-    Spread,
+    GIVEN_DOF,
+    combine_dof,
     fit_few,
     fit_slope,
-    mean_of_repeats,
-    spread_of_runs,
     student_quantile,
     zero_intercept,
 )
@@ -75,14 +83,15 @@ def linear_end(depth: FloatArray, stress: FloatArray, bend: float = BEND) -> flo
 
 
 def penetration_rows(
-    campaign: Campaign, tared: pd.DataFrame, runs: pd.DataFrame, chi: FloatArray
+    campaign: Campaign, tared: pd.DataFrame, runs: pd.DataFrame, fits: pd.DataFrame, chi: FloatArray
 ) -> list[dict[str, object]]:
     """Slope and zeta of every penetration test of a natural sand over its linear regime.
 
     Two rows a test, one for the stated and one for the detected regime; one with the reason for a
-    test that has no tared stroke. `tared` and `runs` are the sand's tables of the tare and ingest
-    stages, `chi` that of the reference media.
+    test that has no tared stroke. `tared`, `runs` and `fits` are the sand's tables of the tare, ingest
+    and slope stages, `chi` that of the reference media.
     """
+    surface = errors_of(fits, campaign.config)[1]
     facts = {str(row["run_id"]): row for row in runs.to_dict("records")}
     where = split_runs(tared)
     rows: list[dict[str, object]] = []
@@ -92,7 +101,7 @@ def penetration_rows(
         if (run.kind, run.direction, run.beta_deg, run.gamma_deg) != ("plate", "intrusion", 0, 90):
             continue
         if name in where:
-            rows += _windows(campaign, run, tared.iloc[where[name]], facts, chi)
+            rows += _windows(campaign, run, tared.iloc[where[name]], facts, chi, surface)
             continue
         reason = facts[name]["reason"]
         if campaign.numbers:
@@ -103,7 +112,12 @@ def penetration_rows(
 
 
 def _windows(
-    campaign: Campaign, run: Run, samples: pd.DataFrame, facts: Mapping[str, Any], chi: FloatArray
+    campaign: Campaign,
+    run: Run,
+    samples: pd.DataFrame,
+    facts: Mapping[str, Any],
+    chi: FloatArray,
+    surface: SurfaceError,
 ) -> list[dict[str, object]]:
     """Fit one penetration test over the stated and over the detected linear regime."""
     plate = campaign.config.intruders[run.intruder]
@@ -121,7 +135,8 @@ def _windows(
         inside = linear_window(depth, end, campaign.config.fit) == RowStatus.GOOD
         # without an end, which is NaN then, there is no window
         part = np.isfinite(stress) & (depth > 0) & (depth <= end) & inside
-        row |= {"linear_to_cm": end} | _slope(campaign, plate, depth[part], stress[part], zero, chi)
+        samples_of = depth[part], stress[part]
+        row |= {"linear_to_cm": end} | _slope(campaign, plate, *samples_of, zero, chi, surface)
         if campaign.holds_tare(run):
             row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))
         rows.append(row)
@@ -135,6 +150,7 @@ def _slope(
     stress: FloatArray,
     zero: tuple[FloatArray, FloatArray],
     chi: FloatArray,
+    surface: SurfaceError,
 ) -> dict[str, object]:
     """Slope over one linear regime, and zeta from it."""
     fit = campaign.config.fit
@@ -144,10 +160,16 @@ def _slope(
     if not of_table and (short := too_short(depth, plate, fit)):
         return {"reason": short}
     slope = fit_few(depth, stress[None]) if of_table else fit_slope(depth, stress[None], *zero)
-    alpha, (lo, hi) = float(slope.alpha[0]), slope.interval(fit.confidence)
-    row = {"alpha_z_N_per_cm3": alpha, "lo": lo[0], "hi": hi[0], "bend": bend_of(depth, stress)}
+    alpha, se = float(slope.alpha[0]), float(slope.se[0])
+    moved = alpha * slope.lever
+    parts = [Part(se, float(slope.dof[0])), Part(moved * surface.run, surface.dof)]
+    parts.append(Part(moved * surface.session))
+    half = half_width(parts, fit.confidence) if math.isfinite(se) else math.nan
+    row = {"alpha_z_N_per_cm3": alpha, "lo": alpha - half, "hi": alpha + half}
+    row["bend"] = bend_of(depth, stress)
+    se = half / float(student_quantile(fit.confidence, GIVEN_DOF))
     try:
-        scaled = scale_new_medium(alpha, float(slope.se[0]), chi, np.zeros(9), fit.confidence)
+        scaled = scale_new_medium(alpha, se, chi, np.zeros(9), fit.confidence)
     except ValueError as error:
         return {**row, "reason": str(error)}
     ends = {"zeta": scaled.zeta, "zeta_lo": scaled.zeta_lo, "zeta_hi": scaled.zeta_hi}
@@ -263,13 +285,17 @@ def by_plate(
     `alphas`: By plate: alpha, standard error (N/cm^3) and degrees of freedom of its runs.
     `exponents`: By plate: `depth_exponent` of its runs.
     """
-    spread = spread_of_runs([(alpha, se) for alpha, se, _ in alphas.values()], None)
+    (spread,) = spread_of_beds([[(alpha, se) for alpha, se, _ in alphas.values()]])
     results = {}
     for name, (alpha, se, dof) in alphas.items():
-        mean, error, freedom = mean_of_repeats(alpha, se, dof, spread)
+        n, mean = alpha.size, float(alpha.mean())
+        own = (se / n) ** 2
+        noise = Part(math.sqrt(float(own.sum())), float(combine_dof(own, dof)))
+        noise, bed, _ = bed_of_mean(alpha, np.full(n, 1 / n), noise, spread)
+        half = half_width([noise, bed], confidence)
         results[name] = PlateResult(
-            _estimate(mean, error, freedom, confidence),
-            alpha.size,
+            Estimate(mean, math.hypot(noise.sd, bed.sd), mean - half, mean + half),
+            n,
             float(np.abs(alpha / mean - 1).max()),
             _of_scatter(exponents[name], confidence),
         )

@@ -4,21 +4,34 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.measure.fits import COMPONENTS, SEVERAL_PLATES, Row, flags_of_all, without
-from rftfit.measure.slopes import (
-    AS_PREPARED,
-    GIVEN_DOF,
+from rftfit.measure.errors import (
+    ANGLE,
+    BED,
+    CURVATURE,
+    NOISE,
     OF_CELL,
+    REPEATS,
+    SESSION,
+    SOURCES,
+    STARTUP,
+    SURFACE,
+    TARE,
+    TURN,
+    Part,
     Spread,
-    combine_dof,
-    mean_of_repeats,
-    spread_of_runs,
-    student_quantile,
+    SurfaceError,
+    bed_of_mean,
+    gradient,
+    half_width,
+    spread_of_beds,
 )
+from rftfit.measure.fits import COMPONENTS, SEVERAL_PLATES, Row, flags_of_all, without
+from rftfit.measure.slopes import combine_dof
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +39,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import pandas as pd
 
-    from rftfit.campaign.config import Grid
+    from rftfit.campaign.config import Errors, Grid
     from rftfit.conventions import FloatArray
 
 
@@ -54,43 +67,50 @@ def alpha_table(
     medium: str,
     confidence: float,
     depths: int,
-    run_to_run: float | None = None,
+    errors: Errors | None = None,
     grid: Grid | None = None,
+    surface: SurfaceError | None = None,
 ) -> pd.DataFrame:
     """Combine the fits of one medium into its cells, one row each.
 
-    Cells are the planned ones of the grid, or else the distinct directions of the runs. A cell with several runs gets their mean. Planned cells at beta = -90 and +90 degrees are one and
-    the same plate and share their runs. A horizontal cell is the zero-intercept fit through the
-    steady-state means at the depths of its runs (design section 2). What differs from run to run
-    enters every interval as far as it is known: pooled from the repeats of the sheet, else as
-    stated; column `spread` says which. A cell without a number has a reason.
+    Cells are the planned ones of the grid, or else the distinct directions of the runs. A cell with
+    several runs gets their mean. Planned cells at beta = -90 and +90 degrees are one and the same plate
+    and share their runs. A horizontal cell is the zero-intercept fit through the steady-state means
+    at the depths of its runs (design section 2). The interval holds every error of `SOURCES`, which
+    have columns of their own; column `spread` says where that of the beds comes from.
 
     `fits`: Of `fit_medium`. `confidence`: Level of the intervals. `depths`: Number of depths that a
-    horizontal cell should have. `run_to_run`: Stated standard deviation of alpha, N/cm^3. `grid`:
-    Planned cells, and when two directions are the same.
+    horizontal cell should have. `errors`: What no log shows; default: none. `grid`: Planned cells, and
+    when two directions are the same. `surface`: Of `surface_error`; default: it has none.
     """
     import pandas as pd
 
-    from rftfit.campaign.config import Grid
+    from rftfit.campaign.config import Errors, Grid
 
+    errors = errors or Errors(angle_deg=0, turn_deg=0)
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
     angles = [(float(row["beta_deg"]), float(row["gamma_deg"])) for row in records]
     grid = grid or Grid()
-    cells = list(grid.planned) or distinct(angles, grid)
+    directions = list(grid.planned) or distinct(angles, grid)
     own = [
         [run for run, angle in zip(records, angles, strict=True) if grid.same(cell, angle)]
-        for cell in cells
+        for cell in directions
     ]
-    spreads = {c: spread_of_runs(_repeats(own, c), run_to_run) for c in COMPONENTS}
+    found = spread_of_beds([_repeats(own, component) for component in COMPONENTS], errors.bed)
+    spread = dict(zip(COMPONENTS, found, strict=True))
     told = flags_of_all(fits)
+    cells = [
+        _cell(here, gamma == 0, depths, told)
+        for here, (_, gamma) in zip(own, directions, strict=True)
+    ]
+    parts = _errors(cells, directions, errors, surface or SurfaceError(), spread, confidence)
     rows = []
-    for (beta, gamma), here in zip(cells, own, strict=True):
-        cell = _cell(here, gamma == 0, confidence, depths, spreads, told)
-        rows.append({"medium": medium, "beta_deg": beta, "gamma_deg": gamma, **cell})
-    if not rows:  # no plate run at all: the columns of a table all the same
-        nothing = {"medium": medium, "beta_deg": math.nan, "gamma_deg": math.nan}
-        return pd.DataFrame([nothing | _cell([], False, confidence, depths, spreads, ())])[:0]
-    return pd.DataFrame(rows)
+    for (beta, gamma), cell, numbers in zip(directions, cells, parts, strict=True):
+        place = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma}
+        rows.append(place | numbers | cell.told)
+    # no plate run at all: the columns of a table all the same
+    columns = ["medium", "beta_deg", "gamma_deg", *_NUMBERS, *_BEDS, *_TOLD]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def distinct(angles: Sequence[tuple[float, float]], grid: Grid) -> list[tuple[float, float]]:
@@ -122,7 +142,14 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
         seen.update(str(run["run_id"]) for run in new)
         level = new and new[0]["gamma_deg"] == 0
         parts = _by_depth(new) if level and math.isfinite(new[0]["depth_from_cm"]) else [new]
-        groups += [_parts(part, component)[:2] for part in parts if part]
+        for part in filter(None, parts):
+            alpha, se = (np.array([run[column(component, q)] for run in part], dtype=float)
+                         for q in ("", "_se"))  # fmt: skip
+            same = len({run.get("tare_run", "") for run in part}) < len(part)
+            tare, bent = (np.array([run.get(column(component, q), 0.0) for run in part])
+                          for q in ("_tare", "_curvature"))  # fmt: skip
+            # a tare that they share and a curvature that they have alike do not make them differ
+            groups.append((alpha, np.sqrt(np.maximum(se**2 - same * tare**2 - bent**2, 0.0))))
     return groups
 
 
@@ -136,16 +163,34 @@ def _by_depth(runs: list[Row]) -> list[list[Row]]:
     return parts
 
 
-def _cell(
-    runs: list[Row],
-    horizontal: bool,
-    confidence: float,
-    depths: int,
-    spreads: dict[str, Spread],
-    told: tuple[str, ...],
-) -> dict[str, float | int | str]:
-    names = [column(component, quantity) for component in COMPONENTS for quantity in QUANTITIES]
-    cell: dict[str, float | int | str] = dict.fromkeys(names, math.nan)
+@dataclass(frozen=True)
+class _Cell:
+    """The runs of one direction that give its alpha: the sum of `share` times that of each run.
+
+    `level`: Whether their steady means at several depths are fitted, as in horizontal runs.
+    `told`: Columns of the table that are no alpha.
+    """
+
+    runs: list[Row]
+    share: FloatArray
+    level: bool
+    told: dict[str, int | str]
+
+    def sum(self, name: str) -> float:
+        """What the runs have in a column, added up by their shares."""
+        return float(self.share @ self.of(name))
+
+    def of(self, name: str) -> FloatArray:
+        """Column of the runs; 0 where it is absent."""
+        return np.array([run.get(name, 0.0) for run in self.runs], dtype=float)
+
+
+_NUMBERS = [column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))]
+_BEDS = [f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS]
+_TOLD = ["n_runs", "run_ids", "tare_runs", "spread", "flags", "reason"]
+
+
+def _cell(runs: list[Row], horizontal: bool, depths: int, told: tuple[str, ...]) -> _Cell:
     good = [run for run in runs if math.isfinite(run[column("z")])]
     # a table may hold the stress at all depths of a level motion as one run
     horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
@@ -160,56 +205,110 @@ def _cell(
     flags += here
     reasons = [f"{run['run_id']}: {run['reason']}" for run in runs if run["reason"]]
     n_depths = len(_by_depth(good)) if horizontal else depths
+    used = good
     if not runs:
         reasons.append("no run")
     elif good and n_depths < 2 <= depths:
         # one depth cannot show that stress is proportional to depth
         reasons.append(f"only {n_depths} of {depths} depths")
-    elif good:
-        if n_depths < depths:
-            flags.append(f"{n_depths} of {depths} depths")
-        for component in COMPONENTS:
-            spread = spreads[component]
-            if horizontal:
-                alpha, se, dof = _through_depths(good, component, spread)
-            else:
-                alpha, se, dof = mean_of_repeats(*_parts(good, component), spread)
-            half = float(student_quantile(confidence, dof)) * se
-            values = (alpha, se, alpha - half, alpha + half)
-            cell.update({column(component, quantity): value
-                         for quantity, value in zip(QUANTITIES, values, strict=True)})  # fmt: skip
-    source = spreads["z"].source
-    if source == AS_PREPARED and len(good) > 1 and not horizontal:
-        source = OF_CELL
-    return cell | {
+        used = []
+    elif good and n_depths < depths:
+        flags.append(f"{n_depths} of {depths} depths")
+    share = np.full(len(used), 1 / max(len(used), 1))
+    if horizontal:
+        depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used])
+        share = depth**2 / max(float(depth @ depth), 1e-9)
+    tares = dict.fromkeys(str(run.get("tare_run", "")) for run in used)
+    return _Cell(used, share, horizontal, {
         "n_runs": len(good),
         "run_ids": " ".join(run["run_id"] for run in good),
-        **{f"run_to_run_{c}_N_per_cm3": spreads[c].deviation for c in COMPONENTS},
-        "spread": source,
+        "tare_runs": " ".join(filter(None, tares)),
         "flags": "; ".join(flags),
         "reason": "; ".join(reasons),
+    })  # fmt: skip
+
+
+def _errors(
+    cells: list[_Cell],
+    directions: list[tuple[float, float]],
+    errors: Errors,
+    surface: SurfaceError,
+    spread: dict[str, Spread],
+    confidence: float,
+) -> list[dict[str, float | str]]:
+    """Alpha of each cell with its errors by name, and the interval that holds them all."""
+    alpha = {c: np.array([cell.sum(column(c)) if cell.runs else math.nan for cell in cells])
+             for c in COMPONENTS}  # fmt: skip
+    beta, gamma = np.array(directions, dtype=float).reshape(-1, 2).T
+    rise = {c: np.hypot(*gradient(beta, gamma, alpha[c]).T) if errors.angle_deg else 0 * alpha[c]
+            for c in COMPONENTS}  # fmt: skip
+    rows: list[dict[str, float | str]] = []
+    for i, cell in enumerate(cells):
+        row: dict[str, float | str] = dict.fromkeys([*_NUMBERS, *_BEDS], math.nan)
+        rows.append(row | {"spread": spread["z"].source})
+        if not cell.runs:
+            continue
+        side = float(cell.share @ np.where(cell.of("mirrored"), -1.0, 1.0) / cell.share.sum())
+        turned = {"z": -side * alpha["x"][i], "x": side * alpha["z"][i]}
+        for c in COMPONENTS:
+            found = _of_runs(cell, c, surface)
+            found[ANGLE] = Part(float(rise[c][i]) * errors.angle_deg * _together(cell))
+            found[TURN] = Part(turned[c] * math.radians(errors.turn_deg))
+            source = _add_bed(found, cell, c, spread[c], confidence)
+            half = half_width(found.values(), confidence)
+            se = math.sqrt(sum(part.sd**2 for part in found.values()))
+            values = (alpha[c][i], se, alpha[c][i] - half, alpha[c][i] + half)
+            row = {column(c, q): value for q, value in zip(QUANTITIES, values, strict=True)}
+            row |= {column(c, f"_{name}"): part.sd for name, part in found.items()}
+            if spread[c].known:
+                row[f"run_to_run_{c}_N_per_cm3"] = spread[c].part(float(alpha[c][i])).sd
+            rows[-1] |= row | {"spread": source}
+    return rows
+
+
+def _together(cell: _Cell) -> float:
+    """Standard deviation of the mean of errors that each run has for itself, relative to one's."""
+    return math.sqrt(float(cell.share @ cell.share))
+
+
+def _of_runs(cell: _Cell, c: str, surface: SurfaceError) -> dict[str, Part]:
+    """Errors that the logs show, and those of surface and tare, of one component."""
+    alpha, se, dof = cell.of(column(c)), cell.of(column(c, "_se")), cell.of(f"alpha_{c}_dof")
+    startup, tare, bent = (cell.of(column(c, f"_{name}")) for name in (STARTUP, TARE, CURVATURE))
+    own = np.maximum(se**2 - startup**2 - tare**2 - bent**2, 0) * cell.share**2
+    # runs that share a tare err alike, each to its own side
+    signed = np.where((c == "x") & (cell.of("mirrored") != 0), -1.0, 1.0) * cell.share * tare
+    names = np.array([str(run.get("tare_run", "")) for run in cell.runs])
+    of_tares = [float(signed[names == name].sum()) for name in dict.fromkeys(names)]
+    moved = cell.share * alpha * cell.of("lever_per_cm")
+    signs = 1.0 if sum(of_tares) >= 0 else -1.0
+    return {
+        NOISE: Part(math.sqrt(float(own.sum())), float(combine_dof(own, dof))),
+        # a start-up moves all depths the same way, so its parts add up before they are squared
+        STARTUP: Part(float(cell.share @ startup)),
+        TARE: Part(signs * math.hypot(*of_tares)),
+        SURFACE: Part(surface.run * float(np.sqrt(moved @ moved)), surface.dof),
+        SESSION: Part(surface.session * float(moved.sum())),
+        CURVATURE: Part(float(cell.share @ bent)),
     }
 
 
-def _parts(runs: list[Row], component: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    names = (column(component), column(component, "_se"), f"alpha_{component}_dof")
-    alpha, se, dof = (np.array([run[name] for run in runs], dtype=float) for name in names)
-    return alpha, se, dof
+def _add_bed(found: dict[str, Part], cell: _Cell, c: str, spread: Spread, confidence: float) -> str:
+    """Add how beds differ, and return where that is known from.
 
-
-def _through_depths(runs: list[Row], component: str, spread: Spread) -> tuple[float, float, float]:
-    """Zero-intercept fit through the mean stress at each depth."""
-    alpha, se, dof = _parts(runs, component)
-    depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in runs])
-    share = depth**2 / float(depth @ depth)
-    # a start-up moves all depths the same way, so its parts add up before they are squared
-    startup = np.array([run.get(f"alpha_{component}_startup_N_per_cm3", 0.0) for run in runs])
-    own = np.maximum(se**2 - startup**2, 0) * share**2
-    parts = np.concatenate(
-        [own, [spread.variance * float(share @ share), float(share @ startup) ** 2]]
+    Repeats differ by the errors of their surface and angles too, so these are not added to what repeats
+    show; the wider of both counts.
+    """
+    found[NOISE], shown, source = bed_of_mean(
+        cell.of(column(c)), cell.share, found[NOISE], spread, own=not cell.level
     )
-    dofs = np.concatenate([dof, [spread.dof, GIVEN_DOF]])
-    return float(share @ alpha), math.sqrt(float(parts.sum())), float(combine_dof(parts, dofs))
+    if source in (REPEATS, OF_CELL):
+        rest = half_width([shown], confidence) ** 2
+        rest -= half_width([found[SURFACE], found[ANGLE]], confidence) ** 2
+        unit = half_width([Part(1.0, shown.dof)], confidence)
+        shown = Part(math.sqrt(max(rest, 0.0)) / unit, shown.dof)
+    found[BED] = shown
+    return source
 
 
 def directions(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:

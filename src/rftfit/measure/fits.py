@@ -10,7 +10,7 @@ import numpy as np
 
 from rftfit.conventions import file_extraction
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.slopes import FEWEST, Slope, fit_few, fit_slope, unfinished_start
+from rftfit.measure.slopes import CURVED_P, FEWEST, Slope, fit_few, fit_slope, unfinished_start
 from rftfit.measure.strokes import split_runs
 from rftfit.measure.tare import NO_TARE_FLAG
 
@@ -36,16 +36,17 @@ NO_FORCE_X = "alpha_x was not measured: the config states a constant for its cha
 SHORTEST_WINDOW = 0.1
 """Depth that a window must cover at least, relative to the length of the plate."""
 
-_CURVED_P, _CURVED_RATIO = 0.01, 0.10
+_CURVED_RATIO = 0.10
 COMPONENTS = ("z", "x")
 _OF_COMPONENT = (
     "alpha_{}_N_per_cm3", "alpha_{}_se_N_per_cm3", "alpha_{}_lo_N_per_cm3", "alpha_{}_hi_N_per_cm3",
     "alpha_{}_dof", "alpha_{}_ols_se_N_per_cm3", "alpha_{}_startup_N_per_cm3",
+    "alpha_{}_tare_N_per_cm3", "alpha_{}_curvature_N_per_cm3",
     "intercept_{}_N_per_cm2", "free_slope_{}_N_per_cm3", "nonlinear_{}_p", "nonlinear_{}_ratio",
 )  # fmt: skip
 FIT_COLUMNS = [
     "run_id", "medium", "beta_deg", "gamma_deg", "direction", "mirrored", "tare_run", "depth_from_cm",
-    "depth_to_cm", "n_points", *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
+    "depth_to_cm", "n_points", "lever_per_cm", "offset_cm", "offset_se_cm", *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
     "flags", "note", "reason",
 ]  # fmt: skip
 
@@ -283,7 +284,7 @@ def _linearity_flags(
     visible = config.transducer.precision_N / plate.area_cm2
     end_stress = np.abs(slope.alpha) * deepest
     curved = (
-        (slope.nonlinear_p < _CURVED_P)
+        (slope.nonlinear_p < CURVED_P)
         & (np.abs(slope.nonlinear_ratio) > _CURVED_RATIO)
         & (np.abs(slope.nonlinear_ratio) * end_stress > visible)
     )
@@ -381,7 +382,7 @@ def _stroke(
     depth, run = samples["depth_cm"], facts[0]
     # depth changes in a stroke at this speed; an error of the clocks shifts it by speed x error
     speed = float(np.ptp(depth)) / (depth.size * float(run["sample_step_s"]))
-    # so does an error of the surface, where that had to be found; a stated one has no error
+    # so does an error of the surface, where that was found in the run; that of a given one is no run's own
     surface_se_cm = float(np.nan_to_num(run["surface_se_mm"])) / 10
     return Stroke(
         depth, samples["x_cm"], samples["path_cm"], force, samples["why"],
@@ -412,9 +413,11 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     slope = fit.slope
     if slope is None:
         return row
-    row["n_points"] = slope.points
+    row |= {"n_points": slope.points, "lever_per_cm": slope.lever}
+    row |= {"offset_cm": slope.offset[0], "offset_se_cm": slope.offset_se[0]}
     lo, hi = slope.interval(confidence)
-    values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup,
+    values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup, slope.tare,
+              slope.curvature,
               slope.intercept, slope.free_slope, slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
     for i, component in enumerate(COMPONENTS):
         names = [name.format(component) for name in _OF_COMPONENT]

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import numpy.typing as npt
 
     from rftfit.conventions import FloatArray
@@ -19,8 +17,11 @@ if TYPE_CHECKING:
 
 COSINES = 12
 ORDER = 5
-_MAX_SUM = 0.98
+_MAX_SUM = 0.998
 
+
+CURVED_P = 0.01
+"""Curvature with less probability than this is no noise."""
 
 FEWEST = 8
 """Samples from which their autocorrelation can be told."""
@@ -99,7 +100,7 @@ def _autoregression(residual: FloatArray, order: int) -> FloatArray:
     memory = np.asarray(np.linalg.solve(rho[:, apart], rho[:, 1:, None])[..., 0], dtype=float)
     total = memory.sum(axis=1)
     # biased low by (1 + 3 rho) / n, as is the sample autocorrelation (Kendall 1954)
-    raised = np.minimum(total + (1 + 3 * np.clip(total, 0, 1)) / n, _MAX_SUM)
+    raised = np.minimum(total + (1 + 3 * np.clip(total, 0, 1)) / n, min(_MAX_SUM, 1 - 1.6 / n))
     memory[:, 0] += raised - total
     return memory
 
@@ -129,76 +130,8 @@ def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
     return result
 
 
-LEAST_DOF = 5
-"""Fewer repeats than this say too little to speak for the runs of other cells."""
-
 GIVEN_DOF = 1e6
 """Degrees of freedom of a variance that is given, not estimated."""
-
-AS_PREPARED, REPEATS, STATED = "one bed as prepared", "repeats", "stated"
-OF_CELL = "repeats of the cell"
-"""Source of a spread that only the scatter of the few runs of this cell shows."""
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Run-to-run variance of one component of alpha in one medium.
-
-    `variance`: (N/cm^3)^2, beyond what the errors of the single runs explain; 0 if not known.
-    `dof`: Its degrees of freedom.
-    `source`: `REPEATS` of the run sheet, `STATED` in the config, or `AS_PREPARED`: not known,
-        intervals are those of one bed as prepared.
-    """
-
-    variance: float = 0.0
-    dof: float = GIVEN_DOF
-    source: str = AS_PREPARED
-
-    @property
-    def deviation(self) -> float:
-        """Standard deviation, N/cm^3; NaN where it is not known."""
-        return math.nan if self.source == AS_PREPARED else math.sqrt(self.variance)
-
-
-def spread_of_runs(groups: Sequence[tuple[FloatArray, FloatArray]], stated: float | None) -> Spread:
-    """Find the run-to-run variance from repeats, else from the stated standard deviation, N/cm^3.
-
-    Repeats count if they have `LEAST_DOF` degrees of freedom together: mean square between runs less
-    the mean square of their own errors, not below 0, with the degrees of freedom of the difference
-    (Satterthwaite).
-
-    `groups`: alpha and standard error, N/cm^3, of the runs of one cell (and depth) each.
-    """
-    repeated = [(alpha, se) for alpha, se in groups if alpha.size > 1]
-    dof = sum(alpha.size - 1 for alpha, _ in repeated)
-    if dof < LEAST_DOF:
-        return Spread() if stated is None else Spread(stated**2, GIVEN_DOF, STATED)
-    between = sum(float(np.sum((alpha - alpha.mean()) ** 2)) for alpha, _ in repeated) / dof
-    own = sum((se.size - 1) * float(np.mean(se**2)) for _, se in repeated) / dof
-    variance = max(between - own, 0.0)
-    known = dof * (variance / between) ** 2 if variance > 0 else float(dof)
-    return Spread(variance, known, REPEATS)
-
-
-def mean_of_repeats(
-    alpha: FloatArray, se: FloatArray, dof: FloatArray, spread: Spread
-) -> tuple[float, float, float]:
-    """Mean of the n runs of one cell, its standard error and degrees of freedom.
-
-    Where the spread is not known, the scatter of the cell's own runs counts if it is larger than
-    their errors.
-    """
-    n = alpha.size
-    mean = float(alpha.mean())
-    within = (se / n) ** 2
-    if spread.source == AS_PREPARED and n > 1:
-        between = float(alpha.var(ddof=1)) / n
-        if between > within.sum():
-            return mean, math.sqrt(between), n - 1.0
-    parts = np.append(within, spread.variance / n)
-    dofs = np.append(dof, spread.dof)
-    return mean, math.sqrt(float(parts.sum())), float(combine_dof(parts, dofs))
-
 
 _LEAST = 8
 _SLOWEST = 0.5
@@ -266,6 +199,16 @@ class Slope:
         Samples used.
     startup : numpy.ndarray
         What a start-up left in the window moves alpha by, N/cm^3; contained in `se`.
+    tare : numpy.ndarray
+        Standard error from the tare alone, common to all runs that share it, N/cm^3; contained in
+        `se`.
+    curvature : numpy.ndarray
+        Standard error from a curvature that is no noise, N/cm^3: by how much a parabola leaves the
+        line at the end of the window, as the limit of an even distribution; contained in `se`.
+    lever : float
+        Change of alpha, relative, for a surface that lies lower by 1 cm than was taken, 1/cm.
+    offset, offset_se : numpy.ndarray
+        Depth at which the line with a free intercept has no stress, and its standard error, cm.
     """
 
     alpha: FloatArray
@@ -278,6 +221,11 @@ class Slope:
     nonlinear_ratio: FloatArray
     points: int
     startup: FloatArray
+    tare: FloatArray
+    curvature: FloatArray
+    lever: float
+    offset: FloatArray
+    offset_se: FloatArray
 
     def interval(self, confidence: float) -> tuple[FloatArray, FloatArray]:
         """Return the confidence interval of alpha.
@@ -352,21 +300,27 @@ def fit_slope(
     alpha, ols_se = zero_intercept(depth, stress)
     power = float(depth @ depth)
     residual = stress - alpha[:, None] * depth
-    scatter, count = weighted_sum_variance(residual, depth)
     lever = float(depth.sum()) / power
     # what shifts the stress of all samples alike: errors of the clocks, and of the zeros
     shift = np.vstack([(alpha * depth_sd) ** 2, zero_variance])
     given = np.full(alpha.size, GIVEN_DOF)
     shift_dof = np.vstack([given, zero_dof])
+    p_value, ratio, rest, noise = _curvature(depth, alpha, residual, shift, shift_dof)
+    # a curvature that is no noise must not pass for noise with a long memory
+    bent = p_value < CURVED_P
+    scatter, count = weighted_sum_variance(np.where(bent[:, None], rest, residual), depth)
+    curvature = np.where(bent, np.abs(ratio * alpha), 0.0) / math.sqrt(3)
     moved = np.zeros(alpha.size) if startup is None else startup * lever
-    parts = np.vstack([scatter / power**2, shift * lever**2, moved**2])
-    dofs = np.vstack([np.full(alpha.size, count), shift_dof, given])
+    parts = np.vstack([scatter / power**2, shift * lever**2, moved**2, curvature**2])
+    dofs = np.vstack([np.full(alpha.size, count), shift_dof, given, given])
     se = np.sqrt(parts.sum(axis=0))
     intercept, free_slope = _free_intercept(depth, stress)
-    p_value, ratio = _curvature(depth, alpha, residual, shift, shift_dof)
+    # run and tare were recorded with the same noise; without a tare there is one zero only
+    tare = (scatter / power**2 / 2 + zero_variance[1:].sum(axis=0) * lever**2) * (len(shift) > 2)
     return Slope(
         alpha, se, combine_dof(parts, dofs), ols_se, intercept, free_slope, p_value, ratio,
-        depth.size, moved,
+        depth.size, moved, np.sqrt(tare), curvature, lever,
+        *_offset(depth, intercept, free_slope, noise, shift.sum(axis=0)),
     )  # fmt: skip
 
 
@@ -381,9 +335,11 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
     unknown = np.full((2, alpha.size), np.nan)
     intercept, free_slope = _free_intercept(depth, stress) if depth.size > 2 else unknown
     dof = np.full(alpha.size, max(depth.size - 1.0, 1.0))
+    nothing = np.zeros(alpha.size)
+    lever = float(depth.sum() / (depth @ depth))
     return Slope(
-        alpha, se, dof, se, intercept, free_slope, unknown[0], unknown[1], depth.size,
-        np.zeros(alpha.size),
+        alpha, se, dof, se, intercept, free_slope, unknown[0], unknown[1], depth.size, nothing,
+        nothing, nothing, lever, unknown[0], unknown[1],
     )  # fmt: skip
 
 
@@ -397,6 +353,26 @@ def _free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, 
     return stress.mean(axis=1) - slope * depth.mean(), slope
 
 
+def _offset(
+    depth: FloatArray,
+    intercept: FloatArray,
+    slope: FloatArray,
+    noise: FloatArray,
+    shift: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Depth of no stress by the line with a free intercept, and its standard error, cm.
+
+    `noise`: shape (k,); Variance of a sum over that of its weights, (N/cm^2)^2. `shift`: shape (k,);
+    Variance of what moves all samples alike, (N/cm^2)^2.
+    """
+    if _slope_level(depth):
+        return intercept, intercept  # NaN
+    spread = float(depth.var()) * depth.size
+    variance = noise * (1 / depth.size + float(depth.mean()) ** 2 / spread) + shift
+    size = np.where(slope == 0, np.nan, slope)
+    return -intercept / size, np.sqrt(variance) / np.abs(size)
+
+
 def _slope_level(depth: FloatArray) -> bool:
     """Tell a horizontal run: what its depth varies by is the noise of the arm's log."""
     return float(depth.std()) < _LEVEL * float(np.abs(depth).max())
@@ -408,11 +384,13 @@ def _curvature(
     residual: FloatArray,
     shift: FloatArray,
     shift_dof: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Test a term in depth squared, made orthogonal to the line through zero.
 
     A stress that is off by the same everywhere bends the line through zero too, so the variances of
-    such shifts belong into the test.
+    such shifts belong into the test. Returns its probability, the deviation at the end of the window,
+    the residuals without it, and the variance of a slowly weighted sum of the noise over that of its
+    weights.
     """
     from scipy.special import stdtr
 
@@ -420,11 +398,10 @@ def _curvature(
     power = float(bend @ bend)
     if _slope_level(depth):
         nothing = np.full(alpha.size, np.nan)
-        return nothing, nothing
+        return nothing, nothing, residual, nothing
     size = residual @ bend / power
-    scatter, count = weighted_sum_variance(
-        residual - size[:, None] * bend, bend, np.stack([depth, bend])
-    )
+    rest = residual - size[:, None] * bend
+    scatter, count = weighted_sum_variance(rest, bend, np.stack([depth, bend]))
     lever = float(bend.sum()) / power
     parts = np.vstack([scatter / power**2, shift * lever**2])
     dof = combine_dof(parts, np.vstack([np.full(alpha.size, count), shift_dof]))
@@ -434,4 +411,4 @@ def _curvature(
     deepest = int(np.argmax(depth))
     end_stress = alpha * depth[deepest]
     reference = np.where(end_stress == 0, 1.0, np.abs(end_stress))
-    return p_value, size * bend[deepest] / reference
+    return p_value, size * bend[deepest] / reference, rest, scatter / power

@@ -76,6 +76,8 @@ def fit_alpha_table(
                 "_lo": alpha - half,
                 "_hi": alpha + half,
                 "_startup": 0.0,
+                "_tare": 0.0,
+                "_curvature": 0.0,
             }
             row |= {f"alpha_{c}{end}_N_per_cm3": value for end, value in values.items()}
             row[f"alpha_{c}_dof"] = dof

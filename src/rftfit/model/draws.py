@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.measure.alpha import column, directions
+from rftfit.measure.errors import SESSION, TARE, TURN
 from rftfit.measure.fits import COMPONENTS
 from rftfit.model.profiles import TableProfile
 
@@ -25,16 +26,18 @@ _MANY = 1e6
 
 
 def alpha_draws(
-    table: pd.DataFrame, draws: int, seed: int, confidence: float
+    table: pd.DataFrame, draws: int, seed: int, confidence: float, only: str = ""
 ) -> tuple[FloatArray, FloatArray]:
     """Draw alpha tables of one medium from their errors (parametric bootstrap).
 
-    Every run is its own experiment, so cells are independent; the rows beta = -90 and +90 degrees
-    are one plate and move together. The same medium and seed give the same draws, so that stages
-    which draw apart still agree.
+    Every run is its own experiment, so cells are independent but for what they share: a tare, the
+    surface of the session, the turn of the mount. The rows beta = -90 and +90 degrees are one plate and
+    move together. The same medium and seed give the same draws, so that stages which draw apart
+    still agree.
 
-    `table`: Alpha table of one medium. `confidence`: Level of the table's intervals. Returns
-    `alpha_z`, `alpha_x` of shape (draws, n): N/cm^3, by cell of the table; NaN in cells without a run.
+    `table`: Alpha table of one medium. `confidence`: Level of the table's intervals. `only`: One of
+    `SOURCES`, as if the others did not exist; default: all. Returns `alpha_z`, `alpha_x` of shape
+    (draws, n): N/cm^3, by cell of the table; NaN in cells without a run.
     """
     from scipy.special import ndtri
 
@@ -44,17 +47,60 @@ def alpha_draws(
     # by direction, so that the order of the rows does not choose the numbers
     order = table.reset_index().sort_values(["beta_deg", "gamma_deg"]).index.to_numpy()
     twins = _twins(table)
+    shared = _shared_normals(table, draws, random.spawn(1)[0])
     for component in COMPONENTS:
-        centre, low, high = (
-            table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi")
+        centre, low, high, se = (
+            table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi", "_se")
         )
         half = (high - low) / 2
         # from the interval, not from the standard error: it knows the degrees of freedom
-        spread = half / float(ndtri(0.5 + confidence / 2))
+        wide = np.divide(half / float(ndtri(0.5 + confidence / 2)), se, where=se > 0, out=0 * se)
         noise = np.empty((draws, centre.size))
         noise[:, order] = random.standard_normal(noise.shape)
-        result.append(centre + spread * noise[:, twins])
+        own = se**2
+        moved = np.zeros_like(noise)
+        for source, normals in shared.items():
+            size = _part(table, component, source)
+            own = own - size**2
+            if only in ("", source):
+                moved += size * normals[component]
+        if only and only not in shared:
+            own = _part(table, component, only) ** 2
+        if only not in shared:
+            moved += np.sqrt(np.maximum(own, 0.0)) * noise[:, twins]
+        result.append(centre + wide * moved)
     return result[0], result[1]
+
+
+def _part(table: pd.DataFrame, component: str, source: str) -> FloatArray:
+    """One error of a component by cell, N/cm^3; 0 where the table does not have it."""
+    name = column(component, f"_{source}")
+    if name not in table:
+        return np.zeros(len(table))
+    values: FloatArray = np.nan_to_num(table[name].to_numpy(float))
+    return values
+
+
+def _shared_normals(
+    table: pd.DataFrame, draws: int, random: np.random.Generator
+) -> dict[str, dict[str, FloatArray]]:
+    """Normal numbers of the errors that cells share, by source and component, shape (draws, n or 1)."""
+    result: dict[str, dict[str, FloatArray]] = {}
+    for source in (SESSION, TURN):
+        # one cause, which moves both components
+        one = random.standard_normal((draws, 1))
+        result[source] = dict.fromkeys(COMPONENTS, one)
+    names = table["tare_runs"].fillna("").to_numpy(str) if "tare_runs" in table else ()
+    of_cells = [str(text).split() for text in names]
+    if any(_part(table, c, TARE).any() for c in COMPONENTS) and of_cells:
+        known = sorted({name for cell in of_cells for name in cell})
+        use = np.zeros((len(known), len(table)))
+        for place, cell in enumerate(of_cells):
+            for name in cell:
+                # as if its tares had equal parts in it
+                use[known.index(name), place] = 1 / len(cell) ** 0.5
+        result[TARE] = {c: random.standard_normal((draws, len(known))) @ use for c in COMPONENTS}
+    return result
 
 
 def _twins(table: pd.DataFrame) -> npt.NDArray[np.intp]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import rftfit
 from rftfit.campaign.config import Leg, Plate
 from rftfit.figures.captions import name_of
-from rftfit.measure.slopes import AS_PREPARED, FEWEST, OF_CELL, STATED
+from rftfit.measure.errors import AS_PREPARED, OF_CELL, STATED
+from rftfit.measure.slopes import FEWEST
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.outlines import ELEMENTS
 from rftfit.model.scaling import published

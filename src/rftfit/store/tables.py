@@ -89,6 +89,7 @@ TEXT_COLUMNS = frozenset(
         "status",
         "direction",
         "tare_run",
+        "tare_runs",
         "abscissa",
         "leg",
         "file",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rftfit.measure.alpha import alpha_table
+from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.ingest import account_unclaimed, ingest_medium
 from rftfit.measure.ledger import check, join
@@ -45,9 +46,11 @@ def slopes(
         fits, windows, book = fit_alpha_table(results.campaign, medium, tared)
     else:
         fits, windows, book = fit_medium(results.campaign, medium, runs, tared, tares)
-    config, spread = results.config, results.config.fit.run_to_run_N_per_cm3
+    config = results.config
+    errors, surface = errors_of(fits, config)
     depths = len(config.fit.horizontal_depths_cm)
-    alpha = alpha_table(fits, medium, config.fit.confidence, depths, spread, config.grid_of(medium))
+    level, grid = config.fit.confidence, config.grid_of(medium)
+    alpha = alpha_table(fits, medium, level, depths, errors, grid, surface)
     return fits, alpha, windows, book.table()
 
 

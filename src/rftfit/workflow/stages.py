@@ -63,8 +63,8 @@ STAGES = (
         reads=("runs/{medium}.csv", "tared/{medium}.parquet", "tares/{medium}.csv"),
         writes=("fits/{medium}.csv", "alpha/{medium}.csv", "windows/{medium}.parquet",
                 "ledger/slopes/{medium}.csv"),
-        settings=("force_log", "transducer", "container", "intruders", "fit", "grid", "table",
-                  "media"),
+        settings=("force_log", "transducer", "surface", "container", "intruders", "fit", "errors",
+                  "grid", "table", "media"),
     ),
     Stage(
         "legs", f"{_MEASURE}:legs", each="media", rows=True, settings=("fit",),
@@ -92,8 +92,8 @@ STAGES = (
     ),
     Stage(
         "natural_sands", f"{_VALIDATE}:natural_sands", rows=True,
-        settings=("fit", "fourier", "intruders", "media", "table"),
-        reads=("runs/{sands}.csv", "tared/{sands}.parquet", "penetration.csv", "legs/{sands}.csv",
+        settings=("surface", "fit", "errors", "fourier", "intruders", "media", "table"),
+        reads=("runs/{sands}.csv", "fits/{sands}.csv", "tared/{sands}.parquet", "penetration.csv", "legs/{sands}.csv",
                "predicted.csv"),
         writes=("sands.csv", "sand_correction.csv"),
     ),

@@ -60,8 +60,8 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         chi, note = published().chi, published().note
     rows = []
     for medium in results.sands:
-        tared = results.table(f"tared/{medium}.parquet")
-        rows += penetration_rows(results.campaign, tared, results[medium].runs, chi)
+        tared, fits = results.table(f"tared/{medium}.parquet"), results.table(f"fits/{medium}.csv")
+        rows += penetration_rows(results.campaign, tared, results[medium].runs, fits, chi)
     tests = pd.DataFrame(rows, columns=SAND_COLUMNS)
     tests["reason"] = _with_note(tests["reason"], note)
     curves = results.table("predicted.csv")

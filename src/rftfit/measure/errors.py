@@ -1,0 +1,302 @@
+"""Errors of alpha by name: of one log, from run to run, and common to many runs.
+
+What a log shows of itself (noise, zero, clocks, start-up) is the business of `rftfit.measure.slopes`.
+Here are the errors that no single log shows: the free surface, the angles, the bed, the tare.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    import pandas as pd
+
+    from rftfit.campaign.config import Config, Errors
+    from rftfit.conventions import FloatArray
+
+
+NOISE, STARTUP, SURFACE, ANGLE, BED, CURVATURE, TARE, SESSION, TURN = SOURCES = (
+    "noise", "startup", "surface", "angle", "bed", "curvature", "tare", "session", "turn",
+)  # fmt: skip
+"""Names of the errors, as in the columns of an alpha table.
+
+noise: of the run's own log, with its zero and clocks; startup: what the start-up of a horizontal run
+left; surface, angle: of a run; bed: from one prepared bed to the next; curvature: of a run whose
+stress is no line; tare: of the tares, common to the runs that share one; session: of the surface,
+common to all runs of a medium; turn: of the mount, likewise.
+"""
+
+LEAST_DOF = 5
+"""Fewer repeats than this say too little to speak for the runs of other cells."""
+
+AS_PREPARED, REPEATS, STATED = "one bed as prepared", "repeats", "stated"
+OF_CELL = "repeats of the cell"
+"""Source of a spread that only the scatter of the few runs of this cell shows."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One error of a number: its standard deviation, with the sign of a common cause, and its dof."""
+
+    sd: float
+    dof: float = GIVEN_DOF
+
+
+def half_width(parts: Iterable[Part], confidence: float) -> float:
+    """Half width of an interval from independent errors of different degrees of freedom.
+
+    Half widths, each with its own quantile, add in quadrature: never narrower for a larger error,
+    and covering at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
+    """
+    return math.sqrt(
+        sum((float(student_quantile(confidence, part.dof)) * part.sd) ** 2 for part in parts)
+    )
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How a component of alpha differs from one prepared bed to the next: sd^2 = a^2 + (b alpha)^2.
+
+    `size`: shape (2,); a^2, (N/cm^3)^2, and b^2, beyond what the errors of the single runs explain.
+    `covariance`: shape (2, 2); Of `size`; zeros where it is stated.
+    `source`: `REPEATS` of the run sheet, `STATED` in the config, or `AS_PREPARED`: not known,
+        intervals are those of one bed as prepared.
+    `repeats`: Degrees of freedom of the repeats.
+    """
+
+    size: FloatArray
+    covariance: FloatArray
+    source: str = AS_PREPARED
+    repeats: float = GIVEN_DOF
+
+    def part(self, alpha: float) -> Part:
+        """Standard deviation of a bed at one alpha, N/cm^3, and its degrees of freedom."""
+        terms = np.array([1.0, alpha**2])
+        variance = float(terms @ self.size)
+        error = float(terms @ self.covariance @ terms)
+        dof = 2 * variance**2 / error if error > 0 else GIVEN_DOF
+        return Part(math.sqrt(variance), min(dof, self.repeats))
+
+    @property
+    def known(self) -> bool:
+        """Whether anything is known of how beds differ."""
+        return self.source != AS_PREPARED
+
+
+UNKNOWN = Spread(np.zeros(2), np.zeros((2, 2)))
+
+Groups = Sequence[tuple["FloatArray", "FloatArray"]]
+"""alpha and standard error, N/cm^3, of the runs of one cell (and depth) each."""
+
+
+def spread_of_beds(
+    groups: Sequence[Groups], stated: tuple[float, float] | None = None
+) -> list[Spread]:
+    """Find how beds differ from repeats, else from the stated a, N/cm^3, and b.
+
+    Repeats count if each component has `LEAST_DOF` degrees of freedom. Maximum likelihood over the
+    sample variances of the groups, each of which is a^2 + (b alpha)^2 and the mean square of the runs'
+    own errors, by scoring; nothing falls below 0. A bed is looser or denser as a whole, so b is one for
+    all components.
+
+    `groups`: By component.
+    """
+    repeated = [[one for one in part if one[0].size > 1] for part in groups]
+    dof = [float(sum(alpha.size - 1 for alpha, _ in part)) for part in repeated]
+    if min(dof) < LEAST_DOF:
+        if stated is None:
+            return [UNKNOWN] * len(groups)
+        size = np.square(np.asarray(stated, dtype=float))
+        return [Spread(size, np.zeros((2, 2)), STATED)] * len(groups)
+    size, covariance = _of_variances(repeated)
+    kept = [[place, -1] for place in range(len(groups))]
+    return [
+        Spread(size[one], covariance[np.ix_(one, one)], REPEATS, known)
+        for one, known in zip(kept, dof, strict=True)
+    ]
+
+
+def _of_variances(repeated: Sequence[Groups]) -> tuple[FloatArray, FloatArray]:
+    """Squares of a of each component, and of b, with their covariance."""
+    which = np.repeat(np.arange(len(repeated)), [len(part) for part in repeated])
+    every = [one for part in repeated for one in part]
+    dof = np.array([alpha.size - 1.0 for alpha, _ in every])
+    found = np.array([alpha.var(ddof=1) for alpha, _ in every])
+    own = np.array([np.mean(se**2) for _, se in every])
+    # the mean of noisy runs has too large a square
+    level = np.array([alpha.mean() ** 2 for alpha, _ in every]) - found / (dof + 1)
+    terms = np.vstack([which == one for one in range(len(repeated))] + [np.maximum(level, 0)])
+    size = np.zeros(len(terms))
+    for place in range(len(repeated)):
+        here = which == place
+        size[place] = max(float(dof[here] @ (found - own)[here] / dof[here].sum()), 0.0)
+    covariance = np.zeros((len(terms), len(terms)))
+    for _ in range(_SCORINGS):
+        variance = np.maximum(own + size @ terms, 1e-30)
+        size, covariance = _not_negative(terms, dof / (2 * variance**2), found - own)
+    return size, covariance
+
+
+_SCORINGS = 30
+
+
+def _not_negative(
+    terms: FloatArray, weight: FloatArray, wanted: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Weighted least squares with factors that are not below 0, and their covariance."""
+    count = len(terms)
+    best = np.zeros(count), np.zeros((count, count))
+    least = float(weight @ wanted**2)
+    # b last: where the repeats cannot tell the two apart, beds differ by the same everywhere
+    for kept in sorted(itertools.product((True, False), repeat=count), key=lambda one: one[-1]):
+        active = np.flatnonzero(kept)
+        part = terms[active]
+        square = part * weight @ part.T
+        if not active.size or np.linalg.cond(square / square.max()) > _SINGULAR:
+            continue
+        inverse = np.linalg.inv(square)
+        size, covariance = np.zeros(count), np.zeros((count, count))
+        size[active] = inverse @ (part * weight @ wanted)
+        covariance[np.ix_(active, active)] = inverse
+        misfit = float(weight @ (wanted - size @ terms) ** 2)
+        if (size >= 0).all() and misfit < (1 - _BETTER) * least:
+            best, least = (size, covariance), misfit
+    return best
+
+
+_SINGULAR, _BETTER = 1e12, 1e-6
+
+
+def bed_of_mean(
+    alpha: FloatArray, share: FloatArray, noise: Part, spread: Spread, *, own: bool = True
+) -> tuple[Part, Part, str]:
+    """Error of a mean of runs by how their beds differ: noise, bed, and where that is known from.
+
+    Where the spread is not known, the scatter of these runs counts if it is larger than their noise,
+    which is then in it.
+
+    `alpha`, `share`: shape (n,); Of the runs, N/cm^3, and their shares in the mean. `noise`: Of the
+    mean. `own`: Whether the runs are repeats of one another.
+    """
+    n = alpha.size
+    if spread.known:
+        part = spread.part(float(share @ alpha))
+        return noise, Part(part.sd * math.sqrt(float(share @ share)), part.dof), spread.source
+    if n < 2 or not own:
+        return noise, Part(0.0), spread.source
+    between = math.sqrt(float(alpha.var(ddof=1)) / n)
+    if between <= noise.sd:
+        return noise, Part(0.0), OF_CELL
+    return Part(0.0), Part(between, n - 1.0), OF_CELL
+
+
+PRIOR_CM, PRIOR_RUNS = 0.1, 5
+"""A bed that is levelled by hand: 1 mm, as good as known from `PRIOR_RUNS` runs."""
+
+_CLEAR_CM = 0.1
+"""An offset with a larger error than this says nothing of the surface."""
+
+
+@dataclass(frozen=True)
+class SurfaceError:
+    """Standard deviations of the free surface, cm.
+
+    `run`: From run to run, with `dof`. `session`: Common to all runs of a medium.
+    `median`: Of the offsets that lines with a free intercept show; NaN where none does.
+    `runs`: How many show one.
+    """
+
+    run: float = 0.0
+    session: float = 0.0
+    dof: float = GIVEN_DOF
+    median: float = math.nan
+    runs: int = 0
+
+
+def surface_error(
+    offset: FloatArray, se: FloatArray, errors: Errors, *, given: bool = True
+) -> SurfaceError:
+    """Tell how far the free surface may be off, as stated, or else from lines with a free intercept.
+
+    Such a line meets zero stress at an offset from the surface that was used. The scatter of the offsets
+    of a medium is the surface's error from run to run, their median the error that all runs share; a
+    stress that is not linear moves them too, and then the intervals hold what that does to the line
+    through zero. Fewer than `PRIOR_RUNS` runs are filled up with the prior.
+
+    `offset`, `se`: shape (n,); Of the runs, cm. `given`: Whether the surface was given, not found
+    in each run, whose error then is in that of the run.
+    """
+    clear = np.isfinite(offset) & (se <= _CLEAR_CM)
+    offset, noise = offset[clear], se[clear] ** 2
+    n = int(offset.size)
+    median = float(np.median(offset)) if n else math.nan
+    run, session, dof = 0.0, 0.0, GIVEN_DOF
+    if given and n >= PRIOR_RUNS:
+        # as a robust standard deviation: some directions are curved for reasons of their own
+        scatter = 1.4826 * float(np.median(np.abs(offset - median)))
+        run = math.sqrt(max(scatter**2 - float(np.median(noise)), 0.0))
+        common = math.pi / 2 * max(scatter**2, float(np.median(noise))) / n
+        session = math.sqrt(max(median**2 - common, 0.0))
+        dof = max(0.37 * (n - 1), 3.0)
+    elif given:
+        shown = float(np.maximum(offset**2 - noise, 0.0).sum())
+        run = math.sqrt((shown + (PRIOR_RUNS - n) * PRIOR_CM**2) / PRIOR_RUNS)
+        dof = PRIOR_RUNS
+    if errors.surface_run_mm is not None:
+        run, dof = errors.surface_run_mm / 10, GIVEN_DOF
+    if errors.surface_session_mm is not None:
+        session = errors.surface_session_mm / 10
+    return SurfaceError(run, session, dof, median, n)
+
+
+def errors_of(fits: pd.DataFrame, config: Config) -> tuple[Errors, SurfaceError]:
+    """Errors that no log shows, for the runs of one medium (`fit_medium`)."""
+    if config.table is not None:
+        # its depths and angles are what it says; the beds are not known to be alike
+        return config.errors.model_copy(update={"angle_deg": 0, "turn_deg": 0}), SurfaceError()
+    offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
+    given = config.surface.method == "given"
+    return config.errors, surface_error(offset, se, config.errors, given=given)
+
+
+NEAR_DEG = 45.0
+"""Directions within this are neighbours."""
+
+
+def gradient(beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray) -> FloatArray:
+    """Change of a quantity with beta and gamma, per degree, from neighbours: shape (n, 2).
+
+    Least squares of the differences to all neighbours, nearer ones with more weight; 0 along an
+    angle in which there is none.
+    """
+    step = np.stack([
+        (beta_deg - beta_deg[:, None] + 90) % 180 - 90, gamma_deg - gamma_deg[:, None]
+    ])  # fmt: skip
+    distance = np.hypot(*step)
+    near = (distance > 0) & (distance <= NEAR_DEG) & np.isfinite(values)
+    weight = np.where(near, 1 / np.maximum(distance, 1.0) ** 2, 0.0)
+    rise = np.where(near, values - values[:, None], 0.0)
+    square = np.einsum("nm,inm,jnm->nij", weight, step, step)
+    wanted = np.einsum("nm,inm,nm->ni", weight, step, rise)
+    result: FloatArray = np.einsum("nij,nj->ni", np.linalg.pinv(square), wanted)
+    return result
+
+
+def shares(parts: Mapping[str, float]) -> str:
+    """Variance of each error relative to that of all, in words: ``surface 52 %, bed 31 %, noise 2 %``."""
+    total = sum(sd**2 for sd in parts.values())
+    if not total > 0:
+        return ""
+    sizes = {name: 100 * sd**2 / total for name, sd in parts.items()}
+    named = sorted(sizes, key=lambda name: -sizes[name])
+    return ", ".join(f"{name} {sizes[name]:.0f} %" for name in named if sizes[name] >= 0.5)
