@@ -14,7 +14,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "DepthOnlyProfile", "FourierProfile", "Medium", "Motion", "Outline", "Profile", "Reference",
-    "Results", "RftfitError", "ScaledMedium", "TableProfile", "arc", "check", "fit_slope",
+    "Results", "RftfitError", "ScaledMedium", "TableProfile", "arc", "beyond_measured", "check",
+    "fit_slope",
     "model_leg", "open", "path", "polyline", "predict", "published_medium", "published_reference",
     "published_table", "read_log", "rotation", "run", "scale", "scaled_generic", "simulate",
 ]  # fmt: skip
@@ -24,7 +25,7 @@ _FOUND_IN = {
     "errors": ("RftfitError",),
     "model.motion": ("Motion", "path", "rotation"),
     "model.outlines": ("Outline", "arc", "model_leg", "polyline"),
-    "model.prediction": ("predict",),
+    "model.prediction": ("beyond_measured", "predict"),
     "model.profiles": ("DepthOnlyProfile", "FourierProfile", "Profile", "TableProfile",
                        "published_medium", "scaled_generic"),
     "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale"),
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from rftfit.errors import RftfitError
     from rftfit.model.motion import Motion, path, rotation
     from rftfit.model.outlines import Outline, arc, model_leg, polyline
-    from rftfit.model.prediction import predict
+    from rftfit.model.prediction import beyond_measured, predict
     from rftfit.model.profiles import (
         DepthOnlyProfile,
         FourierProfile,

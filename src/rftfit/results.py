@@ -13,7 +13,7 @@ import numpy as np
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-from rftfit.measure.alpha import NO_PUSH, QUANTITIES, cell_at, column
+from rftfit.measure.alpha import NO_PUSH, QUANTITIES, cell_at, column, window_of
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import KINDS, DepthOnlyProfile, FourierProfile, Profile, scaled_generic
@@ -433,15 +433,19 @@ class Medium:
         """
         allowed = "a natural sand is known by one penetration test" if len(self.kinds) < 4 else ""
         choose("profile", kind, self.kinds, allowed)
+        table, config = self.alpha, self.results.config
+        found: Profile
         if kind == "fourier":
-            return self._fourier(method, draws=draws)
-        if kind == "generic":
-            return self._generic(method, draws=draws)
-        name = f"measured table of {self.name}"
-        table = measured_profile(self.alpha, self.results.config, name, draws=draws)
-        return (
-            table if kind == "table" else DepthOnlyProfile.of(table, f"depth-only, of {self.name}")
-        )
+            found = self._fourier(method, draws=draws)
+        elif kind == "generic":
+            found = self._generic(method, draws=draws)
+        else:
+            name = f"measured table of {self.name}"
+            found = measured = measured_profile(table, config, name, draws=draws)
+            if kind == "depth_only":
+                found = DepthOnlyProfile.of(measured, f"depth-only, of {self.name}")
+        found.window = window_of(table)
+        return found
 
     def _fourier(self, method: str | None, *, draws: bool) -> FourierProfile:
         fit = self.results.fits(method)[self.name]

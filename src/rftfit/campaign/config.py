@@ -437,6 +437,11 @@ class Fit(Model):
         "a window that covers less depth gives no alpha, cm; default: a tenth of the plate's length",
     )
     confidence: float = key(0.95, "level of all intervals", gt=0.5, lt=1)
+    flagged: Literal["keep", "leave_out"] = key(
+        "keep",
+        "cells flagged as not linear, or of too few depths, in the nine-term fits: keep, with the larger "
+        "errors that they have, or leave_out",
+    )
     missing_tare: Literal["refuse", "flag", "none"] = key(
         "refuse",
         "flag: a run for which the sheet names no tare_run is used as it is, with the "

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.measure.alpha import NO_PUSH, POOLED_PLATES, both, cell_at, column, directions
+from rftfit.measure.errors import shares
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, TERMS_Z, evaluate, select_bic
 from rftfit.model.scaling import (
@@ -18,6 +19,7 @@ from rftfit.model.scaling import (
     generic_interval,
     routine,
     scale_new_medium,
+    vertical_penetration,
 )
 from rftfit.reference import MEDIA, coefficients
 
@@ -28,13 +30,13 @@ if TYPE_CHECKING:
 
 COEFFICIENT_COLUMNS = [
     "method", "medium", "coefficient", "value_N_per_cm3", "se", "lo", "hi", "relative_to_A00",
-    "kept", "kept_by_bic", "published", "misfit_rms_N_per_cm3", "reason",
+    "kept", "kept_by_bic", "published", "misfit_rms_N_per_cm3", "without_flagged", "reason",
 ]  # fmt: skip
 PENETRATION_COLUMNS = [
     "method", "medium",
     *(f"alpha_z_{name}{end}_N_per_cm3" for name in ("measured", "fit") for end in ("", "_lo", "_hi")),
     *(f"{name}{end}" for name in ("chi", "zeta") for end in ("", "_lo", "_hi")),
-    "reason",
+    "zeta_without_flagged", "zeta_errors", "reason",
 ]  # fmt: skip
 
 
@@ -69,6 +71,7 @@ def coefficient_rows(
             "kept_by_bic": bic[term],
             "published": published.get(term, np.nan),
             "misfit_rms_N_per_cm3": misfit_z if term in TERMS_Z else misfit_x,
+            "without_flagged": fit.without_flagged[i] if fit.keep[i] else np.nan,
             "reason": fit.reason,
         }
         for i, term in enumerate(TERMS)
@@ -113,6 +116,7 @@ def generic_rows(group: list[MediumFit], config: Config) -> pd.DataFrame:
             "kept_by_bic": None,
             "published": [published.get(term, np.nan) for term in TERMS],
             "misfit_rms_N_per_cm3": np.nan,
+            "without_flagged": np.nan,
             "reason": "",
         }
     )
@@ -130,6 +134,8 @@ def penetration_row(fit: MediumFit, config: Config) -> dict[str, object]:
     ):  # fmt: skip
         lo, hi = interval(draws, config.fit.confidence)
         row |= {f"{name}{unit}": value, f"{name}_lo{unit}": lo, f"{name}_hi{unit}": hi}
+    row["zeta_without_flagged"] = float(vertical_penetration(fit.without_flagged))
+    row["zeta_errors"] = shares(fit.zeta_errors)
     missing = NO_PUSH if cell_at(fit.table, 0, 90) is None else ""
     return row | {"reason": fit.reason or missing}
 

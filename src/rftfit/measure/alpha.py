@@ -30,7 +30,7 @@ from rftfit.measure.errors import (
     half_width,
     spread_of_beds,
 )
-from rftfit.measure.fits import COMPONENTS, SEVERAL_PLATES, Row, flags_of_all, without
+from rftfit.measure.fits import COMPONENTS, NOT_LINEAR, SEVERAL_PLATES, Row, flags_of_all, without
 from rftfit.measure.slopes import combine_dof
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ class _Cell:
     runs: list[Row]
     share: FloatArray
     level: bool
-    told: dict[str, int | str]
+    told: dict[str, float | int | str]
 
     def sum(self, name: str) -> float:
         """What the runs have in a column, added up by their shares."""
@@ -187,7 +187,16 @@ class _Cell:
 
 _NUMBERS = [column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))]
 _BEDS = [f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS]
-_TOLD = ["n_runs", "run_ids", "tare_runs", "spread", "flags", "reason"]
+_TOLD = [
+    "depth_from_cm",
+    "depth_to_cm",
+    "n_runs",
+    "run_ids",
+    "tare_runs",
+    "spread",
+    "flags",
+    "reason",
+]
 
 
 def _cell(runs: list[Row], horizontal: bool, depths: int, told: tuple[str, ...]) -> _Cell:
@@ -219,7 +228,10 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, told: tuple[str, ...])
         depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used])
         share = depth**2 / max(float(depth @ depth), 1e-9)
     tares = dict.fromkeys(str(run.get("tare_run", "")) for run in used)
+    from_to = [[run.get(f"depth_{end}_cm", math.nan) for run in used] for end in ("from", "to")]
     return _Cell(used, share, horizontal, {
+        "depth_from_cm": min(from_to[0], default=math.nan),
+        "depth_to_cm": max(from_to[1], default=math.nan),
         "n_runs": len(good),
         "run_ids": " ".join(run["run_id"] for run in good),
         "tare_runs": " ".join(filter(None, tares)),
@@ -320,6 +332,21 @@ def directions(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
 def both(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
     """alpha_z and alpha_x of the cells of an alpha table, N/cm^3, shape (n,)."""
     return table[column("z")].to_numpy(float), table[column("x")].to_numpy(float)
+
+
+def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
+    """Cells whose alpha no line, or too few depths, stand behind, shape (n,)."""
+    marks = f"{NOT_LINEAR}|of [0-9]+ depths"
+    known = table[column("z")].notna()
+    return np.asarray(known & table["flags"].fillna("").str.contains(marks), dtype=bool)
+
+
+def window_of(table: pd.DataFrame) -> tuple[float, float]:
+    """Least and greatest depth behind an alpha table, cm; any where it does not say."""
+    known = table.reindex(columns=["depth_from_cm", "depth_to_cm"]).to_numpy(float)
+    if not np.isfinite(known).any():
+        return 0.0, math.inf
+    return float(np.nanmin(known[:, 0])), float(np.nanmax(known[:, 1]))
 
 
 def rows_at(

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.measure.alpha import column, directions
-from rftfit.measure.errors import SESSION, TARE, TURN
+from rftfit.measure.errors import SESSION, SOURCES, TARE, TURN
 from rftfit.measure.fits import COMPONENTS
 from rftfit.model.profiles import TableProfile
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     import numpy.typing as npt
     import pandas as pd
@@ -70,6 +70,27 @@ def alpha_draws(
             moved += np.sqrt(np.maximum(own, 0.0)) * noise[:, twins]
         result.append(centre + wide * moved)
     return result[0], result[1]
+
+
+def errors_behind(
+    table: pd.DataFrame,
+    config: Config,
+    quantity: Callable[[tuple[FloatArray, FloatArray]], FloatArray],
+) -> dict[str, float]:
+    """Standard deviation of a quantity that is linear in alpha, by the name of the error behind it.
+
+    `quantity`: Makes numbers of shape (draws,) of `alpha_draws`.
+    """
+    seed, level = config.fourier.seed, config.fit.confidence
+    return {
+        name: float(quantity(alpha_draws(table, _FEW, seed, level, only=name)).std(ddof=1))
+        for name in SOURCES
+        if any(_part(table, component, name).any() for component in COMPONENTS)
+    }
+
+
+_FEW = 400
+"""Draws that tell a share of a variance to some percent."""
 
 
 def _part(table: pd.DataFrame, component: str, source: str) -> FloatArray:

@@ -12,6 +12,7 @@ from rftfit.model.draws import interval
 from rftfit.model.forces import force_draws, forces_on
 from rftfit.model.motion import rotation
 from rftfit.model.profiles import FourierProfile, Profile
+from rftfit.model.reference_kernel import place, submerged
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -133,6 +134,67 @@ def _of_draws(
 
 def _named(forces: Forces, quantities: Sequence[str]) -> dict[str, FloatArray]:
     return {name: getattr(forces, name) for name in quantities}
+
+
+QUASI_STATIC_CM_PER_S = 50.0
+"""Up to about this speed granular forces hardly depend on it (Li et al. 2013, text)."""
+
+_NOTICED = 0.1
+"""Part of the force on a body that is worth a word."""
+
+
+def beyond_measured(profile: Profile, outline: Outline, motion: Motion | None = None) -> list[str]:
+    """Where a prediction leaves what was measured, or what the model is for.
+
+    Parameters
+    ----------
+    profile : Profile
+        Its `window` says over which depths alpha was measured.
+    outline : Outline
+    motion : Motion, optional
+        Default: the rotation of the paper's trials.
+
+    Returns
+    -------
+    list of str
+        A sentence for each limit that is left: deeper or shallower than the window, faster than
+        quasi-static. The share is that of depth times area, summed over all poses.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> leg = rftfit.model_leg("c_leg")
+    >>> rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), leg)
+    []
+    """
+    poses = (rotation() if motion is None else motion).poses
+    elements = place(outline.body, outline.width_cm, poses)
+    load, centre = submerged(elements, outline.solid)
+    total = float(np.nansum(load))
+    if not total > 0:
+        return []
+    depth, speed = -centre[..., 1], np.hypot(elements[..., 6], elements[..., 7])
+    found = []
+    shallowest, deepest = profile.window
+    if (deeper := depth[load > 0].max()) > deepest:
+        part = float(np.nansum(load[depth > deepest])) / total
+        found.append(
+            f"deeper than measured: down to {deeper:.1f} cm, alpha is from {deepest:.1f} cm at most "
+            f"({100 * part:.0f} % of depth times area lies below)"
+        )
+    part = float(np.nansum(load[depth < shallowest])) / total
+    if part > _NOTICED:
+        found.append(
+            f"nearer to the surface than measured: {100 * part:.0f} % of depth times area lies above "
+            f"{shallowest:.1f} cm"
+        )
+    if (fastest := float(speed[load > 0].max())) > QUASI_STATIC_CM_PER_S:
+        part = float(np.nansum(load[speed > QUASI_STATIC_CM_PER_S])) / total
+        found.append(
+            f"faster than quasi-static: up to {fastest:.0f} cm/s ({100 * part:.0f} % of depth times area "
+            f"above {QUASI_STATIC_CM_PER_S:g} cm/s), where the inertia of the grains counts too"
+        )
+    return found
 
 
 PEAKS = (

@@ -103,6 +103,12 @@ def combine(values: FloatArray, weights: FloatArray) -> FloatArray:
     return np.where(lost, np.nan, result)
 
 
+ANY_DEPTH = (0.0, float("inf"))
+PAPER_WINDOW = (0.3, 9.0)
+"""Of the paper's plates, cm: half the thickness of a level one, and the container's 15 cm less the 6 cm
+kept from its bottom."""
+
+
 class Profile(ABC):
     """What answers alpha(beta, gamma); linear in its parameters.
 
@@ -118,6 +124,8 @@ class Profile(ABC):
     spread : Profile, ScaledMedium or None
         What its intervals come from: draws of the profile within its errors, or the one penetration
         test and the reference media that it is scaled from; None where no error is known.
+    window : tuple of float
+        Least and greatest depth over which alpha was measured, cm.
 
     Examples
     --------
@@ -129,6 +137,7 @@ class Profile(ABC):
     name: str
     reason: str
     spread: Profile | ScaledMedium | None
+    window: tuple[float, float] = ANY_DEPTH
 
     @property
     @abstractmethod
@@ -646,16 +655,17 @@ def published_medium(medium: str, kind: str = "table") -> Profile:
     """
     choose("medium", medium, MEDIA, "published media")
     choose("profile", kind, KINDS)
+    table = TableProfile.published(medium)
+    found: Profile = table
     if kind == "fourier":
         name = f"published Table S2, {medium}"
-        return FourierProfile(as_array(coefficients(medium)), name)
-    if kind == "generic":
+        found = FourierProfile(as_array(coefficients(medium)), name)
+    elif kind == "generic":
         zeta = coefficients(medium)["zeta"]
         name = f"published Table S2, zeta of {medium} ({zeta:g}) times generic"
-        return scaled_generic(zeta, as_array(coefficients("generic")), name)
-    table = TableProfile.published(medium)
-    if kind == "depth_only":
-        return DepthOnlyProfile.of(
-            table, f"depth-only, from {table.name.removeprefix('published ')}"
-        )
-    return table
+        found = scaled_generic(zeta, as_array(coefficients("generic")), name)
+    elif kind == "depth_only":
+        name = f"depth-only, from {table.name.removeprefix('published ')}"
+        found = DepthOnlyProfile.of(table, name)
+    found.window = PAPER_WINDOW
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,8 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.alpha import both, cell_at, column, directions
-from rftfit.model.draws import Term, draws_of, errors_known, interval_of_sum, typical_dof
+from rftfit.measure.alpha import both, cell_at, column, directions, flagged
+from rftfit.model.draws import (
+    Term,
+    draws_of,
+    errors_behind,
+    errors_known,
+    interval_of_sum,
+    typical_dof,
+)
 from rftfit.model.fourier import (
     TERMS,
     TERMS_Z,
@@ -429,6 +437,7 @@ class MediumFit:
     `used`: shape (9,); Coefficients of the kept terms (refitted without the others), 0 elsewhere,
         N/cm^3; NaN where there are none, and then `reason` says why.
     `alpha_z`: Measured alpha_z(0, 90 deg), N/cm^3.
+    `without_flagged`: shape (9,); `used`, had the flagged cells been left out; NaN where there are none.
     """
 
     medium: str
@@ -440,6 +449,7 @@ class MediumFit:
     table: pd.DataFrame = field(repr=False)
     config: Config = field(repr=False)
     reason: str = ""
+    without_flagged: FloatArray = field(default_factory=lambda: np.full(len(TERMS), np.nan))
 
     @property
     def zeta(self) -> float:
@@ -455,7 +465,14 @@ class MediumFit:
         """`used` under the errors of alpha, the selection of terms held fixed, shape (draws, 9)."""
         if self.reason or not errors_known(self.table):
             return np.full((self.config.fourier.draws, len(TERMS)), np.nan)
-        return _transform(self.method, directions(self.table), self._alpha_draws, self.keep)
+        return self._of(self._alpha_draws)
+
+    def _of(self, alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
+        """Coefficients of draws of the alpha table, the selection of terms held fixed."""
+        if self.config.fit.flagged == "leave_out":
+            out = flagged(self.table)
+            alpha = np.where(out, np.nan, alpha[0]), np.where(out, np.nan, alpha[1])
+        return _transform(self.method, directions(self.table), alpha, self.keep)
 
     @property
     def alpha_z_draws(self) -> FloatArray:
@@ -469,6 +486,15 @@ class MediumFit:
     def zeta_draws(self) -> FloatArray:
         """`zeta` under the errors of alpha, shape (draws,)."""
         return vertical_penetration(self.draws)
+
+    @property
+    def zeta_errors(self) -> dict[str, float]:
+        """Standard deviation of `zeta` by the name of the error behind it."""
+        if self.reason:
+            return {}
+        return errors_behind(
+            self.table, self.config, lambda alpha: vertical_penetration(self._of(alpha))
+        )
 
     @cached_property
     def dof(self) -> float:
@@ -495,8 +521,11 @@ def _published_as(table: pd.DataFrame, config: Config) -> str:
 
 def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     """Fit one alpha table by one method, with the terms that are kept."""
-    alpha, angles = both(table), directions(table)
-    full = used = np.full(len(TERMS), np.nan)
+    alpha, angles, doubtful = both(table), directions(table), flagged(table)
+    bare = np.where(doubtful, np.nan, alpha)
+    if config.fit.flagged == "leave_out":
+        alpha = bare[0], bare[1]
+    full = used = without = np.full(len(TERMS), np.nan)
     keep, reason = np.ones(len(TERMS), dtype=bool), ""
     try:
         full = _transform(method, angles, alpha, None)
@@ -513,11 +542,15 @@ def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
         if method == AS_PRINTED:
             keep = as_array(coefficients(_published_as(table, config))) != 0
         used = _transform(method, angles, alpha, keep)
+        if doubtful.any() and method == "lsq":
+            with contextlib.suppress(ValueError):
+                without = _transform(method, angles, (bare[0], bare[1]), keep)
     cell = cell_at(table, 0, 90)
     measured = np.nan if cell is None else float(cell[column("z")])
     return MediumFit(
-        str(table["medium"].iloc[0]), method, full, keep, used, measured, table, config, reason
-    )
+        str(table["medium"].iloc[0]), method, full, keep, used, measured, table, config, reason,
+        without,
+    )  # fmt: skip
 
 
 def _transform(

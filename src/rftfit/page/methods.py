@@ -10,7 +10,9 @@ from rftfit.figures.captions import name_of
 from rftfit.measure.errors import AS_PREPARED, OF_CELL, STATED
 from rftfit.measure.slopes import FEWEST
 from rftfit.measure.tare import NO_TARE_FLAG
-from rftfit.model.outlines import ELEMENTS
+from rftfit.model.motion import rotation
+from rftfit.model.outlines import ELEMENTS, leg_outline
+from rftfit.model.prediction import beyond_measured
 from rftfit.model.scaling import published
 from rftfit.page.cells import value
 from rftfit.page.live import scaled_from_print
@@ -18,6 +20,8 @@ from rftfit.store.digests import digest_of
 from rftfit.store.environment import versions
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import pandas as pd
 
     from rftfit.campaign.config import Config
@@ -157,7 +161,7 @@ def _spread(results: Results) -> str:
         how = "allow for the correlation of successive samples (ref. 3)"
         if results.config.table is not None and _few(results):
             how = f"take the depths of a direction, fewer than {FEWEST}, as independent"
-        first = f"{level} {how}{errors}"
+        first = f"{level} {how}{errors}{_named_errors(known)}"
     kinds = set(known["spread"])
     if kinds == {AS_PREPARED}:
         return f"{first}; they are those of one bed as prepared, since no repeat shows how beds differ."
@@ -167,6 +171,27 @@ def _spread(results: Results) -> str:
     size = value(known["run_to_run_z_N_per_cm3"].median(), 4)
     how = "as stated" if kinds == {STATED} else "pooled from repeats, where there are enough"
     return f"{first}, and the spread from run to run ({how}; median of alpha_z {size} N/cm^3)."
+
+
+_OF_ALPHA = {
+    "surface": "of the free surface in each run",
+    "session": "of the free surface common to all runs",
+    "angle": "of the angles",
+    "turn": "of the turn of the mount",
+    "curvature": "of a stress that is no line",
+}
+
+
+def _named_errors(known: pd.DataFrame) -> str:
+    """Errors that no single log shows, with their median part of alpha_z(0, 90 deg) over the media."""
+    push = known[(known["beta_deg"] == 0) & (known["gamma_deg"] == 90)]
+    found = []
+    for name, words in _OF_ALPHA.items():
+        column_ = f"alpha_z_{name}_N_per_cm3"
+        if column_ in known and (known[column_].abs() > 0).any():
+            part = (push[column_] / push["alpha_z_N_per_cm3"]).abs().median()
+            found.append(f"{words} ({100 * part:.1f} % of alpha_z at (0, 90 deg))")
+    return f", and hold the errors {'; '.join(found)}" if found else ""
 
 
 def _few(results: Results) -> bool:
@@ -269,8 +294,21 @@ def _trial(results: Results) -> str:
     return (
         f"{turned if len(measured) else f'Forces on m{which}'} were predicted by summing alpha "
         f"|z| dA over {ELEMENTS} elements a leg, alpha {source}, "
-        f"clipping elements at the surface.{_peaks(results)} {software}"
+        f"clipping elements at the surface.{_peaks(results)}{_limits(results, legs)} {software}"
     )
+
+
+def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
+    """Say where predicted forces on legs leave what was measured, in any medium."""
+    speed = results.config.arm.leg_speed_rad_per_s
+    told: dict[str, None] = {}
+    for medium in results:
+        profile = medium.profile("table", draws=False)
+        for name, leg in legs.items():
+            motion = rotation(None, leg.hip_height_cm, speed)
+            for limit in beyond_measured(profile, leg_outline(leg), motion):
+                told[f"{name_of(name)} in {medium.title}, {limit}"] = None
+    return f" Beyond what was measured: {'; '.join(told)}." if told else ""
 
 
 def _peaks(results: Results) -> str:

@@ -179,6 +179,7 @@ def scaling(results: Results) -> tuple[Table, Table]:
         Column(ALPHA_Z + f" fit, {PER_CM3}", fit, "num"),
         number_column("chi", "chi", ends="chi_{}"),
         number_column("zeta", "zeta", ends="zeta_{}"),
+        text_column("Errors behind zeta, share of the variance", "zeta_errors"),
     ]  # fmt: skip
     method = results.config.fourier.method
     rows = _untold(results, "penetration.csv")

@@ -90,6 +90,7 @@ TEXT_COLUMNS = frozenset(
         "direction",
         "tare_run",
         "tare_runs",
+        "zeta_errors",
         "abscissa",
         "leg",
         "file",

@@ -1,0 +1,228 @@
+"""Errors by name: what each adds to an interval, and what cells share."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rftfit.campaign.config import Config, Errors
+from rftfit.measure.alpha import alpha_table, column, flagged, window_of
+from rftfit.measure.errors import (
+    PRIOR_CM,
+    SOURCES,
+    Part,
+    SurfaceError,
+    gradient,
+    half_width,
+    shares,
+    surface_error,
+)
+from rftfit.measure.slopes import fit_slope
+from rftfit.model.draws import alpha_draws, errors_behind
+from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
+
+NONE = Errors(surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0)
+UNKNOWN = Errors()
+
+
+def fits(repeats: int = 1, scatter: float = 0.0) -> pd.DataFrame:
+    """Runs of loose poppy seeds in twelve directions, without noise but for the stated scatter."""
+    random = np.random.default_rng(5)
+    rows = []
+    table = alpha_grid("poppy_LP")
+    for i, j in itertools.product((2, 3, 4), (0, 3, 9, 12)):
+        for number in range(repeats):
+            row: dict[str, Any] = {
+                "run_id": f"{i}_{j}_{number}", "beta_deg": BETA_DEG[i], "gamma_deg": GAMMA_DEG[j],
+                "depth_from_cm": 1.0, "depth_to_cm": 8.0, "lever_per_cm": 0.2, "mirrored": j < 6,
+                "tare_run": f"rod_{j}", "flags": "", "reason": "",
+            }  # fmt: skip
+            for c, part in zip("zx", table, strict=True):
+                value = float(part[i, j]) * (1 + scatter * random.standard_normal())
+                row |= {column(c): value, column(c, "_se"): 0.001, f"alpha_{c}_dof": 12.0,
+                        column(c, "_tare"): 0.0005}  # fmt: skip
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def made(
+    errors: Errors = NONE, surface: SurfaceError | None = None, runs: pd.DataFrame | None = None
+) -> Any:
+    runs = fits() if runs is None else runs
+    return alpha_table(runs, "m", 0.95, 3, errors, None, surface).set_index(
+        ["beta_deg", "gamma_deg"], drop=False
+    )
+
+
+def test_a_surface_moves_alpha_by_what_the_lever_says() -> None:
+    """The slope through zero of a stress that begins 2 mm deeper, against its own lever."""
+    depth = np.linspace(1.0, 8.0, 700)
+    nothing = np.zeros((1, 1))
+    right = fit_slope(depth, 0.3 * depth[None], nothing, np.ones((1, 1)))
+    late = fit_slope(depth, 0.3 * (depth - 0.2)[None], nothing, np.ones((1, 1)))
+    assert right.alpha[0] - late.alpha[0] == pytest.approx(0.3 * 0.2 * right.lever, rel=1e-9)
+    assert late.offset[0] == pytest.approx(0.2, abs=1e-9)
+    assert right.offset[0] == pytest.approx(0.0, abs=1e-9)
+    # and the cell's error is that of 2 mm
+    cell = made(surface=SurfaceError(run=0.2)).loc[(0, 90)]
+    assert cell["alpha_z_surface_N_per_cm3"] == pytest.approx(0.2 * 0.2 * cell[column("z")])
+
+
+def test_the_turn_of_the_mount_moves_one_component_into_the_other() -> None:
+    table = made(NONE.model_copy(update={"turn_deg": 1.0}))
+    cell, turn = table.loc[(30, 90)], math.radians(1)
+    assert cell["alpha_x_turn_N_per_cm3"] == pytest.approx(turn * cell[column("z")])
+    assert cell["alpha_z_turn_N_per_cm3"] == pytest.approx(-turn * cell[column("x")])
+    # a run that is filed as its mirror image errs to the other side
+    back = table[table["gamma_deg"] < 0].iloc[0]
+    assert back["alpha_x_turn_N_per_cm3"] == pytest.approx(-turn * back[column("z")])
+
+
+def test_gradient_of_a_plane() -> None:
+    random = np.random.default_rng(2)
+    beta, gamma = random.uniform(-60, 60, 40), random.uniform(-90, 90, 40)
+    found = gradient(beta, gamma, 0.3 + 0.01 * beta - 0.002 * gamma)
+    # where neighbours lie on all sides within the turn of a plate, which is 180 degrees
+    inner = np.abs(beta) < 30
+    np.testing.assert_allclose(found[inner], np.tile([0.01, -0.002], (inner.sum(), 1)), atol=1e-9)
+    lone = gradient(np.array([0.0, 80.0]), np.array([90.0, -90.0]), np.array([0.3, 0.1]))
+    assert (lone == 0).all()
+
+
+def test_the_surface_is_judged_by_the_offsets() -> None:
+    random = np.random.default_rng(1)
+    noise = np.full(60, 0.01)
+    found = [surface_error(random.normal(0.2, math.hypot(0.1, 0.01), 60), noise, UNKNOWN)
+             for _ in range(200)]  # fmt: skip
+    assert np.mean([one.run for one in found]) == pytest.approx(0.1, rel=0.08)
+    assert np.mean([one.session for one in found]) == pytest.approx(0.2, rel=0.05)
+    exact = [surface_error(random.normal(0, 0.01, 60), noise, UNKNOWN) for _ in range(100)]
+    assert np.mean([one.run for one in exact]) < 0.005
+    # what says nothing of the surface, or is told, does not count
+    blind = surface_error(np.full(60, 3.0), np.full(60, 0.5), UNKNOWN)
+    assert (blind.run, blind.session, blind.runs) == (PRIOR_CM, 0.0, 0)
+    told = surface_error(np.full(60, 3.0), noise, Errors(surface_run_mm=1, surface_session_mm=2))
+    assert (told.run, told.session) == (0.1, 0.2)
+    assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > PRIOR_CM
+    assert surface_error(np.full(60, 0.3), noise, UNKNOWN, given=False).run == 0
+
+
+def test_what_runs_share_does_not_average_out() -> None:
+    """A tare of three repeats errs in their mean as in one of them; their own noise does not."""
+    one, three = made(), made(runs=fits(3))
+    for c in "zx":
+        assert three[column(c, "_tare")].to_numpy() == pytest.approx(
+            one[column(c, "_tare")].to_numpy()
+        )
+    own = math.sqrt(0.001**2 - 0.0005**2)
+    np.testing.assert_allclose(one[column("z", "_noise")], own)
+    np.testing.assert_allclose(three[column("z", "_noise")], own / math.sqrt(3))
+
+
+def test_cells_with_one_tare_are_drawn_together() -> None:
+    table = made().reset_index(drop=True)
+    draws = alpha_draws(table, 20_000, 1, 0.95)[0]
+    same = (table["gamma_deg"] == 90).to_numpy()
+    found = np.atleast_2d(np.corrcoef(draws[:, same].T))
+    # the tare has a quarter of the variance
+    np.testing.assert_allclose(found[np.triu_indices(3, 1)], 0.25, atol=0.03)
+    other = np.atleast_2d(np.corrcoef(draws[:, same].T, draws[:, ~same].T))[:3, 3:]
+    assert np.abs(other).max() < 0.04
+    width = (table[column("z", "_hi")] - table[column("z", "_lo")]) / 2
+    np.testing.assert_allclose(draws.std(axis=0) * 1.959964, width, rtol=0.03)
+
+
+def test_a_common_surface_moves_all_cells_in_proportion() -> None:
+    table = made(surface=SurfaceError(session=0.5)).reset_index(drop=True)
+    draws = alpha_draws(table, 4000, 1, 0.95, only="session")[0] - table[column("z")].to_numpy()
+    ratio = draws / table[column("z")].to_numpy() / 0.2
+    # up to the quantiles, which go with the degrees of freedom of each cell
+    assert np.abs(ratio / ratio[:, :1] - 1).max() < 0.06
+    assert ratio[:, 0].std() == pytest.approx(0.5, rel=0.15)
+    errors = dict.fromkeys(SOURCES, 0.0) | {"noise": 3.0, "session": 4.0}
+    assert shares(errors) == "session 64 %, noise 36 %"
+
+
+def test_shares_of_a_sum_are_those_of_its_variance(paper_config: Config) -> None:
+    table = made(surface=SurfaceError(session=0.1)).reset_index(drop=True)
+    behind = errors_behind(table, paper_config, lambda alpha: alpha[0].mean(axis=1))
+    whole = alpha_draws(table, 20_000, 1, 0.95)[0].mean(axis=1).std()
+    assert math.sqrt(sum(sd**2 for sd in behind.values())) == pytest.approx(whole, rel=0.08)
+    # noise averages over the cells, the surface does not
+    assert behind["session"] == pytest.approx(0.02 * table[column("z")].mean(), rel=0.2)
+    assert behind["noise"] < 0.5 * table[column("z", "_noise")].mean()
+
+
+sizes = st.floats(0.0, 3.0)
+
+
+@given(
+    start=st.fixed_dictionaries(
+        {"surface_run_mm": sizes, "surface_session_mm": sizes, "angle_deg": sizes,
+         "turn_deg": sizes, "bed_N_per_cm3": st.floats(0, 0.02), "bed_percent": sizes}
+    ),
+    name=st.sampled_from(sorted(set(Errors.model_fields) & {"surface_run_mm", "surface_session_mm",
+                                "angle_deg", "turn_deg", "bed_N_per_cm3", "bed_percent"})),
+    more=st.floats(0.01, 3.0),
+    scatter=st.sampled_from([0.0, 0.02, 0.1]),
+    repeats=st.sampled_from([1, 2, 3]),
+)  # fmt: skip
+def test_no_error_when_enlarged_narrows_an_interval(
+    start: dict[str, float], name: str, more: float, scatter: float, repeats: int
+) -> None:
+    runs = fits(repeats, scatter)
+
+    def widths(values: dict[str, float]) -> np.ndarray:
+        errors = Errors(**values)
+        surface = surface_error(np.zeros(12), np.zeros(12), errors)
+        table = made(errors, surface, runs)
+        return np.concatenate([table[column(c, "_hi")] - table[column(c, "_lo")] for c in "zx"])
+
+    assert (widths(start | {name: start[name] + more}) >= widths(start) * (1 - 1e-9)).all()
+
+
+@given(
+    parts=st.lists(st.tuples(st.floats(0, 5), st.floats(1, 50)), min_size=1, max_size=5),
+    which=st.integers(0, 4),
+    more=st.floats(0, 5),
+)
+def test_nor_does_a_larger_part(parts: list[tuple[float, float]], which: int, more: float) -> None:
+    before = [Part(*part) for part in parts]
+    after = list(before)
+    one = after[which % len(after)]
+    after[which % len(after)] = Part(one.sd + more, one.dof)
+    assert half_width(after, 0.95) >= half_width(before, 0.95) * (1 - 1e-12)
+
+
+def test_flagged_cells_and_the_window() -> None:
+    runs = fits()
+    runs.loc[0, "flags"] = "alpha_z not linear (+12 % at the end of the window)"
+    table = made(runs=runs)
+    assert flagged(table).sum() == 1
+    assert window_of(table) == (1.0, 8.0)
+    assert window_of(table.drop(columns=["depth_from_cm", "depth_to_cm"])) == (0.0, math.inf)
+
+
+def test_curvature_is_no_noise_with_a_long_memory() -> None:
+    """A stress as depth^1.3 under white noise: the bend has its own error, the noise stays small."""
+    random = np.random.default_rng(4)
+    depth = np.linspace(0.5, 8.0, 750)
+    noise = random.normal(0, 0.005, (2, depth.size))
+    stress = np.stack([0.3 * depth, 0.3 * depth * (depth / 5) ** 0.3]) + noise
+    found = fit_slope(depth, stress, np.zeros((1, 2)), np.ones((1, 2)))
+    assert found.curvature[0] == 0
+    assert found.curvature[1] == pytest.approx(
+        abs(found.nonlinear_ratio[1]) * 0.3 / 3**0.5, rel=0.1
+    )
+    rest = np.sqrt(found.se**2 - found.curvature**2)
+    assert rest[1] < 0.2 * found.curvature[1]
+    # stress at 5 cm lies within the interval of the line there
+    lo, hi = found.interval(0.95)
+    assert lo[1] < 0.3 < hi[1]
