@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rftfit.campaign.config import Config, Errors
@@ -163,6 +163,7 @@ def test_shares_of_a_sum_are_those_of_its_variance(paper_config: Config) -> None
 sizes = st.floats(0.0, 3.0)
 
 
+@settings(deadline=None, max_examples=40)
 @given(
     start=st.fixed_dictionaries(
         {"surface_run_mm": sizes, "surface_session_mm": sizes, "angle_deg": sizes,

@@ -409,6 +409,9 @@ class Grid(Model):
         return max(beta, abs(one[1] - other[1])) <= self.angle_tolerance_deg + 1e-6
 
 
+Law = Literal["through_zero", "free_intercept", "power"]
+
+
 class Fit(Model):
     """Which part of a stroke is fitted, and how intervals are made."""
 
@@ -437,6 +440,14 @@ class Fit(Model):
         "a window that covers less depth gives no alpha, cm; default: a tenth of the plate's length",
     )
     confidence: float = key(0.95, "level of all intervals", gt=0.5, lt=1)
+    law: Law = key(
+        "through_zero",
+        "what alpha is: the slope of the line through zero (Eq. 1); that with a free_intercept, which "
+        "takes the surface for unknown; or stress over depth at law_depth_cm by a power of depth",
+    )
+    law_depth_cm: Positive = key(
+        5.0, "depth at which the stress by the other laws is compared with that by Eq. 1, cm"
+    )
     flagged: Literal["keep", "leave_out"] = key(
         "keep",
         "cells flagged as not linear, or of too few depths, in the nine-term fits: keep, with the larger "

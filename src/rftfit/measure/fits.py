@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.conventions import file_extraction
+from rftfit.measure.laws import Laws, by_law, other_laws
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.slopes import CURVED_P, FEWEST, Slope, fit_few, fit_slope, unfinished_start
 from rftfit.measure.strokes import split_runs
@@ -42,7 +43,8 @@ _OF_COMPONENT = (
     "alpha_{}_N_per_cm3", "alpha_{}_se_N_per_cm3", "alpha_{}_lo_N_per_cm3", "alpha_{}_hi_N_per_cm3",
     "alpha_{}_dof", "alpha_{}_ols_se_N_per_cm3", "alpha_{}_startup_N_per_cm3",
     "alpha_{}_tare_N_per_cm3", "alpha_{}_curvature_N_per_cm3",
-    "intercept_{}_N_per_cm2", "free_slope_{}_N_per_cm3", "nonlinear_{}_p", "nonlinear_{}_ratio",
+    "intercept_{}_N_per_cm2", "free_slope_{}_N_per_cm3", "free_stress_{}_percent", "exponent_{}",
+    "power_stress_{}_percent", "nonlinear_{}_p", "nonlinear_{}_ratio",
 )  # fmt: skip
 FIT_COLUMNS = [
     "run_id", "medium", "beta_deg", "gamma_deg", "direction", "mirrored", "tare_run", "depth_from_cm",
@@ -145,6 +147,7 @@ class RunFit:
     `beta_deg`, `gamma_deg`: The cell it is filed under.
     `depth_from_cm`, `depth_to_cm`: Depths actually fitted; NaN if there is no fit.
     `slope`: Components z, x, the sign of x already that of the cell.
+    `laws`: Other laws than the line through zero, whose slopes are `line`, N/cm^3.
     `why`: shape (n,); `RowStatus` of each sample; GOOD where it was fitted, or would have been.
     `reason`: Why there is no alpha; empty if there is one.
     """
@@ -154,6 +157,8 @@ class RunFit:
     depth_from_cm: float = math.nan
     depth_to_cm: float = math.nan
     slope: Slope | None = None
+    laws: Laws | None = None
+    line: FloatArray = field(default_factory=lambda: np.full(2, np.nan))
     why: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int8))
     flags: tuple[str, ...] = ()
     reason: str = ""
@@ -211,8 +216,9 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
     if config.table and (points < FEWEST or not (np.diff(depth) > 0).all()):
         slope = fit_few(depth, stress[:, usable])
         return RunFit(
-            beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why, stroke.flags
-        )
+            beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why=why,
+            flags=stroke.flags,
+        )  # fmt: skip
     slope = fit_slope(
         depth, stress[:, usable], stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof,
         stroke.depth_sd, startup,
@@ -221,7 +227,11 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
     straight_down = run.direction == "intrusion" and run.gamma_deg == 90
     if straight_down and slope.interval(config.fit.confidence)[1][0] < 0:
         flags += (PULLED_DOWN,)
-    return RunFit(beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why, flags)
+    laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
+    return RunFit(
+        beta_deg, gamma_deg, float(depth.min()), float(depth.max()),
+        by_law(slope, laws, config.fit.law), laws, slope.alpha, why, flags,
+    )  # fmt: skip
 
 
 def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> str:
@@ -402,6 +412,19 @@ def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
         ledger.add(run, run.force_log, *fate, good)
 
 
+def _other_laws(fit: RunFit) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Stress by a line with a free intercept, exponent, and stress by a power: percent of the line's."""
+    if fit.laws is None:
+        return (np.full(2, np.nan),) * 3
+    line = np.where(fit.line == 0, np.nan, fit.line)
+    free, power = (
+        100 * (np.array([one.alpha for one in fit.laws[law]]) / line - 1)
+        for law in ("free_intercept", "power")
+    )
+    exponent = np.array([one.exponent for one in fit.laws["power"]])
+    return free, exponent, np.where(np.isnan(exponent), np.nan, power)
+
+
 def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     row: Row = {
         "run_id": run.run_id, "medium": run.medium, "beta_deg": fit.beta_deg,
@@ -417,8 +440,8 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     row |= {"offset_cm": slope.offset[0], "offset_se_cm": slope.offset_se[0]}
     lo, hi = slope.interval(confidence)
     values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup, slope.tare,
-              slope.curvature,
-              slope.intercept, slope.free_slope, slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
+              slope.curvature, slope.intercept, slope.free_slope, *_other_laws(fit),
+              slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
     for i, component in enumerate(COMPONENTS):
         names = [name.format(component) for name in _OF_COMPONENT]
         row |= {name: value[i] for name, value in zip(names, values, strict=True)}

@@ -209,6 +209,8 @@ class Slope:
         Change of alpha, relative, for a surface that lies lower by 1 cm than was taken, 1/cm.
     offset, offset_se : numpy.ndarray
         Depth at which the line with a free intercept has no stress, and its standard error, cm.
+    shift, shift_of_tare : numpy.ndarray
+        Variance of what moves all samples alike, and of the part of the tare, (N/cm^2)^2.
     """
 
     alpha: FloatArray
@@ -226,6 +228,8 @@ class Slope:
     lever: float
     offset: FloatArray
     offset_se: FloatArray
+    shift: FloatArray
+    shift_of_tare: FloatArray
 
     def interval(self, confidence: float) -> tuple[FloatArray, FloatArray]:
         """Return the confidence interval of alpha.
@@ -321,6 +325,7 @@ def fit_slope(
         alpha, se, combine_dof(parts, dofs), ols_se, intercept, free_slope, p_value, ratio,
         depth.size, moved, np.sqrt(tare), curvature, lever,
         *_offset(depth, intercept, free_slope, noise, shift.sum(axis=0)),
+        shift.sum(axis=0), zero_variance[1:].sum(axis=0),
     )  # fmt: skip
 
 
@@ -339,14 +344,14 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
     lever = float(depth.sum() / (depth @ depth))
     return Slope(
         alpha, se, dof, se, intercept, free_slope, unknown[0], unknown[1], depth.size, nothing,
-        nothing, nothing, lever, unknown[0], unknown[1],
+        nothing, nothing, lever, unknown[0], unknown[1], nothing, nothing,
     )  # fmt: skip
 
 
 def _free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
     centred = depth - depth.mean()
     spread = float(centred @ centred)
-    if _slope_level(depth):
+    if level_path(depth):
         nothing = np.full(len(stress), np.nan)
         return nothing, nothing
     slope = stress @ centred / spread
@@ -365,7 +370,7 @@ def _offset(
     `noise`: shape (k,); Variance of a sum over that of its weights, (N/cm^2)^2. `shift`: shape (k,);
     Variance of what moves all samples alike, (N/cm^2)^2.
     """
-    if _slope_level(depth):
+    if level_path(depth):
         return intercept, intercept  # NaN
     spread = float(depth.var()) * depth.size
     variance = noise * (1 / depth.size + float(depth.mean()) ** 2 / spread) + shift
@@ -373,7 +378,7 @@ def _offset(
     return -intercept / size, np.sqrt(variance) / np.abs(size)
 
 
-def _slope_level(depth: FloatArray) -> bool:
+def level_path(depth: FloatArray) -> bool:
     """Tell a horizontal run: what its depth varies by is the noise of the arm's log."""
     return float(depth.std()) < _LEVEL * float(np.abs(depth).max())
 
@@ -396,7 +401,7 @@ def _curvature(
 
     bend = depth**2 - depth * float(depth**2 @ depth) / float(depth @ depth)
     power = float(bend @ bend)
-    if _slope_level(depth):
+    if level_path(depth):
         nothing = np.full(alpha.size, np.nan)
         return nothing, nothing, residual, nothing
     size = residual @ bend / power

@@ -8,7 +8,7 @@ import rftfit
 from rftfit.campaign.config import Leg, Plate
 from rftfit.figures.captions import name_of
 from rftfit.measure.errors import AS_PREPARED, OF_CELL, STATED
-from rftfit.measure.slopes import FEWEST
+from rftfit.measure.slopes import CURVED_P, FEWEST
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
@@ -72,9 +72,9 @@ def _measurement(results: Results, outcome: Outcome) -> str:
             f"{config.run_sheet}: {outcome.runs_used} values. {_spread(results)}"
         )
     slope = (
-        "The stress per depth alpha(beta, gamma) is the zero-intercept least-squares slope of stress "
-        f"over depth{_window(results, done)}."
-    )
+        f"The stress per depth alpha(beta, gamma) is {_LAWS[config.fit.law]}{_window(results, done)}."
+        f"{_law(results)}"
+    ).replace("DEPTH", f"{config.fit.law_depth_cm:g} cm")
     if config.table is not None:
         return (
             f"Stress on a plate against depth in {media} was taken from a table, {config.run_sheet}. "
@@ -142,6 +142,38 @@ def _window(results: Results, fits: pd.DataFrame) -> str:
         )
     told = "; ".join(filter(None, parts))
     return f", {told}" if told else ""
+
+
+_LAWS = {
+    "through_zero": "the zero-intercept least-squares slope of stress over depth",
+    "free_intercept": "the least-squares slope of stress over depth, with a free intercept",
+    "power": "stress over depth at DEPTH by a least-squares power of depth",
+}
+_CURVED = 0.1
+"""An exponent farther from 1 is worth a sentence."""
+
+
+def _law(results: Results) -> str:
+    """Say once where stress is not proportional to depth, and what the line through zero then misses."""
+    told = []
+    for medium in results:
+        fits = medium.fits
+        steep = fits[(fits["direction"] != "horizontal") & (fits["gamma_deg"].abs() >= 45)]
+        steep = steep[steep["exponent_z"].notna()]
+        curved = steep["nonlinear_z_p"] < CURVED_P
+        power = float(steep["exponent_z"].median()) if len(steep) else 1.0
+        if abs(power - 1) <= _CURVED or curved.mean() <= 0.5:
+            continue
+        top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
+        # least squares of k z^p by a line through zero, over an even window
+        line = (deep ** (power + 2) - top ** (power + 2)) / (power + 2) * 3 / (deep**3 - top**3)
+        at = [f"{100 * (depth ** (power - 1) / line - 1):+.0f} % at {depth:.1f} cm"
+              for depth in (max(top, 0.25 * deep), 0.5 * deep, deep)]  # fmt: skip
+        told.append(
+            f"in {medium.title} as depth to the power of {power:.2f} (median of {len(steep)} runs), so that "
+            f"forces by alpha times depth are off by what stress differs from the line: {', '.join(at)}"
+        )
+    return f" Stress does not grow in proportion to depth: {'; '.join(told)}." if told else ""
 
 
 def _spread(results: Results) -> str:
