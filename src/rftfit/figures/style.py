@@ -254,14 +254,21 @@ FORMATS = tuple(_METADATA)
 @contextlib.contextmanager
 def _lean_fonts() -> Iterator[None]:
     """Leave tables that no reader of a pdf uses out of its fonts: decoding them takes 0.1 s a file."""
-    from fontTools.subset import Options  # type: ignore[import-untyped]
+    from fontTools import subset  # type: ignore[import-untyped]
 
-    usual = getattr(Options, "_drop_tables_default", [])
-    Options._drop_tables_default = [*usual, "GSUB", "GPOS", "GDEF"]
+    usual = subset.load_font
+
+    def lean(*words: Any, **more: Any) -> Any:
+        font = usual(*words, **more)
+        for table in {"GSUB", "GPOS", "GDEF", "kern"} & {*font.keys()}:
+            del font[table]
+        return font
+
+    subset.load_font = lean
     try:
         yield
     finally:
-        Options._drop_tables_default = usual
+        subset.load_font = usual
 
 
 def content(figure: Figure, ending: str, about: str = "") -> bytes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -115,19 +115,20 @@ def run_all(
     return [runs[index] for index in range(len(conditions))]
 
 
+def row_of(run: RobotRun) -> tuple[object, ...]:
+    """Write a run as a row with columns `RUN_COLUMNS`."""
+    return (
+        run.condition.curvature_times_R, run.condition.frequency_Hz, run.condition.phase_turns,
+        run.speed_cm_per_s, run.speed_sd_cm_per_s, run.outcome, run.reason, run.warning,
+        run.strides, run.averaged,
+    )  # fmt: skip
+
+
 def speed_table(runs: Sequence[RobotRun]) -> pd.DataFrame:
     """Write runs as a table with columns `RUN_COLUMNS`, a row each."""
     import pandas as pd
 
-    rows = [
-        (
-            run.condition.curvature_times_R, run.condition.frequency_Hz, run.condition.phase_turns,
-            run.speed_cm_per_s, run.speed_sd_cm_per_s, run.outcome, run.reason, run.warning,
-            run.strides, run.averaged,
-        )
-        for run in runs
-    ]  # fmt: skip
-    return pd.DataFrame(rows, columns=list(RUN_COLUMNS))
+    return pd.DataFrame([row_of(run) for run in runs], columns=list(RUN_COLUMNS))
 
 
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
@@ -138,16 +139,20 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     """
     import pandas as pd
 
+    groups: dict[tuple[float, float], list[dict[Any, Any]]] = {}
+    for row in table.to_dict("records"):
+        groups.setdefault((row["curvature_times_R"], row["frequency_Hz"]), []).append(row)
     rows = []
-    for (curvature, frequency), runs in table.groupby(["curvature_times_R", "frequency_Hz"]):
-        steady = runs.loc[runs["outcome"] == "steady", "speed_cm_per_s"].to_numpy(float)
-        others = runs.loc[runs["outcome"] != "steady"]
+    for place in sorted(groups):
+        runs = groups[place]
+        steady = np.array([run["speed_cm_per_s"] for run in runs if run["outcome"] == "steady"])
         reason = "; ".join(
-            f"phase {row.phase_turns:.3g}: {row.outcome}, {row.reason}"
-            for row in others.itertuples()
+            f"phase {run['phase_turns']:.3g}: {run['outcome']}, {run['reason']}"
+            for run in runs
+            if run["outcome"] != "steady"
         )
         ends = (steady.mean(), steady.min(), steady.max()) if steady.size else (math.nan,) * 3
-        rows.append((curvature, frequency, *ends, steady.size, len(runs), reason))
+        rows.append((*place, *ends, steady.size, len(runs), reason))
     names = ["curvature_times_R", "frequency_Hz", "speed_cm_per_s", "speed_lo_cm_per_s",
              "speed_hi_cm_per_s", "phases_steady", "phases", "reason"]  # fmt: skip
     return pd.DataFrame(rows, columns=names)

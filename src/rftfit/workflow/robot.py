@@ -41,8 +41,8 @@ from rftfit.robot.sweep import (
     RUN_COLUMNS,
     mean_speed,
     paper_conditions,
+    row_of,
     run_all,
-    speed_table,
 )
 from rftfit.robot.tracks import TrackError, pace, read_track, read_trials
 from rftfit.store import read_csv, write_csv
@@ -286,7 +286,7 @@ def fill(
 
     def keep(_: int, run: RobotRun) -> None:
         nonlocal done, saved_at
-        store.add(speed_table([run]))
+        store.rows[key(run.condition)] = row_of(run)
         unsaved.add(key(run.condition)[0])
         done += 1
         if on_done is not None:
