@@ -9,20 +9,26 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
+import pytest
 import yaml
 
 from rftfit.campaign.config import Config
 from rftfit.cli.main import main
+from rftfit.figures import style
 from rftfit.lab import reenact
+from rftfit.store import write_bytes
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.run_stage import run_stage
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
 
 PROJECT = Path(__file__).resolve().parents[2]
 
@@ -47,10 +53,16 @@ class Folder:
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr
 
-    def run_here(self) -> None:
-        """Run all stages in this process: the same results, without starting Python for each."""
-        for stage in Plan(self.config).default:
-            run_stage(self.config, stage)
+    def run_here(self, last: str = "provenance", made: Folder | None = None) -> None:
+        """Run the stages up to one in this process: the same results, without starting Python for each.
+
+        Figures are drawn once, as svg: their png and pdf are those of `made`, or empty.
+        """
+        stages = Plan(self.config).default
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(style, "save", partial(_sketch, self, made))
+            for stage in stages[: stages.index(last) + 1]:
+                run_stage(self.config, stage)
 
     def rftfit(self, *words: str) -> subprocess.CompletedProcess[str]:
         """Run a command in this process, from the campaign's folder."""
@@ -98,12 +110,22 @@ class Folder:
         }
 
 
+def _sketch(folder: Folder, made: Folder | None, figure: Figure, base: Path, about: str) -> None:
+    for ending in style.FORMATS:
+        target = base.with_name(f"{base.name}.{ending}")
+        content = style.content(figure, ending, about) if ending == "svg" else b""
+        if made is not None and ending != "svg":
+            content = (made.root / target.relative_to(folder.root)).read_bytes()
+        write_bytes(target, content)
+
+
 def make_campaign(
     root: Path,
     media: tuple[str, ...] = (),
     faults: tuple[str, ...] = (),
     *,
     plates_only: bool = False,
+    robot: bool = True,
     directions: Sequence[tuple[float, float]] | None = None,
 ) -> Folder:
     """Write the demonstration campaign, or a part of it, into a new folder.
@@ -117,13 +139,15 @@ def make_campaign(
         As for `rftfit.lab.reenact`.
     plates_only : bool, optional
         Without legs and robot.
+    robot : bool, optional
+        With the robot.
     directions : sequence of (float, float), optional
         (beta, gamma) of the plates, deg; default: all of the paper.
     """
     (root / "config").mkdir(parents=True)
     values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
     values["media"] = {name: values["media"][name] for name in media or values["media"]}
-    if plates_only or values["robot"]["medium"] not in values["media"]:
+    if plates_only or not robot or values["robot"]["medium"] not in values["media"]:
         del values["robot"]
     else:
         values["robot"]["file"] = coarse_robot(root)
@@ -141,6 +165,6 @@ def make_campaign(
 def coarse_robot(root: Path) -> str:
     """Write the paper's robot with coarse steps and elements; the path from the campaign's folder."""
     values = yaml.safe_load((PROJECT / "config" / "robot.yaml").read_text(encoding="utf-8"))
-    values["numerics"] |= {"step_s": 0.001, "elements": 8}
+    values["numerics"] |= {"step_s": 0.002, "elements": 8}
     (root / "config" / "robot.yaml").write_text(yaml.safe_dump(values), encoding="utf-8")
     return "config/robot.yaml"
