@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import time
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from dictionary_check import check_results
 from paper_grid import grid
 
-from rftfit.campaign.load import load_campaign
-from rftfit.figures.registry import figures
 from rftfit.measure.alpha import column
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED
 from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load
-from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES
 
 if TYPE_CHECKING:
     from campaigns import Folder
@@ -117,81 +111,3 @@ def test_reproduction_table_says_where_the_paper_differs(whole: Folder) -> None:
     assert table["why"].notna().all()
     own = table[table["where"].isin(["Table S5", "Table S3"])]
     assert (own["verdict"] == "same").all()
-
-
-def test_every_promised_file_is_there(whole: Folder) -> None:
-    results = whole.root / "results"
-    promised = [f"alpha/{medium}.csv" for medium in (*MEDIA, *SANDS)]
-    promised += ["alpha_tables.xlsx", "coefficients.csv", "coefficients.xlsx", "penetration.csv"]
-    names = ["protocol_poppy_LP", "linearity", "stress_of_runs", "alpha_maps_poppy_LP",
-             "alpha_maps", "fit_maps", "generic_profile"]  # fmt: skip
-    promised += [f"figures/{name}.{end}" for name in names for end in ("png", "pdf", "svg")]
-    promised += [f"quality/{m}.{end}" for m in (*MEDIA, *SANDS) for end in ("png", "pdf", "svg")]
-    assert [name for name in promised if not (results / name).stat().st_size > 300] == []
-
-
-def test_every_file_and_column_is_in_the_dictionary(whole: Folder) -> None:
-    found = check_results(whole.root / "results")
-    # the logs of Snakemake and its jobs, which this run did not need
-    assert [line for line in found if not line.startswith("results/logs/")] == []
-
-
-def test_nothing_is_done_twice(whole: Folder) -> None:
-    assert whole.stale() == {}
-    before = whole.digests()
-    assert "Nothing to be done" in whole.run()
-    assert whole.digests() == before
-
-
-def test_one_changed_log_reruns_its_medium_only(whole: Folder) -> None:
-    log = whole.root / "raw" / "paper" / "poppy_CP" / "poppy_CP_bp30_g45_in_force.csv"
-    content = log.read_bytes()
-    try:
-        # one row less: another content, not only another date
-        log.write_bytes(content[: content.rstrip().rfind(b"\n") + 1])
-        later = time.time() + 2
-        os.utime(log, (later, later))
-        stale = whole.stale()
-    finally:
-        log.write_bytes(content)
-    # the others follow where what they read comes out changed
-    assert stale == {"ingest": {"poppy_CP"}, "provenance": {""}}
-
-
-def test_a_changed_setting_reruns_what_depends_on_it(whole: Folder) -> None:
-    path = whole.root / "config" / "config.yaml"
-    before = path.read_text(encoding="utf-8")
-    try:
-        path.write_text(before.replace("threshold: 0.05", "threshold: 0.06"), encoding="utf-8")
-        campaign = load_campaign(path)
-        stale = whole.stale()
-    finally:
-        path.write_text(before, encoding="utf-8")
-    named = {stage.name for stage in STAGES if {"fourier", ALL} & {*stage.settings}}
-    drawn = {
-        (one.group, one.file(medium))
-        for one in figures()
-        if "fourier" in one.settings and one.group not in ON_DEMAND
-        for medium in one.media(campaign)
-    }
-    assert {*stale} == (named - {*ON_DEMAND}) | {group for group, _ in drawn}
-    assert {(group, key) for group, _ in drawn for key in stale[group]} == drawn
-
-
-def test_a_changed_row_of_the_sheet_reruns_its_medium_only(whole: Folder) -> None:
-    path = whole.root / "raw" / "paper" / "runs.csv"
-    before = path.read_text(encoding="utf-8")
-    try:
-        lines = before.splitlines()
-        header = lines[0].split(",")
-        place = next(i for i, line in enumerate(lines) if line.startswith("poppy_CP_bp30_g45_in,"))
-        cells = lines[place].split(",")
-        cells[header.index("excluded")], cells[header.index("reason")] = "yes", "dust on the plate"
-        lines[place] = ",".join(cells)
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        stale = whole.stale()
-    finally:
-        path.write_text(before, encoding="utf-8")
-    for stage in ("ingest", "tare", "slopes", "legs"):
-        assert stale[stage] == {"poppy_CP"}
-    assert not {"fourier", "scaling", "legs_predicted", "figures", "quality"} & {*stale}

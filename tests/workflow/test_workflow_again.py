@@ -1,0 +1,98 @@
+"""What a run writes is complete and described, and what is done again after a change."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+from dictionary_check import check_results
+
+from rftfit.campaign.load import load_campaign
+from rftfit.figures.registry import figures
+from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES
+
+if TYPE_CHECKING:
+    from campaigns import Folder
+
+pytestmark = pytest.mark.slow
+
+MEDIA = ("poppy_LP", "yuma")
+
+
+def test_every_promised_file_is_there(small: Folder) -> None:
+    results = small.root / "results"
+    promised = [f"alpha/{medium}.csv" for medium in MEDIA]
+    promised += ["alpha_tables.xlsx", "coefficients.csv", "coefficients.xlsx", "penetration.csv"]
+    names = ["protocol_poppy_LP", "linearity", "stress_of_runs", "alpha_maps_poppy_LP",
+             "alpha_maps", "fit_maps", "generic_profile"]  # fmt: skip
+    promised += [f"figures/{name}.{end}" for name in names for end in ("png", "pdf", "svg")]
+    promised += [f"quality/{m}.{end}" for m in MEDIA for end in ("png", "pdf", "svg")]
+    assert [name for name in promised if not (results / name).stat().st_size > 300] == []
+
+
+def test_every_file_and_column_is_in_the_dictionary(small: Folder) -> None:
+    found = check_results(small.root / "results")
+    assert found == []
+
+
+def test_nothing_is_done_twice(small: Folder) -> None:
+    assert small.stale() == {}
+    before = small.digests()
+    assert "Nothing to be done" in small.run()
+    assert small.digests() == before
+
+
+def test_one_changed_log_reruns_its_medium_only(small: Folder) -> None:
+    log = small.root / "raw" / "paper" / "yuma" / "yuma_bp00_g90_in_force.csv"
+    content = log.read_bytes()
+    try:
+        # one row less: another content, not only another date
+        log.write_bytes(content[: content.rstrip().rfind(b"\n") + 1])
+        later = time.time() + 2
+        os.utime(log, (later, later))
+        stale = small.stale()
+    finally:
+        log.write_bytes(content)
+    # the others follow where what they read comes out changed
+    assert stale == {"ingest": {"yuma"}, "provenance": {""}}
+
+
+def test_a_changed_setting_reruns_what_depends_on_it(small: Folder) -> None:
+    path = small.root / "config" / "config.yaml"
+    before = path.read_text(encoding="utf-8")
+    try:
+        path.write_text(before.replace("threshold: 0.05", "threshold: 0.06"), encoding="utf-8")
+        campaign = load_campaign(path)
+        stale = small.stale()
+    finally:
+        path.write_text(before, encoding="utf-8")
+    named = {stage.name for stage in STAGES if {"fourier", ALL} & {*stage.settings}}
+    drawn = {
+        (one.group, one.file(medium))
+        for one in figures()
+        if "fourier" in one.settings and one.group not in ON_DEMAND
+        for medium in one.media(campaign)
+    }
+    assert {*stale} == (named - {*ON_DEMAND}) | {group for group, _ in drawn}
+    assert {(group, key) for group, _ in drawn for key in stale[group]} == drawn
+
+
+def test_a_changed_row_of_the_sheet_reruns_its_medium_only(small: Folder) -> None:
+    path = small.root / "raw" / "paper" / "runs.csv"
+    before = path.read_text(encoding="utf-8")
+    try:
+        lines = before.splitlines()
+        header = lines[0].split(",")
+        place = next(i for i, line in enumerate(lines) if line.startswith("yuma_bp00_g90_in,"))
+        cells = lines[place].split(",")
+        cells[header.index("excluded")], cells[header.index("reason")] = "yes", "dust on the plate"
+        lines[place] = ",".join(cells)
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        stale = small.stale()
+    finally:
+        path.write_text(before, encoding="utf-8")
+    for stage in ("ingest", "tare", "slopes", "legs"):
+        assert stale[stage] == {"yuma"}
+    assert not {"fourier", "scaling", "legs_predicted", "figures", "quality"} & {*stale}
