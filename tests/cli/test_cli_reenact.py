@@ -67,6 +67,19 @@ def test_faults(rftfit: Callable[..., Said], campaign: Path) -> None:
     assert (raw / "yuma/yuma_c_leg_force.csv").stat().st_size > 1000
 
 
+def test_disturbances(rftfit: Callable[..., Said], campaign: Path) -> None:
+    raw = campaign / "raw" / "paper"
+    before = contents(raw)
+    said = rftfit(*QUICK, "--disturb", "pink", "--disturb", "surface=2.5")
+    assert said.code == 0
+    assert "disturbed: surface=2.5 mm, pink=0.05 N\n" in said.out
+    assert ", disturbed: surface=2.5 mm, pink=0.05 N." in (raw / MARKER).read_text(encoding="utf-8")
+    assert contents(raw)[LOG] != before[LOG]
+    assert rftfit("check", "--strict").code == 0
+    assert rftfit(*QUICK, "--disturb", "pink=0").code == 0
+    assert contents(raw)[LOG] == before[LOG]
+
+
 def test_list_of_faults(rftfit: Callable[..., Said], tmp_path: Path) -> None:
     said = rftfit("reenact", "--list-faults", "--config", tmp_path / "none.yaml")
     assert said.code == 0
@@ -91,7 +104,15 @@ def test_if_missing(rftfit: Callable[..., Said], campaign: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [["--fault", "gapp"], ["--fault", "gap:none"], ["--media", "yumma"], ["--seed", "-1"]]
+    "words",
+    [
+        ["--fault", "gapp"],
+        ["--fault", "gap:none"],
+        ["--media", "yumma"],
+        ["--seed", "-1"],
+        ["--disturb", "surfaces"],
+        ["--disturb", "lag=9"],
+    ],
 )
 def test_a_misspelled_word_costs_nothing(
     rftfit: Callable[..., Said], campaign: Path, words: list[str]

@@ -47,6 +47,15 @@ def reenact(
         float,
         typer.Option(min=0, help="Let beds differ from run to run: standard deviation, N/cm^3."),
     ] = 0.0,
+    disturb: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME or NAME=SIZE",
+            help="Let it be as in a real lab: surface, surface-session (mm), lag (s), spread-percent, pink "
+            "(N), patches, deep-noise (%), power, tare-bed (%), turn (deg), or all at ordinary sizes: "
+            "real-lab; may be repeated. An unknown name lists the sizes.",
+        ),
+    ] = None,
     grid: Annotated[
         str,
         typer.Option(
@@ -96,8 +105,8 @@ def reenact(
     if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
         say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
         return
-    _write(places, seed, media or None, tuple(fault or ()), workers or usable_cores(), spread, grid,
-           protocol, dialect, tare=not no_tare, legs=not no_legs)  # fmt: skip
+    _write(places, seed, media or None, tuple(fault or ()), workers or usable_cores(), spread,
+           tuple(disturb or ()), grid, protocol, dialect, tare=not no_tare, legs=not no_legs)  # fmt: skip
 
 
 def _lacks_tracks(places: Layout) -> bool:
@@ -123,6 +132,7 @@ def _write(
     faults: tuple[str, ...],
     workers: int,
     spread: float,
+    disturb: tuple[str, ...],
     grid: str,
     protocol: str,
     dialect: str,
@@ -132,6 +142,7 @@ def _write(
 ) -> None:
     from rftfit.lab import reenact as enact
     from rftfit.lab.dialects import WRITERS, dialect_of
+    from rftfit.lab.disturb import described, sizes_of
     from rftfit.lab.enact import planned as plan
     from rftfit.lab.marker import MARKER, clear, find_earlier, write_marker
     from rftfit.lab.plan import directions_of, media_of
@@ -167,6 +178,7 @@ def _write(
         )
     runs = plan(places.config, media, directions, protocol, tare=tare, legs=legs)
     resolve(faults, {run.run_id: run for run in runs}, chosen[0])
+    disturbed = described(sizes_of(disturb))
     earlier = find_earlier(places.raw, places.sheet)
 
     made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, media: {', '.join(chosen)}, "
@@ -181,6 +193,8 @@ def _write(
     made_by += "" if legs else ", no legs"
     if spread:
         made_by += f", run-to-run spread: {spread:g} N/cm^3"
+    if disturbed:
+        made_by += f", disturbed: {disturbed}"
     logs = [
         places.raw / name
         for run in runs
@@ -197,7 +211,7 @@ def _write(
     done = enact(
         places.config, places.raw, places.sheet,
         seed=seed, media=media, directions=directions, faults=faults, workers=workers, spread=spread,
-        protocol=protocol, tare=tare, legs=legs,
+        disturb=disturb, protocol=protocol, tare=tare, legs=legs,
     )  # fmt: skip
     write_marker(places.raw, [*logs, places.sheet], made_by, complete=True)
     say(
@@ -206,6 +220,8 @@ def _write(
     )
     for fault in done.faults:
         say(f"  fault {fault}")
+    if disturbed:
+        say(f"  disturbed: {disturbed}")
     say(PLAINLY)
     say(f"{_from_root(places, places.raw / MARKER)} says the same.")
 

@@ -11,12 +11,13 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rftfit.errors import OutputError, RftfitError
 from rftfit.lab.dialects import WRITERS, dialect_of
+from rftfit.lab.disturb import NOTHING, described, sizes_of
 from rftfit.lab.plan import media_of, plan_runs
 from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, in_one_log, with_files, without
 from rftfit.lab.rig import Fault, damage_bytes, damage_recording, record, resolve
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rftfit.campaign.config import Config
+    from rftfit.lab.disturb import Sizes
     from rftfit.lab.plan import Run
 
 
@@ -58,6 +60,7 @@ class Job:
     `seed`: Of the random numbers; those of a run depend on it and on the run_id alone.
     `runs`: Each run with the names of its faults.
     `spread`: Standard deviation of alpha from one prepared bed to the next, N/cm^3.
+    `sizes`: Of the disturbances.
     """
 
     config: Config
@@ -66,6 +69,7 @@ class Job:
     runs: tuple[tuple[Run, tuple[str, ...]], ...]
     spread: float = 0.0
     protocol: str = PAPER
+    sizes: Sizes = field(default_factory=dict)
 
 
 def reenact(
@@ -79,6 +83,7 @@ def reenact(
     faults: Sequence[str] = (),
     workers: int = 2,
     spread: float = 0.0,
+    disturb: Sequence[str] = (),
     protocol: str = PAPER,
     tare: bool = True,
     legs: bool = True,
@@ -96,15 +101,22 @@ def reenact(
     by default. `faults`: ``NAME`` or ``NAME:run_id``, names from `FAULTS`. `workers`:
     Processes that write at once. `spread`: Standard deviation of alpha from one prepared bed to
     the next, N/cm^3. By default every bed is the same, so that Table S5 comes back as it is.
-    `protocol`: One of `PROTOCOLS`. `tare`, `legs`: Whether there are any.
+    `disturb`: ``NAME``, ``NAME=SIZE`` or ``real-lab``, names from `DISTURBANCES`. `protocol`: One of `PROTOCOLS`. `tare`, `legs`: Whether there are any.
     """
     began = time.perf_counter()
     raw, chosen = Path(raw).resolve(), media_of(config, media)
+    sizes = sizes_of(disturb)
     runs = planned(config, media, directions, protocol, tare=tare, legs=legs)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     damaged = {run.run_id: tuple(f.name for f in found if f.changed == run.run_id) for run in runs}
     job = Job(
-        config, raw, seed, tuple((run, damaged[run.run_id]) for run in runs), spread, protocol
+        config,
+        raw,
+        seed,
+        tuple((run, damaged[run.run_id]) for run in runs),
+        spread,
+        protocol,
+        sizes,
     )
     n_files, n_bytes = write_all(job, workers)
     if config.robot is not None and config.robot.medium in chosen:
@@ -112,7 +124,7 @@ def reenact(
         n_files += len(tracks)
         n_bytes += sum(path.stat().st_size for path in tracks)
     tares = {fault.run_id: fault.other_tare for fault in found if fault.other_tare}
-    text = sheet_text(runs, tares)
+    text = sheet_text(runs, tares, described(sizes))
     # last, so that a sheet never names logs that were not written
     write_text(sheet, text)
     seconds = time.perf_counter() - began
@@ -180,7 +192,7 @@ def write_runs(job: Job) -> tuple[int, int]:
     """Write the logs of a job; the number of files and their bytes."""
     files = size = 0
     for run, faults in job.runs:
-        logs = run_logs(run, job.config, job.seed, faults, job.spread, job.protocol)
+        logs = run_logs(run, job.config, job.seed, faults, job.spread, job.protocol, job.sizes)
         for name, content in logs.items():
             if content is None:
                 _remove(job.raw / name)
@@ -198,11 +210,12 @@ def run_logs(
     faults: tuple[str, ...] = (),
     spread: float = 0.0,
     protocol: str = PAPER,
+    sizes: Sizes = NOTHING,
 ) -> dict[str, bytes | None]:
     """Make the logs of a run: content by path relative to raw, None where a fault takes it away."""
     raised, pause = "never_touches" in faults, protocol != "no-pause"
     recorded = [
-        as_recorded(record(run, config, seed, raised, spread, pause, cycle), protocol)
+        as_recorded(record(run, config, seed, raised, spread, pause, cycle, sizes), protocol)
         for cycle in range(run.cycles)
     ]
     recording, unloaded = recorded[0]

@@ -11,6 +11,18 @@ import numpy as np
 
 from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
+from rftfit.lab.disturb import (
+    AS_PUBLISHED,
+    NOTHING,
+    Bed,
+    beds,
+    delayed,
+    path_cm,
+    pink,
+    session_cm,
+    turned,
+    unevenness,
+)
 from rftfit.lab.plan import FloatArray, Motion, duration, motion_at, segments
 from rftfit.lab.truth import felt, granular_law, rod_law
 
@@ -20,6 +32,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from rftfit.campaign.config import Config
+    from rftfit.lab.disturb import Sizes, Stream
     from rftfit.lab.plan import Run
     from rftfit.lab.truth import Forces
 
@@ -106,6 +119,11 @@ def _stream(seed: int, run_id: str, purpose: int) -> np.random.Generator:
     return np.random.default_rng([seed, purpose, *(int(word) for word in digest)])
 
 
+def _streams(seed: int, run: Run, cycle: int) -> Stream:
+    """Random numbers of one stroke of a run, by purpose."""
+    return lambda purpose: _stream(seed, run.run_id, purpose + 10 * cycle)
+
+
 def nuisance(run: Run, seed: int) -> Nuisance:
     """Draw bias, drift and clocks of a run."""
     random = _stream(seed, run.run_id, 0)
@@ -130,10 +148,16 @@ def cable(run: Run, angle_deg: FloatArray) -> Forces:
     return force_z, force_x
 
 
-def bed_of(run: Run, seed: int, spread: float, cycle: int = 0) -> tuple[float, float]:
-    """Draw by how much alpha_z and alpha_x of a run's bed are off, with a standard deviation, N/cm^3."""
-    off = spread * _stream(seed, run.run_id, 3 + 10 * cycle).standard_normal(2)
-    return float(off[0]), float(off[1])
+def bed_of(run: Run, seed: int, spread: float, sizes: Sizes, cycle: int = 0) -> Bed:
+    """Draw the bed of a run; alpha_z and alpha_x are off by `spread` (standard deviation), N/cm^3."""
+    stream = _streams(seed, run, cycle)
+    z, x = spread * stream(3).standard_normal(2)
+    height, factor = beds(sizes, stream)
+    height += session_cm(sizes, _stream(seed, "", 4))
+    return Bed(
+        (float(z), float(x)), float(factor[0]), float(height[0]), sizes.get("power", 1.0),
+        1 + sizes.get("tare-bed", 0.0) / 100 if run.kind == "rod" else 1.0,
+    )  # fmt: skip
 
 
 def ideal(
@@ -141,13 +165,13 @@ def ideal(
     config: Config,
     raised: bool = False,
     phase_s: float = 0.0,
-    bed: tuple[float, float] = (0.0, 0.0),
+    bed: Bed = AS_PUBLISHED,
     pause: bool = True,
 ) -> Ideal:
     """Noise-free forces of a run at the force log's sample times.
 
     `raised`: The whole path stays above the surface. `phase_s`: Time of the first sample after the
-    start, s. `bed`: By how much alpha_z and alpha_x of its bed are off, N/cm^3.
+    start, s.
     """
     parts = segments(run, config, raised, pause)
     count = int((duration(parts) - phase_s) * FORCE_HZ) + 1
@@ -162,7 +186,7 @@ def ideal(
         return Ideal(motion, granular, rod, (force_z - _LEG_WEIGHT_N, force_x))
     weight = _ROD_WEIGHT_N + (_PLATE_WEIGHT_N if run.kind == "plate" else 0.0)
     return Ideal(
-        motion, granular, felt(rod_law(run), parts, motion, level), (nothing - weight, nothing)
+        motion, granular, felt(rod_law(run, bed), parts, motion, level), (nothing - weight, nothing)
     )
 
 
@@ -203,24 +227,29 @@ def record(
     spread: float = 0.0,
     pause: bool = True,
     cycle: int = 0,
+    sizes: Sizes = NOTHING,
 ) -> Recording:
     """Record a run the way the rig does.
 
     `raised`: The whole path stays above the surface. `spread`: Standard deviation of alpha from
     one prepared bed to the next, N/cm^3. `pause`: At the surface. `cycle`: Of several strokes in
-    one log, which; each has a bed of its own.
+    one log, which; each has a bed of its own. `sizes`: Of the disturbances.
     """
     drawn = nuisance(run, seed)
-    true = ideal(run, config, raised, drawn.force_phase_s, bed_of(run, seed, spread, cycle), pause)
+    bed = bed_of(run, seed, spread, sizes, cycle)
+    true = ideal(run, config, raised, drawn.force_phase_s, bed, pause)
     motion = true.motion
+    stream = _streams(seed, run, cycle)
     count = motion.elapsed_s.size
     drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
-    force_z = true.granular[0] + true.rod[0] + true.steady[0] + drift[:, 2]
-    force_x = true.granular[1] + true.rod[1] + true.steady[1] + drift[:, 0]
+    uneven = unevenness(sizes, stream, path_cm(motion, config.intruders[run.intruder]))
+    force = np.array(true.granular) * uneven + np.array(true.rod) + np.array(true.steady)
+    force = delayed(force, sizes.get("lag", 0.0) * FORCE_HZ) + drift[:, [2, 0]].T
+    force_z, force_x = turned(force[0], force[1], sizes.get("turn", 0.0))
     channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, config) + drawn.bias_N
-    channels += _noise(
-        _stream(seed, run.run_id, 1 + 10 * cycle), count, config.transducer.precision_N
-    )
+    channels += _noise(stream(1), count, config.transducer.precision_N)
+    if sizes.get("pink"):
+        channels += sizes["pink"] * pink(stream(6), 3, count).T
     limit = np.array(config.transducer.range_N)
     channels = np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 
@@ -231,8 +260,7 @@ def record(
     ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
     clock = np.round(begin + drawn.motion_phase_s, 3) + np.arange(ticks) / MOTION_HZ
     arm = motion_at(parts, (clock - begin) / rate)
-    random = _stream(seed, run.run_id, 2 + 10 * cycle)
-    wobble = random.normal(0, 1, (3, ticks))
+    wobble = stream(2).normal(0, 1, (3, ticks))
     stroke = np.array([part.phase == "stroke" for part in parts])
     # a leg rests in air at both ends, a plate where it is above the surface
     air = np.array([part.phase == "rest" and part.start[1] > 0 for part in parts])

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit import reference
+from rftfit.campaign.config import Leg
+from rftfit.lab.disturb import AS_PUBLISHED, Bed, power_law
 from rftfit.lab.plan import CLEARANCE_CM, FloatArray, Motion, Segment, half_extents, plate_of
 
 if TYPE_CHECKING:
@@ -145,18 +147,15 @@ def near_walls(
     return factor
 
 
-def plate_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)) -> Law:
-    """Force on the plate of a laboratory run: alpha of Table S5 times depth times area.
-
-    `bed`: By how much alpha_z and alpha_x of this run's bed are off, N/cm^3.
-    """
+def plate_law(run: Run, config: Config, bed: Bed) -> Law:
+    """Force on the plate of a laboratory run: alpha of Table S5 times depth times area."""
     plate: Plate = plate_of(config)[1]
     beta = run.beta_deg or 0.0
     _, half_z = half_extents(plate, beta)
 
     def law(part: Segment, x_cm: FloatArray, z_cm: FloatArray, _: FloatArray) -> Forces:
-        alpha_z, alpha_x = (a + b for a, b in zip(alpha_of(run, part.phase), bed, strict=True))
-        load = plate.area_cm2 * submerged_depth(-z_cm, half_z)
+        alpha_z, alpha_x = (a + b for a, b in zip(alpha_of(run, part.phase), bed.off, strict=True))
+        load = plate.area_cm2 * power_law(submerged_depth(-z_cm, half_z), bed.power)
         if run.direction == "horizontal" and part.phase == "stroke":
             # the published value IS the mean over the steady part, so no wall factor here
             load = load * (1 + _STICK_SLIP * np.sin(2 * np.pi * x_cm / _STICK_SLIP_CM))
@@ -177,6 +176,11 @@ def scaled_law(law: Law, factor: float) -> Law:
     return scaled
 
 
+def below(law: Law, surface_cm: float) -> Law:
+    """Put a law into a bed whose surface is higher by `surface_cm`."""
+    return lambda part, x, z, angle: law(part, x, z - surface_cm, angle)
+
+
 def push_alpha(run: Run) -> float:
     """alpha_z of a straight push, N/cm^3: Table S5; of a natural sand, first centimetre of Fig. S11."""
     if run.natural:
@@ -184,18 +188,26 @@ def push_alpha(run: Run) -> float:
     return table_s5(run.published, 0.0, 90.0)[0]
 
 
-def granular_law(run: Run, config: Config, bed: tuple[float, float] = (0.0, 0.0)) -> Law | None:
+def granular_law(run: Run, config: Config, bed: Bed) -> Law | None:
     """Force of the medium on the intruder of any run; None where there is no intruder in a medium.
 
-    `bed`: By how much alpha_z and alpha_x of this run's bed are off, N/cm^3. Published curves (legs,
-    natural sands) are multiplied by what that makes of a straight push.
+    Published curves of legs and natural sands are multiplied by what the bed makes of a straight
+    push; a leg's also by what the surface makes of the square of its greatest depth.
     """
-    if run.kind == "plate" and not run.natural:
-        return plate_law(run, config, bed)
     if run.kind not in ("leg", "plate"):
         return None
-    law = leg_law(run) if run.kind == "leg" else sand_law(run, config)
-    return scaled_law(law, 1 + bed[0] / push_alpha(run)) if bed[0] else law
+    factor = bed.factor
+    if run.kind == "plate" and not run.natural:
+        law = plate_law(run, config, bed)
+    else:
+        law = leg_law(run) if run.kind == "leg" else sand_law(run, config)
+        factor *= 1 + bed.off[0] / push_alpha(run)
+    leg = config.intruders[run.intruder]
+    if isinstance(leg, Leg):
+        factor *= (1 + bed.surface_cm / (leg.max_length_cm - leg.hip_height_cm)) ** 2
+    elif bed.surface_cm:
+        law = below(law, bed.surface_cm)
+    return law if factor == 1 else scaled_law(law, factor)
 
 
 _TAPER_DEG = 3.0
@@ -266,7 +278,7 @@ def strength(run: Run) -> float:
     return alpha / _ALPHA_OF_STRENGTH_ONE
 
 
-def rod_law(run: Run) -> Law:
+def rod_law(run: Run, bed: Bed = AS_PUBLISHED) -> Law:
     """Force of the medium on rod and mount, the same in a plate run and in its rod-only run.
 
     A thin rod feels a force that grows with the square of the depth; from 3 cm on the mount is in
@@ -281,7 +293,7 @@ def rod_law(run: Run) -> Law:
             (last - first) / part.distance
             for first, last in zip(part.start[:2], part.end[:2], strict=True)
         )
-        depth = np.maximum(-z_cm, 0.0)
+        depth = np.maximum(bed.surface_cm - z_cm, 0.0)
         mount = np.maximum(depth - _MOUNT_FROM_CM, 0.0)
         load = size * (0.007 * depth**2 + 0.009 * mount**2) * (1 + 0.06 * math.sin(beta) ** 2)
         if vz > 0:
@@ -290,4 +302,4 @@ def rod_law(run: Run) -> Law:
         force_x = -1.2 * vx * load + 0.06 * math.sin(beta) * load
         return force_z, force_x
 
-    return law
+    return law if bed.rod == 1 else scaled_law(law, bed.rod)

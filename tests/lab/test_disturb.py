@@ -1,0 +1,349 @@
+"""Each disturbance changes what it should, by as much as was asked, and nothing else."""
+
+from __future__ import annotations
+
+import io
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.errors import InputError
+from rftfit.lab import DISTURBANCES, plan_runs, reenact
+from rftfit.lab.disturb import REAL_LAB, along_path, described, pink, sizes_of
+from rftfit.lab.enact import run_logs
+from rftfit.lab.plan import plate_of
+from rftfit.lab.rig import bed_of, ideal, nuisance
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from rftfit.campaign.config import Config
+    from rftfit.lab.plan import Run
+
+PUSH, ROD, LEG, AIR = (
+    "poppy_CP_bp00_g90_in", "poppy_CP_bp00_g90_in_rod", "poppy_CP_c_leg", "air_c_leg",
+)  # fmt: skip
+SLANTED = "poppy_CP_bp30_g34_in"
+SEED = 5
+NONE: Mapping[str, float] = {}
+
+
+@pytest.fixture(scope="module")
+def runs(config: Config) -> dict[str, Run]:
+    return {run.run_id: run for run in plan_runs(config)}
+
+
+def read(content: bytes | None) -> pd.DataFrame:
+    assert content is not None
+    return pd.read_csv(io.BytesIO(content), comment="#")
+
+
+def force(run: Run, config: Config, sizes: Mapping[str, float] = NONE) -> np.ndarray:
+    """Force (z, x, y) of the written log in the lab frame, N, shape (3, n); axes and turn by hand."""
+    log = read(run_logs(run, config, SEED, sizes=sizes)[run.force_log])
+    f1, f2, f3 = (log[f"F{k}_N"].to_numpy() for k in (1, 2, 3))
+    turn = np.radians(4.0)
+    x, z = -f2, -f3
+    return np.array([-x * np.sin(turn) + z * np.cos(turn), x * np.cos(turn) + z * np.sin(turn), f1])
+
+
+def change(run: Run, config: Config, sizes: Mapping[str, float]) -> np.ndarray:
+    """By how much disturbances change the force (z, x) of a log: noise and bias are the same."""
+    return (force(run, config, sizes) - force(run, config))[:2]
+
+
+def granular(run: Run, config: Config) -> np.ndarray:
+    """Undisturbed granular force (z, x) at the samples of the log."""
+    phase = nuisance(run, SEED).force_phase_s
+    return np.array(ideal(run, config, phase_s=phase).granular)
+
+
+def depth(run: Run, config: Config) -> np.ndarray:
+    return -ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s).motion.z_cm
+
+
+CHANGED = {
+    "surface": {PUSH, ROD, LEG}, "surface-session": {PUSH, ROD, LEG}, "lag": {PUSH, ROD, LEG, AIR},
+    "spread-percent": {PUSH, LEG}, "pink": {PUSH, ROD, LEG, AIR}, "patches": {PUSH, LEG},
+    "deep-noise": {PUSH, LEG}, "power": {PUSH}, "tare-bed": {ROD}, "turn": {PUSH, ROD, LEG, AIR},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DISTURBANCES)
+def test_what_is_changed(config: Config, runs: dict[str, Run], name: str) -> None:
+    one = DISTURBANCES[name]
+    found = set()
+    for run in (runs[run_id] for run_id in (PUSH, ROD, LEG, AIR)):
+        plain = run_logs(run, config, SEED)
+        disturbed = run_logs(run, config, SEED, sizes={name: one.size})
+        assert disturbed == run_logs(run, config, SEED, sizes={name: one.size})
+        assert run_logs(run, config, SEED, sizes={name: one.nothing}) == plain
+        assert disturbed[run.motion_log] == plain[run.motion_log]
+        before, after = read(plain[run.force_log]), read(disturbed[run.force_log])
+        for column in ("time_s", "arm_moving"):
+            np.testing.assert_array_equal(after[column], before[column])
+        if disturbed[run.force_log] != plain[run.force_log]:
+            found.add(run.run_id)
+    assert found == CHANGED[name]
+
+
+@pytest.mark.parametrize("name", ["surface", "surface-session"])
+def test_surface_moves_the_onset_of_the_force(
+    config: Config, runs: dict[str, Run], name: str
+) -> None:
+    area = plate_of(config)[1].area_cm2
+    drawn = []
+    for medium in ("poppy_CP", "glass0.3mm_CP", "glass3mm_CP"):
+        run = runs[f"{medium}_bp00_g90_in"]
+        below, clean = depth(run, config), granular(run, config)
+        alpha = clean[0][below > 5][0] / below[below > 5][0] / area
+        inside = (below > 1) & (below < 7)
+        moved = change(run, config, {name: 2.0})[0] / area / alpha
+        up = float(np.median(moved[inside]))  # cm
+        # rod and mount feel it too, a little
+        assert moved[inside] == pytest.approx(up, abs=0.03)
+        # the plate touches it higher by as much
+        on = [np.argmax(log[0] - log[0][:150].mean() > 1.0)
+              for log in (force(run, config), force(run, config, {name: 2.0}))]  # fmt: skip
+        assert below[on[0]] - below[on[1]] == pytest.approx(up, abs=0.035)
+        assert bed_of(run, SEED, 0, {name: 2.0}).surface_cm == pytest.approx(up, abs=0.02)
+        assert bed_of(run, SEED, 0, {name: 4.0}).surface_cm == pytest.approx(2 * up, abs=0.04)
+        drawn.append(up)
+    assert (np.ptp(drawn) < 0.02) == (name == "surface-session")
+    # 933 runs, or 400 campaigns
+    beds = [bed_of(run, SEED, 0, {name: 2.0}).surface_cm for run in runs.values()]
+    seeds = [bed_of(runs[PUSH], seed, 0, {name: 2.0}).surface_cm for seed in range(400)]
+    assert np.std(seeds) == pytest.approx(0.2, rel=0.12)
+    assert np.std(beds) == pytest.approx(0.2 if name == "surface" else 0, rel=0.08, abs=1e-12)
+
+
+def test_surface_and_legs(config: Config, runs: dict[str, Run]) -> None:
+    # forces go with the square of the depth of the tip: 2 mm of 56 mm
+    run = runs[LEG]
+    up = bed_of(run, SEED, 0, {"surface": 2.0}).surface_cm
+    clean = granular(run, config)
+    strong = np.abs(clean) > 2
+    ratio = change(run, config, {"surface": 2.0})[strong] / clean[strong]
+    assert np.median(ratio) == pytest.approx((1 + up / 5.62) ** 2 - 1, rel=0.02)
+
+
+@pytest.mark.parametrize("lag", [0.03, 0.07])
+def test_lag_is_so_many_samples(config: Config, runs: dict[str, Run], lag: float) -> None:
+    for name in (PUSH, SLANTED, LEG, AIR):
+        run = runs[name]
+        moved = change(run, config, {"lag": lag})[0, 20:]
+        true = ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s)
+        whole = true.granular[0] + true.rod[0] + true.steady[0]
+        misfit = [np.std(moved - whole[20 - k : whole.size - k] + whole[20:]) for k in range(15)]
+        assert np.argmin(misfit) == round(100 * lag)
+        assert min(misfit) < 0.004  # of rounding to 1/160 N, twice
+
+
+@pytest.mark.parametrize(
+    ("run_id", "held"), [(PUSH, False), ("glass3mm_CP_bp60_g56_ex", False), (LEG, True)]
+)
+def test_turn_is_that_of_a_mount_turned_more(
+    config: Config, runs: dict[str, Run], run_id: str, held: bool
+) -> None:
+    run = runs[run_id]
+    more = config.transducer.model_copy(update={"turn_deg": 7.0})
+    meant = force(run, config.model_copy(update={"transducer": more}))
+    turned = force(run, config, {"turn": 3.0})
+    np.testing.assert_allclose(turned, meant, atol=0.01)
+    # a push straight up on the sensor leans toward -x
+    if not held:
+        deep = np.abs(granular(run, config)[0]).argmax()
+        plain = force(run, config)
+        rest = np.linspace(0, 1, plain.shape[1]) < 0.02 if run_id == PUSH else slice(-150, None)
+        before, after = (log[:2, deep] - log[:2, rest].mean(axis=1) for log in (plain, turned))
+        angle = np.degrees(np.arctan2(*before[::-1]) - np.arctan2(*after[::-1]))
+        assert angle == pytest.approx(3, abs=0.3)
+        assert np.hypot(*after) == pytest.approx(np.hypot(*before), rel=0.01)
+
+
+def stress_curve(
+    runs: dict[str, Run], config: Config, sizes: Mapping[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Depth and force of a push less that of its rod, both from the logs."""
+    plate, rod = (force(runs[name], config, sizes)[0] for name in (PUSH, ROD))
+    below, of_rod = depth(runs[PUSH], config), depth(runs[ROD], config)
+    here = (below > 1) & (below < 8)
+    down = np.arange(of_rod.size) <= of_rod.argmax()
+    tare = np.interp(below, of_rod[down], (rod - rod[:150].mean())[down])
+    return below[here], (plate - plate[:150].mean() - tare)[here]
+
+
+@pytest.mark.parametrize("power", [1.0, 0.8, 1.2, 1.3])
+def test_power_is_found_by_a_fit(config: Config, runs: dict[str, Run], power: float) -> None:
+    below, load = stress_curve(runs, config, {"power": power})
+    slope, _ = np.polyfit(np.log(below), np.log(load), 1)
+    assert slope == pytest.approx(power, abs=0.012)
+    # the same as in the table at 5 cm
+    _, plain = stress_curve(runs, config, NONE)
+    near = np.abs(below - 5) < 0.05
+    assert load[near].mean() == pytest.approx(plain[near].mean(), rel=0.003)
+
+
+def test_pink_noise_falls_as_one_over_f(config: Config, runs: dict[str, Run]) -> None:
+    legs = [run for run in runs.values() if run.leg]
+    power = []
+    for run in legs:
+        noise = change(run, config, {"pink": 0.5})
+        double = change(run, config, {"pink": 1.0})
+        np.testing.assert_allclose(double, 2 * noise, atol=0.025)
+        tapered = (noise - noise.mean(axis=1, keepdims=True)) * np.hanning(noise.shape[1])
+        power.append((np.abs(np.fft.rfft(tapered, 4096, axis=1)) ** 2).mean(axis=0))
+    frequency = np.fft.rfftfreq(4096, 0.01)
+    here = (frequency > 0.15) & (frequency < 20)
+    octave = np.floor(np.log2(frequency[here]))
+    mean = [np.log2(np.mean(power, axis=0)[here][octave == k].mean()) for k in np.unique(octave)]
+    assert np.polyfit(np.unique(octave), mean, 1)[0] == pytest.approx(-1, abs=0.12)
+
+
+@pytest.mark.parametrize("count", [4096, 1000, 20000])
+def test_pink_noise_has_its_size(count: int) -> None:
+    noise = pink(np.random.default_rng(1), 300, count)
+    assert noise.shape == (300, count)
+    # octaves have the same variance: of 11 in 41 s, 2.3 more in 200 s, none of the slowest 2 in 10 s
+    assert noise.std() == pytest.approx({4096: 1, 1000: 1, 20000: 1.12}[count], rel=0.04)
+    within = {4096: 1, 1000: 0.91, 20000: 1.12}[count]
+    assert np.sqrt(noise.var(axis=1).mean()) == pytest.approx(within, rel=0.04)
+
+
+@pytest.mark.parametrize("length", [2.0, 0.1])
+def test_a_path_is_uneven_over_a_length(length: float) -> None:
+    travel = np.linspace(0, 6 * length, 601)
+    drawn = along_path(np.random.default_rng(2), 4000, travel, length)
+    assert drawn.std(axis=0) == pytest.approx(1, abs=0.05)
+    assert drawn.mean(axis=0) == pytest.approx(0, abs=0.06)
+    correlation = [float(np.mean(drawn[:, 200] * drawn[:, 200 + k])) for k in (10, 100, 200, 300)]
+    # the same patch, the next one (the mean of cosine times sine over a patch), the ones after it
+    assert correlation == pytest.approx([0.98, 1 / np.pi, 0, 0], abs=0.05)
+    # a way back meets the same patches
+    ways = [along_path(np.random.default_rng(2), 3, way, length) for way in (travel, travel[::-1])]
+    np.testing.assert_array_equal(ways[1], ways[0][:, ::-1])
+
+
+@pytest.mark.parametrize(("name", "apart_cm"), [("patches", 2.0), ("deep-noise", 0.1)])
+def test_unevenness_of_the_logs(
+    config: Config, runs: dict[str, Run], name: str, apart_cm: float
+) -> None:
+    """Relative to the force, by as much at every depth, over a length; patches common to z and x."""
+    many = [run for run in runs.values()
+            if run.kind == "plate" and run.medium in ("poppy_CP", "glass3mm_CP")
+            and (run.gamma_deg or 0) > 40 and run.direction == "intrusion"]  # fmt: skip
+    shallow, deep, same, near, far = [], [], [], [], []
+    for run in many:
+        clean, at = granular(run, config), depth(run, config)
+        moved = change(run, config, {name: 10.0})
+        inside = (at > 3) & (np.gradient(at) > 0.003)
+        ratio = moved[0] / np.where(clean[0] == 0, np.nan, clean[0])
+        shallow.append(ratio[inside & (at < 4.5)])
+        deep.append(ratio[inside & (at > 5.5)])
+        if np.abs(clean[1]).max() > 8:
+            other = moved[1][inside] / clean[1][inside]
+            same.append(np.corrcoef(ratio[inside], other)[0, 1])
+        one = ratio[inside]
+        for pairs, share in ((near, 0.1), (far, 2.2)):
+            k = max(
+                1,
+                round(
+                    100 * share * apart_cm / np.hypot(1, 1 / np.tan(np.radians(run.gamma_deg or 0)))
+                ),
+            )
+            pairs += list(itertools.islice(zip(one[:-k], one[k:], strict=True), 10_000))
+    assert np.std(np.concatenate(shallow)) == pytest.approx(0.10, rel=0.2)
+    assert np.std(np.concatenate(deep)) == pytest.approx(0.10, rel=0.2)
+    assert len(same) >= 3
+    assert (min(same) > 0.95) if name == "patches" else (max(np.abs(same)) < 0.4)
+    assert np.corrcoef(np.transpose(near))[0, 1] > 0.8
+    assert abs(np.corrcoef(np.transpose(far))[0, 1]) < 0.4
+    half = change(many[0], config, {name: 5.0})
+    np.testing.assert_allclose(2 * half, change(many[0], config, {name: 10.0}), atol=0.025)
+
+
+def test_proportional_spread(config: Config, runs: dict[str, Run]) -> None:
+    for run_id in (PUSH, SLANTED, LEG, "yuma_bp00_g90_in", "poppy_CP_bp90_g00_h762"):
+        run = runs[run_id]
+        moved, clean = change(run, config, {"spread-percent": 10.0}), granular(run, config)
+        factor = bed_of(run, SEED, 0, {"spread-percent": 10.0}).factor - 1
+        # z and x by one factor
+        np.testing.assert_allclose(moved, factor * clean, atol=0.02)
+        double = bed_of(run, SEED, 0, {"spread-percent": 20.0}).factor - 1
+        assert double == pytest.approx(2 * factor)
+    drawn = [bed_of(run, SEED, 0, {"spread-percent": 5.0}).factor for run in runs.values()]
+    assert np.std(drawn) == pytest.approx(0.05, rel=0.08)
+    assert np.mean(drawn) == pytest.approx(1, abs=0.005)
+
+
+def test_tare_of_another_bed(config: Config, runs: dict[str, Run]) -> None:
+    run = runs[ROD]
+    felt = np.array(ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s).rod)
+    assert np.abs(felt[0]).max() > 0.4
+    np.testing.assert_allclose(change(run, config, {"tare-bed": 50.0}), 0.5 * felt, atol=0.02)
+
+
+def test_draws_know_nothing_of_each_other(config: Config, runs: dict[str, Run]) -> None:
+    run = runs[SLANTED]
+    real = sizes_of([REAL_LAB])
+    both = change(run, config, {"pink": 0.5, "patches": 5.0})
+    alone = change(run, config, {"pink": 0.5}) + change(run, config, {"patches": 5.0})
+    np.testing.assert_allclose(both, alone, atol=0.025)
+    assert bed_of(run, SEED, 0.005, real).off == bed_of(run, SEED, 0.005, {}).off
+    assert bed_of(run, SEED, 0, real).factor == bed_of(run, SEED, 0, {"spread-percent": 5.0}).factor
+    # several strokes in one log have a bed each
+    beds = {bed_of(run, SEED, 0, real, cycle).factor for cycle in range(3)}
+    assert len(beds) == 3
+
+
+def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
+    few = [(0.0, 90.0), (30.0, 45.0), (30.0, -45.0), (90.0, 0.0)]
+    written = []
+    for number, (media, workers, asked) in enumerate([
+        (["poppy_LP", "poppy_CP", "glass3mm_CP"], 2, ["real-lab", "turn=2"]),
+        (["glass3mm_CP"], 1, ["turn=2", "real-lab"]), (["glass3mm_CP"], 1, []),
+    ]):  # fmt: skip
+        raw = tmp_path / str(number)
+        reenact(config, raw, raw / "runs.csv", media=media, directions=few, workers=workers,
+                disturb=asked, seed=3)  # fmt: skip
+        written.append({path.relative_to(raw).as_posix(): path.read_bytes()
+                        for path in raw.rglob("*_force.csv")})  # fmt: skip
+    assert len(written[1]) == 2 * 6 + 6
+    assert written[1].items() <= written[0].items()
+    assert all(written[2][name] != content for name, content in written[1].items())
+    sheet = pd.read_csv(tmp_path / "1" / "runs.csv", dtype=str)
+    (said,) = set(sheet["note"].str.partition("; disturbed: ")[2])
+    assert said == (
+        "surface=1 mm, surface-session=1 mm, lag=0.05 s, spread-percent=5 %, pink=0.05 N, patches=3 %, "
+        "deep-noise=2 %, power=1.1, tare-bed=10 %, turn=2 deg"
+    )
+    assert "disturbed" not in (tmp_path / "2" / "runs.csv").read_text(encoding="utf-8")
+
+
+def test_sizes() -> None:
+    assert sizes_of([]) == {}
+    assert sizes_of(["surface"]) == {"surface": 1.0}
+    assert sizes_of(["turn=-2", "surface=0.5"]) == {"surface": 0.5, "turn": -2.0}
+    every = {name: one.size for name, one in DISTURBANCES.items()}
+    assert sizes_of([REAL_LAB]) == every
+    assert sizes_of(["lag=0", REAL_LAB]) == sizes_of([REAL_LAB, "lag=0"]) == every | {"lag": 0.0}
+    assert described({"surface": 0.5, "power": 1.2}) == "surface=0.5 mm, power=1.2"
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ("surfce", r"found 'surfce'; allowed: surface=1 mm, .* power=1.1, .*; did you mean 'surface'"),
+        ("real-lab=2", r"turn=1 deg, real-lab \(all of these sizes\)"),
+        ("surface=", r"--disturb surface: found ''; allowed: a number from 0 to 20 mm"),
+        ("surface=-1", "from 0 to 20 mm"), ("pink=nan", "from 0 to 10 N"),
+        ("power=0", "from 0.3 to 3 .exponent"), ("lag=1,5", "from 0 to 2 s"),
+    ],
+)  # fmt: skip
+def test_sizes_that_cannot_be(asked: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        sizes_of([asked])
