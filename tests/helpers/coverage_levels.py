@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,6 +13,7 @@ from paper_grid import BETA, GAMMA, flat, grid
 from turning import sweep
 
 from rftfit.compare.legs import bed_spread, leg_errors, leg_prediction
+from rftfit.lab.disturb import NOTHING, beds, delayed, power_law, turned, unevenness
 from rftfit.measure.alpha import column
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
@@ -41,35 +42,76 @@ from rftfit.robot.run import Condition
 from rftfit.robot.sweep import optimum
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from ensembles import Ensemble
 
-    from rftfit.campaign.config import Config
+    from rftfit.campaign.config import Config, Leg
+    from rftfit.lab.disturb import Sizes
     from rftfit.model.profiles import Profile
 
     FloatArray = np.ndarray
-    Inside = dict[str, FloatArray]
 
 SAMPLES_PER_DEG = 9
 TRUE_RATIO = 1.12
 """Measured over predicted force of the simulated legs: the model is wrong by as much."""
 
 LEVEL = 0.95
+STRESS_DEPTHS_CM = (2.0, 4.0, 6.0)
 
 
-def within(lo: FloatArray, truth: FloatArray, hi: FloatArray) -> FloatArray:
-    return np.asarray((lo <= truth) & (truth <= hi))
+class Held(NamedTuple):
+    """Intervals of one level: whether each contains the truth, and how wide it is."""
+
+    inside: FloatArray
+    width: FloatArray
+
+
+Inside = dict[str, Held]
+
+
+def within(lo: FloatArray, truth: FloatArray, hi: FloatArray) -> Held:
+    return Held(np.asarray((lo <= truth) & (truth <= hi)), np.asarray(hi - lo))
 
 
 def alpha_inside(table: pd.DataFrame) -> Inside:
     """Every cell of the grid; beta = -90 degrees repeats 90."""
-    found: dict[str, list[FloatArray]] = {"alpha, slanted": [], "alpha, horizontal": []}
-    for c, truth in zip("zx", alpha_grid(str(table["medium"].iloc[0])), strict=True):
-        inside = within(grid(table, column(c, "_lo")), truth, grid(table, column(c, "_hi")))[1:]
-        found["alpha, slanted"].append(np.delete(inside, 6, axis=1).ravel())
-        found["alpha, horizontal"].append(inside[:, 6])
-    return {name: np.concatenate(parts) for name, parts in found.items()}
+    lo, truth, hi = alpha_cells(table)
+    level = np.zeros_like(truth, dtype=bool)
+    level[:, :, 6] = True
+    return {
+        name: within(lo[cells], truth[cells], hi[cells])
+        for name, cells in (("alpha, slanted", ~level), ("alpha, horizontal", level))
+    }
+
+
+def alpha_cells(table: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Lower end, truth, upper end of alpha_z and alpha_x, N/cm^3, each of shape (2, 6, 13)."""
+    truth = np.stack(alpha_grid(str(table["medium"].iloc[0])))
+    lo, hi = (np.stack([grid(table, column(c, end)) for c in "zx"]) for end in ("_lo", "_hi"))
+    return lo[:, 1:], truth[:, 1:], hi[:, 1:]
+
+
+QUARTERS = ("weakest quarter", "second quarter", "third quarter", "strongest quarter")
+
+
+def quarters_inside(table: pd.DataFrame) -> Inside:
+    """Quarters of all cells of both components by the size of the true alpha."""
+    lo, truth, hi = (part.ravel() for part in alpha_cells(table))
+    parts = np.array_split(np.abs(truth).argsort(kind="stable"), 4)
+    return {f"alpha, {name}": within(lo[part], truth[part], hi[part])
+            for name, part in zip(QUARTERS, parts, strict=True)}  # fmt: skip
+
+
+def stress_inside(table: pd.DataFrame, power: float) -> Inside:
+    """Stress at some depths where it goes as a power of the depth."""
+    lo, truth, hi = alpha_cells(table)
+    return {
+        f"stress at {depth:g} cm": within(
+            lo * depth, truth * power_law(np.array(depth), power), hi * depth
+        )
+        for depth in STRESS_DEPTHS_CM
+    }
 
 
 def true_fit(fit: MediumFit) -> FloatArray:
@@ -89,7 +131,7 @@ def medium_inside(fit: MediumFit) -> Inside:
     own = (np.array([zeta]), *interval(fit.zeta_draws[:, None], LEVEL))
     ratio = (np.array([chi]), *interval((fit.alpha_z_draws / fit.zeta_draws)[:, None], LEVEL))
     return {
-        f"M ({fit.method})": within(lo, true, hi)[fit.keep],
+        f"M ({fit.method})": within(lo[fit.keep], true[fit.keep], hi[fit.keep]),
         f"zeta ({fit.method})": within(own[1], own[0], own[2]),
         f"chi ({fit.method})": within(ratio[1], ratio[0], ratio[2]),
     }
@@ -99,7 +141,8 @@ def generic_inside(fits: Sequence[MediumFit]) -> Inside:
     """Coefficients of M0, of the fits of all media by one method."""
     true = generic(np.stack([true_fit(fit) for fit in fits]))
     lo, hi = generic_interval(fits, LEVEL)
-    return {f"M0 ({fits[0].method})": within(lo, true, hi)[true != 0]}
+    there = true != 0
+    return {f"M0 ({fits[0].method})": within(lo[there], true[there], hi[there])}
 
 
 def true_curve(medium: str, leg: str, config: Config) -> dict[str, FloatArray]:
@@ -112,17 +155,30 @@ def true_curve(medium: str, leg: str, config: Config) -> dict[str, FloatArray]:
 
 
 def measured_leg(
-    true: dict[str, FloatArray], medium: str, leg: str, random: np.random.Generator, spread: float
-) -> pd.DataFrame:
-    """Curve of one leg run less its tare, as the leg stage makes it; one bed for the whole run."""
+    true: dict[str, FloatArray], medium: str, leg: str, random: np.random.Generator, spread: float,
+    sizes: Sizes, odd: np.random.Generator, session: float, item: Leg,
+) -> pd.DataFrame:  # fmt: skip
+    """Curve of one leg run less its tare, as the leg stage makes it; one bed for the whole run.
+
+    `sizes`: Of the disturbances, which go with the force as in `rftfit.lab`; `odd`: their random
+    numbers; `session`: of the campaign's surface, cm.
+    """
     count = THETA_DEG.size * SAMPLES_PER_DEG
-    parts = [one_log(random, 2, count) for _ in ("run", "tare")]
+    parts = [one_log(random, 2, count, sizes, odd) for _ in ("run", "tare")]
     readings = AREA_CM2 * (parts[0][0] - parts[1][0]).reshape(2, THETA_DEG.size, -1).mean(axis=2)
     se = AREA_CM2 * np.sqrt(parts[0][1] + parts[1][1])
-    bed = TRUE_RATIO * (1 + random.normal(0, spread))
+    up, factor = (float(one[0]) for one in beds(sizes, lambda _: odd))
+    bed = TRUE_RATIO * (1 + random.normal(0, spread)) * factor
+    bed *= (1 + (up + session) / (item.max_length_cm - item.hip_height_cm)) ** 2
+    way = item.max_length_cm * np.radians(np.arange(count) / SAMPLES_PER_DEG)
+    uneven = unevenness(sizes, lambda _: odd, way).reshape(2, THETA_DEG.size, -1).mean(axis=2)
+    force = bed * np.array([true["z"], true["x"]]) * uneven
+    # 0.2 rad/s and a degree between the angles
+    force = delayed(force, sizes.get("lag", 0.0) * np.degrees(0.2))
+    force = np.array(turned(force[0], force[1], sizes.get("turn", 0.0))) + readings
     curve = {"medium": medium, "leg": leg, "theta_deg": THETA_DEG}
     for i, c in enumerate("zx"):
-        curve |= {f"force_{c}_N": bed * true[c] + readings[i], f"zero_se_{c}_N": se[i]}
+        curve |= {f"force_{c}_N": force[i], f"zero_se_{c}_N": se[i]}
     return pd.DataFrame(curve)
 
 
@@ -133,23 +189,35 @@ def leg_inside(
     random: np.random.Generator,
     run_to_run: float,
     leg: str,
+    sizes: Sizes = NOTHING,
+    odd: np.random.Generator | None = None,
+    session: float = 0.0,
 ) -> Inside:
-    """Force on a leg against theta by the measured table, and its peak error."""
+    """Force on a leg against theta by the measured table, its peaks, and its peak error."""
     item = config.intruders[leg]
     assert item.shape == "leg"
     true = true_curve(own.medium, leg, config)
     curve = leg_prediction(measured_profile(table, config), item, config)
-    inside = []
+    parts, peaks = [], []
     for c in "zx":
         lo, hi = (curve[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
-        inside.append(within(lo, true[c], hi)[hi - lo > 1e-6])
+        wide = hi - lo > 1e-6
+        parts.append((lo[wide], true[c][wide], hi[wide]))
+        at = [np.abs(true[c]).argmax()]
+        peaks.append((lo[at], true[c][at], hi[at]))
     spread = run_to_run / float(alpha_grid(own.medium)[0][3, -1])
-    measured = measured_leg(true, own.medium, leg, random, spread)
+    measured = measured_leg(
+        true, own.medium, leg, random, spread, sizes, odd or random, session, item
+    )
     ours = curve.assign(medium=own.medium, leg=leg, profile="table")
     errors = leg_errors(measured, ours, {own.medium: bed_spread(table)}, LEVEL)
     lo, hi = (errors[f"peak_error_{end}_percent"].to_numpy() for end in ("lo", "hi"))
     truth = np.full(len(errors), 100 * (1 / TRUE_RATIO - 1))
-    return {"leg force": np.concatenate(inside), "peak error": within(lo, truth, hi)}
+    return {
+        "leg force": within(*(np.concatenate(one) for one in zip(*parts, strict=True))),
+        "leg peak": within(*(np.concatenate(one) for one in zip(*peaks, strict=True))),
+        "peak error": within(lo, truth, hi),
+    }
 
 
 ROBOT_CONDITIONS = tuple(
@@ -220,13 +288,14 @@ def fits_by_method(tables: Sequence[pd.DataFrame], config: Config) -> dict[str, 
 
 @dataclass(frozen=True)
 class Scenario:
-    """How beds differ, and what the program is told of it."""
+    """How beds differ, what else is disturbed (name and size), and what the program is told of it."""
 
     name: str
     run_to_run: float = 0.0
     stated: float | None = None
     repeats: int = 1
     repeated: tuple[float, ...] = (90.0, -90.0)
+    sizes: Sizes = field(default_factory=dict)
 
 
 SCENARIOS = (
@@ -237,15 +306,15 @@ SCENARIOS = (
 )
 
 
-def cover(
+def held(
     ensembles: Sequence[Ensemble], scenario: Scenario, config: Config, seed: int, legs: bool = True
-) -> dict[str, FloatArray]:
-    """Share of intervals that contain the truth, by level, shape (campaigns,).
+) -> Iterator[Inside]:
+    """Intervals of every campaign by level.
 
     One campaign takes each medium once; alpha and legs are those of one medium after the other.
     """
-    random = np.random.default_rng([seed, 1])
-    found: dict[str, list[float]] = {}
+    random, odd = np.random.default_rng([seed, 1]), np.random.default_rng([seed, 2])
+    assert all(ensemble.sizes == scenario.sizes for ensemble in ensembles)
     many = [
         ensemble.tables(
             seed, scenario.run_to_run, scenario.stated, scenario.repeats, scenario.repeated
@@ -255,17 +324,39 @@ def cover(
     for number, tables in enumerate(zip(*many, strict=True)):
         turn = number % len(tables)
         fits = fits_by_method(tables, config)
-        parts = [alpha_inside(tables[turn])]
+        found = alpha_inside(tables[turn])
+        found |= quarters_inside(tables[turn])
+        if "power" in scenario.sizes:
+            found |= stress_inside(tables[turn], scenario.sizes["power"])
         for group in fits.values():
-            parts += [medium_inside(group[turn])]
-            parts += [generic_inside(group)] if len(group) > 1 else []
+            found |= medium_inside(group[turn])
+            found |= generic_inside(group) if len(group) > 1 else {}
         if legs:
             leg = LEGS[number // len(tables) % len(LEGS)]
             own = fits["lsq"][turn]
-            parts.append(leg_inside(tables[turn], own, config, random, scenario.run_to_run, leg))
-        for part in parts:
-            for level, inside in part.items():
-                found.setdefault(level, []).append(float(inside.mean()))
+            session = float(ensembles[turn].session[number])
+            found |= leg_inside(
+                tables[turn],
+                own,
+                config,
+                random,
+                scenario.run_to_run,
+                leg,
+                scenario.sizes,
+                odd,
+                session,
+            )
+        yield found
+
+
+def cover(
+    ensembles: Sequence[Ensemble], scenario: Scenario, config: Config, seed: int, legs: bool = True
+) -> dict[str, FloatArray]:
+    """Share of intervals that contain the truth, by level, shape (campaigns,)."""
+    found: dict[str, list[float]] = {}
+    for one in held(ensembles, scenario, config, seed, legs):
+        for level, intervals in one.items():
+            found.setdefault(level, []).append(float(intervals.inside.mean()))
     return {level: np.array(shares) for level, shares in found.items()}
 
 
@@ -285,9 +376,9 @@ def cover_robot(
         own = fits_by_method([table], config)["lsq"][0]
         pair = [ROBOT_CONDITIONS[(number + k) % len(ROBOT_CONDITIONS)] for k in (0, 5)]
         found["robot speed"].append(
-            float(robot_inside(table, own, config, pair)["robot speed"].mean())
+            float(robot_inside(table, own, config, pair)["robot speed"].inside.mean())
         )
         if number < bests and own.medium == BEST_IN:
-            inside = best_inside(table, own, config)["best curvature"]
+            inside = best_inside(table, own, config)["best curvature"].inside
             found.setdefault("best curvature", []).append(float(inside[0]))
     return {level: np.array(shares) for level, shares in found.items()}

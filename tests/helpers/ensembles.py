@@ -3,11 +3,12 @@
 Every run is made as samples (correlated noise, an offset that drifts, an error of the clocks, a bed
 that differs from run to run, the start-up and stick-slip of a horizontal run) and measured by the
 program's own functions: zero, slope, start-up, alpha table. Only the files between them are left out.
+The disturbances of `rftfit reenact --disturb` are those of `rftfit.lab.disturb`; sizes are given by name.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,13 +19,19 @@ from paper_grid import PAPER
 from scipy.signal import lfilter
 
 from rftfit.campaign.config import Config, Errors
+from rftfit.lab.disturb import NOTHING, beds, pink, power_law, session_cm, turned, unevenness
+from rftfit.lab.plan import Run, Segment
+from rftfit.lab.truth import rod_law
 from rftfit.measure.alpha import alpha_table
+from rftfit.measure.fits import NOT_LINEAR, curved
 from rftfit.measure.slopes import Slope, fit_slope, unfinished_start
 from rftfit.measure.zero import find_zero
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from rftfit.lab.disturb import Sizes
 
 FloatArray = np.ndarray
 AREA_CM2, PRECISION_N, DRIFT_N_PER_MIN = 9.6774, 0.05, 0.02
@@ -58,6 +65,11 @@ class Plan:
     def level(self) -> bool:
         """Whether it is a horizontal run."""
         return self.gamma_deg == 0
+
+    @property
+    def direction(self) -> str:
+        """As in the run sheet."""
+        return "horizontal" if self.level else "intrusion" if self.gamma_deg > 0 else "extraction"
 
 
 def plan(medium: str, repeats: int = 1) -> list[Plan]:
@@ -95,32 +107,68 @@ def noise(random: np.random.Generator, k: int, n: int) -> FloatArray:
     return np.asarray(lfilter([scale], [1, -CORRELATION], white, axis=1)[:, 20:])
 
 
-def one_log(random: np.random.Generator, k: int, n: int) -> tuple[FloatArray, FloatArray, float]:
-    """Noise of a stroke whose drifting zero has been removed; variance and dof of that zero."""
+def one_log(
+    random: np.random.Generator, k: int, n: int, sizes: Sizes = NOTHING,
+    odd: np.random.Generator | None = None,
+) -> tuple[FloatArray, FloatArray, float]:  # fmt: skip
+    """Noise of a stroke whose drifting zero has been removed; variance and dof of that zero.
+
+    `odd`: Random numbers of disturbances, so that all else is the same with and without them.
+    """
     air = np.arange(round(100 * AIR_S)) / 100
     stroke = AIR_S + 4.0 + np.arange(n) / 100
     drift = random.uniform(-1, 1, (k, 1)) * DRIFT_N_PER_MIN / 60 / AREA_CM2
     record = noise(random, k, air.size) + drift * air
+    later = noise(random, k, n) + drift * stroke
+    if odd and sizes.get("pink"):
+        hum = sizes["pink"] / AREA_CM2 * pink(odd, k, air.size + 400 + n)
+        record, later = record + hum[:, : air.size], later + hum[:, -n:]
     everywhere = np.ones(air.size, dtype=bool)
     zero = find_zero(
         air, record, everywhere, ~everywhere, float(stroke.mean()), DRIFT_N_PER_MIN / AREA_CM2
     )
     assert zero is not None
-    return noise(random, k, n) + drift * stroke - zero.force[:, :1], zero.variance, zero.dof
+    return later - zero.force[:, :1], zero.variance, zero.dof
 
 
-def measure(run: Plan, campaigns: int, random: np.random.Generator) -> Slope:
+def rod_stress(run: Plan, medium: str) -> FloatArray:
+    """Force on rod and mount along a run over the area of the plate, filed as the run is, shape (2, n)."""
+    gamma, back = np.radians(abs(run.gamma_deg)), -1 if run.gamma_deg < 0 else 1
+    held = back * run.beta_deg if run.beta_deg != 90 else 90.0
+    rod = Run("", "rod", medium, medium, "plate", run.direction, held, abs(run.gamma_deg))
+    ahead = (-back * np.cos(gamma), -back * np.sin(gamma), held)
+    stroke = Segment("stroke", (0.0, 0.0, held), ahead, 1.0, 1.0, 1.0)
+    force_z, force_x = rod_law(rod)(stroke, run.travel, -run.depth, run.travel)
+    return np.array([force_z, back * force_x]) / AREA_CM2
+
+
+def measure(
+    run: Plan, campaigns: int, random: np.random.Generator, medium: str, sizes: Sizes,
+    odd: np.random.Generator, session: FloatArray,
+) -> Slope:  # fmt: skip
     """Simulate and fit one run in every campaign; all z, then all x, shape (2 campaigns,)."""
     k, n = 2 * campaigns, run.depth.size
-    parts = [one_log(random, k, n) for _ in ("run", "tare")]
+    parts = [one_log(random, k, n, sizes, odd) for _ in ("run", "tare")]
     alpha = np.repeat(run.alpha, campaigns)
     depth_sd = CLOCK_SD_S * abs(np.sin(np.radians(run.gamma_deg)))
-    felt = run.depth + random.normal(0, depth_sd, (k, 1))
+    late_s = sizes.get("lag", 0.0)
+    up, factor = (np.tile(one, 2)[:, None] for one in beds(sizes, lambda _: odd, campaigns))
+    felt = run.depth - 100 * late_s * np.gradient(run.depth) + random.normal(0, depth_sd, (k, 1))
+    felt = power_law(felt + up + np.tile(session, 2)[:, None], sizes.get("power", 1.0))
     if run.level:
+        travel = np.maximum(run.travel - late_s, 0)  # 1 cm/s
         period, phase = random.uniform(0.25, 0.5, (k, 1)), random.uniform(0, 2 * np.pi, (k, 1))
-        felt = felt * (1 - np.exp(-run.travel / 0.4))
-        felt = felt * (1 + 0.015 * np.sin(2 * np.pi * run.travel / period + phase))
-    stress = alpha[:, None] * felt + parts[0][0] - parts[1][0]
+        felt = felt * (1 - np.exp(-travel / 0.4))
+        felt = felt * (1 + 0.015 * np.sin(2 * np.pi * travel / period + phase))
+    felt = felt * factor * unevenness(sizes, lambda _: odd, run.travel, campaigns)
+    stress = alpha[:, None] * felt
+    if sizes.get("tare-bed"):
+        rod = np.repeat(rod_stress(run, medium), campaigns, axis=0)
+        stress = stress - sizes["tare-bed"] / 100 * rod
+    # filed in a mirror, an extraction is turned the other way
+    turn = sizes.get("turn", 0.0) * (-1 if run.gamma_deg < 0 else 1)
+    stress = np.concatenate(turned(stress[:campaigns], stress[campaigns:], turn))
+    stress = stress + parts[0][0] - parts[1][0]
     variance = np.stack([part[1] for part in parts])
     dof = np.stack([np.full(k, part[2]) for part in parts])
     if not run.level:
@@ -132,26 +180,88 @@ def measure(run: Plan, campaigns: int, random: np.random.Generator) -> Slope:
     return fit_slope(depth, stress[:, steady], variance, dof, depth_sd, startup)
 
 
+COLUMNS = {
+    "alpha": "alpha_{}_N_per_cm3", "se": "alpha_{}_se_N_per_cm3", "dof": "alpha_{}_dof",
+    "startup": "alpha_{}_startup_N_per_cm3", "intercept": "intercept_{}_N_per_cm2",
+    "free_slope": "free_slope_{}_N_per_cm3", "nonlinear_p": "nonlinear_{}_p",
+    "nonlinear_ratio": "nonlinear_{}_ratio",
+}  # fmt: skip
+"""What is kept of a slope, and its column in the table of fits."""
+
+
 @dataclass(frozen=True)
 class Ensemble:
-    """What every run of many campaigns gave; arrays of shape (runs, 2, campaigns), z and x."""
+    """What every run of many campaigns gave.
+
+    `found`: By name in `COLUMNS`, shape (runs, 2, campaigns), z and x. `sizes`: Of the disturbances.
+    `session`: shape (campaigns,); Error of the surface common to the runs of a campaign, cm.
+    """
 
     medium: str
     runs: list[Plan]
-    alpha: FloatArray
-    se: FloatArray
-    dof: FloatArray
-    startup: FloatArray
+    found: dict[str, FloatArray]
+    sizes: Sizes
+    session: FloatArray
 
     def as_medium(self, medium: str) -> Ensemble:
-        """Give another medium's truth the errors of this one, each campaign those of the next."""
+        """Give another medium's truth the errors of this one, each campaign those of the next.
+
+        Errors of most disturbances are in proportion to the force, so they cannot be handed on.
+        """
+        assert not self.sizes
         runs = plan(medium, REPEATS)
         ours, theirs = (np.array([run.alpha for run in part])[:, :, None]
                         for part in (self.runs, runs))  # fmt: skip
-        rolled = {
-            name: np.roll(getattr(self, name), 1, axis=2) for name in ("se", "dof", "startup")
-        }
-        return Ensemble(medium, runs, np.roll(self.alpha, 1, axis=2) - ours + theirs, **rolled)
+        rolled = {name: np.roll(values, 1, axis=2) for name, values in self.found.items()}
+        for name in ("alpha", "free_slope"):
+            rolled[name] = rolled[name] - ours + theirs
+        rolled["nonlinear_ratio"] = rolled["nonlinear_ratio"] * ours / theirs
+        return replace(self, medium=medium, runs=runs, found=rolled)
+
+    def fits(
+        self,
+        seed: int,
+        run_to_run: float = 0.0,
+        repeats: int = 1,
+        repeated: tuple[float, ...] = (90.0, -90.0),
+    ) -> Iterator[pd.DataFrame]:
+        """Table of fits of every campaign, as far as the slope stage makes it of samples.
+
+        Beds differ from run to run with that deviation; cells at the `repeated` gammas are measured
+        `repeats` times, all others once.
+        """
+        random = np.random.default_rng([seed, *self.medium.encode()])
+        beds_off = random.normal(0, run_to_run, self.found["alpha"].shape)
+        there = [run.number < (repeats if run.gamma_deg in repeated else 1) for run in self.runs]
+        kept = [run for run, keep in zip(self.runs, there, strict=True) if keep]
+        fixed = pd.DataFrame(
+            {
+                "run_id": [run.run_id for run in kept],
+                "medium": self.medium,
+                "beta_deg": [run.beta_deg for run in kept],
+                "gamma_deg": [run.gamma_deg for run in kept],
+                "direction": [run.direction for run in kept],
+                "depth_from_cm": [run.depth.min() for run in kept],
+                "depth_to_cm": [run.depth.max() for run in kept],
+                "reason": "",
+            }
+        )  # fmt: skip
+        numbers = self.found | {"alpha": self.found["alpha"] + beds_off}
+        deepest = fixed["depth_to_cm"].to_numpy()
+        for j in range(beds_off.shape[2]):
+            own = {
+                COLUMNS[name].format(c): values[there, i, j]
+                for i, c in enumerate("zx")
+                for name, values in numbers.items()
+            }
+            bent = []
+            for c in "zx":
+                p, ratio, alpha = (own[COLUMNS[name].format(c)]
+                                   for name in ("nonlinear_p", "nonlinear_ratio", "alpha"))  # fmt: skip
+                bent.append(curved(p, ratio, alpha, deepest, PRECISION_N / AREA_CM2))
+            flags = ["; ".join(f"alpha_{c} {NOT_LINEAR}" for c, one in zip("zx", pair, strict=True) if one)
+                     for pair in zip(*bent, strict=True)]  # fmt: skip
+            yield fixed.assign(flags=flags, **own)
 
     def tables(
         self,
@@ -161,45 +271,24 @@ class Ensemble:
         repeats: int = 1,
         repeated: tuple[float, ...] = (90.0, -90.0),
     ) -> Iterator[pd.DataFrame]:
-        """Alpha table of every campaign, as the slope stage makes it.
-
-        Beds differ from run to run with that deviation; cells at the `repeated` gammas are measured
-        `repeats` times, all others once.
-        """
-        random = np.random.default_rng([seed, *self.medium.encode()])
-        beds = random.normal(0, run_to_run, self.alpha.shape)
-        there = [run.number < (repeats if run.gamma_deg in repeated else 1) for run in self.runs]
-        kept = [run for run, keep in zip(self.runs, there, strict=True) if keep]
-        fixed = pd.DataFrame(
-            {
-                "run_id": [run.run_id for run in kept],
-                "beta_deg": [run.beta_deg for run in kept],
-                "gamma_deg": [run.gamma_deg for run in kept],
-                "depth_from_cm": [run.depth.min() for run in kept],
-                "depth_to_cm": [run.depth.max() for run in kept],
-                "flags": "", "reason": "",
-            }
-        )  # fmt: skip
-        numbers = {"": self.alpha + beds, "_se": self.se, "_startup": self.startup}
-        for j in range(self.alpha.shape[2]):
-            own = {
-                f"alpha_{c}{name}_N_per_cm3": values[there, i, j]
-                for i, c in enumerate("zx")
-                for name, values in numbers.items()
-            }
-            own |= {f"alpha_{c}_dof": self.dof[there, i, j] for i, c in enumerate("zx")}
-            errors = Errors(angle_deg=0, turn_deg=0, bed_N_per_cm3=stated)
-            yield alpha_table(fixed.assign(**own), self.medium, 0.95, 3, errors, PAPER)
+        """Alpha table of every campaign, as the slope stage makes it of `fits`."""
+        errors = Errors(angle_deg=0, turn_deg=0, bed_N_per_cm3=stated)
+        for fits in self.fits(seed, run_to_run, repeats, repeated):
+            yield alpha_table(fits, self.medium, 0.95, 3, errors, PAPER)
 
 
-def simulate(medium: str, campaigns: int, seed: int) -> Ensemble:
-    """Simulate and measure every run of so many campaigns, cells at gamma = +-90 three times."""
+def simulate(medium: str, campaigns: int, seed: int, sizes: Sizes = NOTHING) -> Ensemble:
+    """Simulate and measure every run of so many campaigns, cells at gamma = +-90 three times.
+
+    `sizes`: Of the disturbances; all else is the same with and without them.
+    """
     random = np.random.default_rng([seed, *medium.encode()])
+    odd = np.random.default_rng([seed, 1, *medium.encode()])
+    session = session_cm(sizes, odd, campaigns)
     runs = plan(medium, REPEATS)
-    found = [measure(run, campaigns, random) for run in runs]
-    names = ("alpha", "se", "dof", "startup")
-    arrays = {
-        name: np.stack([getattr(slope, name).reshape(2, campaigns) for slope in found])
-        for name in names
+    slopes = [measure(run, campaigns, random, medium, sizes, odd, session) for run in runs]
+    found = {
+        name: np.stack([getattr(slope, name).reshape(2, campaigns) for slope in slopes])
+        for name in COLUMNS
     }
-    return Ensemble(medium, runs, **arrays)
+    return Ensemble(medium, runs, found, sizes, session)

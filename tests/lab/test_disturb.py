@@ -53,7 +53,7 @@ def force(run: Run, config: Config, sizes: Mapping[str, float] = NONE) -> np.nda
 
 def change(run: Run, config: Config, sizes: Mapping[str, float]) -> np.ndarray:
     """By how much disturbances change the force (z, x) of a log: noise and bias are the same."""
-    return (force(run, config, sizes) - force(run, config))[:2]
+    return np.asarray((force(run, config, sizes) - force(run, config))[:2])
 
 
 def granular(run: Run, config: Config) -> np.ndarray:
@@ -236,7 +236,9 @@ def test_unevenness_of_the_logs(
     many = [run for run in runs.values()
             if run.kind == "plate" and run.medium in ("poppy_CP", "glass3mm_CP")
             and (run.gamma_deg or 0) > 40 and run.direction == "intrusion"]  # fmt: skip
-    shallow, deep, same, near, far = [], [], [], [], []
+    shallow, deep, same = [], [], []
+    near: list[tuple[float, float]] = []
+    far: list[tuple[float, float]] = []
     for run in many:
         clean, at = granular(run, config), depth(run, config)
         moved = change(run, config, {name: 10.0})

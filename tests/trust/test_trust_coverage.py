@@ -94,7 +94,7 @@ def test_a_spread_that_nobody_told_is_not_in_the_intervals(ensemble: Ensemble) -
     """What `one bed as prepared` means: such intervals miss the mean of many beds nine times in ten."""
     tables = list(ensemble.tables(SEED, RUN_TO_RUN))[:20]
     assert {source for table in tables for source in table["spread"]} == {"one bed as prepared"}
-    assert np.mean([alpha_inside(table)["alpha, slanted"].mean() for table in tables]) < 0.25
+    assert np.mean([alpha_inside(table)["alpha, slanted"].inside.mean() for table in tables]) < 0.25
 
 
 def test_runs_cover_the_grid() -> None:

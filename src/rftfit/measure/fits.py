@@ -292,17 +292,20 @@ def _linearity_flags(
         return ()
     # curvature that stays below the noise of one sample bends nothing that could be measured
     visible = config.transducer.precision_N / plate.area_cm2
-    end_stress = np.abs(slope.alpha) * deepest
-    curved = (
-        (slope.nonlinear_p < CURVED_P)
-        & (np.abs(slope.nonlinear_ratio) > _CURVED_RATIO)
-        & (np.abs(slope.nonlinear_ratio) * end_stress > visible)
-    )
+    bent = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
     return tuple(
         f"alpha_{name} {NOT_LINEAR} ({100 * ratio:+.0f} % at the end of the window)"
-        for name, ratio, bad in zip(COMPONENTS, slope.nonlinear_ratio, curved, strict=True)
+        for name, ratio, bad in zip(COMPONENTS, slope.nonlinear_ratio, bent, strict=True)
         if bad
     )
+
+
+def curved(
+    p: FloatArray, ratio: FloatArray, alpha: FloatArray, deepest: FloatArray | float, visible: float
+) -> npt.NDArray[np.bool_]:
+    """Tell curvature that is significant, large enough to matter, and more than `visible`, N/cm^2."""
+    size = np.abs(ratio)
+    return (p < CURVED_P) & (size > _CURVED_RATIO) & (size * np.abs(alpha) * deepest > visible)
 
 
 def fit_medium(
