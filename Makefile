@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep docs test lint fuzz mutants killed fulldisk samebytes matrix mutations reallogs cluster scale benchmark lock clean FORCE
+.PHONY: help env run sweep docs test lint fuzz mutants killed fulldisk samebytes matrix mutations reallogs cluster scale disturbed benchmark lock clean FORCE
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -92,6 +92,9 @@ cluster: env ## run a campaign on a Slurm cluster of this machine that loses a n
 
 scale: env ## measure campaigns of 1,000 to 20,000 logs, a quarter of an hour and 7 GB
 	@$(BIN)/python benchmarks/scale.py $(ARGS)
+
+disturbed: env ## measure how often intervals hold under the disturbances of a real lab, ARGS=40 campaigns, ten minutes
+	@$(BIN)/python benchmarks/disturbed.py $(ARGS)
 
 benchmark: env ## measure the speeds that docs/performance.md states
 	@for name in $(SPEEDS); do $(BIN)/python "benchmarks/$$name.py" || exit 1; done

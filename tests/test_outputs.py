@@ -19,7 +19,7 @@ from rigroom import Room
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
-from rftfit.lab import plan_runs
+from rftfit.lab import DISTURBANCES, plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.ingest import ingest_medium
 from rftfit.outputs.dictionary import KINDS, column_of, describe, outputs
@@ -241,5 +241,7 @@ def test_the_pages_are_made_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
     text = generated.commands()
     for words in ("## `rftfit run`", "| `--robot` | FILE |", "| `--frequency` | Hz | required |", "| 130 |"):  # fmt: skip
         assert words in text
+    disturbed = generated.disturbances()
+    assert all(f"| `{name}` | {one.size:g}" in disturbed for name, one in DISTURBANCES.items())
     assert "| `numerics.step_s` | `0.0001` | a number above 0" in generated.robot()
     assert "| `body.plates.<name>.width_cm` | required |" in generated.robot()

@@ -170,8 +170,19 @@ def robot() -> str:
     return f"## The robot's file\n\n{keys}\n## The robot's run sheet\n\n{columns}"
 
 
+def disturbances() -> str:
+    """Every disturbance of a re-enactment."""
+    from rftfit.lab import DISTURBANCES
+
+    rows = [
+        (f"`{name}`", f"{one.size:g} {one.unit}", one.what, one.why)
+        for name, one in DISTURBANCES.items()
+    ]
+    return _table(("name", "default", "size", "why that is ordinary"), rows)
+
+
 PAGES: dict[str, Callable[[], str]] = {
-    "api": api, "commands": commands, "outputs": outputs, "robot": robot,
+    "api": api, "commands": commands, "disturbances": disturbances, "outputs": outputs, "robot": robot,
 }  # fmt: skip
 """What can be generated."""
 

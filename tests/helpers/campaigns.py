@@ -127,6 +127,7 @@ def make_campaign(
     plates_only: bool = False,
     robot: bool = True,
     directions: Sequence[tuple[float, float]] | None = None,
+    disturb: Sequence[str] = (),
 ) -> Folder:
     """Write the demonstration campaign, or a part of it, into a new folder.
 
@@ -143,6 +144,8 @@ def make_campaign(
         With the robot.
     directions : sequence of (float, float), optional
         (beta, gamma) of the plates, deg; default: all of the paper.
+    disturb : sequence of str, optional
+        As for `rftfit.lab.reenact`.
     """
     (root / "config").mkdir(parents=True)
     values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
@@ -158,7 +161,7 @@ def make_campaign(
     (root / "config" / "config.yaml").write_text(text, encoding="utf-8")
     config = Config.model_validate(values)
     raw = root / "raw" / "paper"
-    reenact(config, raw, raw / "runs.csv", directions=directions, faults=faults)
+    reenact(config, raw, raw / "runs.csv", directions=directions, faults=faults, disturb=disturb)
     return Folder(root)
 
 
