@@ -2,8 +2,9 @@
 
 ``python benchmarks/disturbed.py 40`` simulates 40 campaigns, eight of each published medium, for each
 disturbance of ``rftfit reenact --disturb`` at its default size, and for all together; two minutes.
-``... 40 surface=2 power=1.2`` takes these instead, ``real-lab`` among them if wanted. Nothing is stated
-to the program, so an interval contains what the program knows by itself.
+``... 40 surface=2 power=1.2`` takes these instead, ``real-lab`` among them if wanted. Three tables: every
+error stated to be none, each disturbance stated at its true size where the config has a key for it, and
+nothing stated, so that the defaults hold.
 
 Quarters are those of all alpha (z and x) of a medium by size. A width is the median over cells and
 campaigns of the width beside that of the same campaign undisturbed. Flagged: campaigns of which a run
@@ -25,14 +26,17 @@ sys.path.insert(0, str(HERE.parent / "tests" / "helpers"))
 
 import numpy as np
 import pandas as pd
-from coverage_levels import QUARTERS, STRESS_DEPTHS_CM, Scenario, held
-from ensembles import paper_config, simulate
+from coverage_levels import QUARTERS, STRESS_DEPTHS_CM, Scenario, as_disturbed, held
+from ensembles import EXACT, paper_config, simulate
 
+from rftfit.campaign.config import Errors
 from rftfit.lab.disturb import DISTURBANCES, REAL_LAB, described, sizes_of
 from rftfit.reference import MEDIA
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    from rftfit.lab.disturb import Sizes
 
     Flagged = Callable[[pd.DataFrame], bool]
     """Whether the fits of a campaign carry a flag that says the intervals leave something out."""
@@ -53,11 +57,22 @@ def any_flag(fits: pd.DataFrame) -> bool:
     return bool((fits["flags"] != "").any())
 
 
-def scenarios(asked: Sequence[str]) -> list[Scenario]:
+TOLD: dict[str, Callable[[Sizes], Errors]] = {
+    "stated to be none": lambda _: EXACT,
+    "stated at its true size": as_disturbed,
+    "defaults": lambda _: Errors(),
+}
+"""What is stated to the program of the disturbances."""
+
+
+def scenarios(asked: Sequence[str], told: Callable[[Sizes], Errors]) -> list[Scenario]:
     """The disturbances asked for, each alone; by default all, each alone and together."""
     each = [sizes_of([one]) for one in asked or [*DISTURBANCES, REAL_LAB]]
     names = [described(sizes) if len(sizes) == 1 else REAL_LAB for sizes in each]
-    return [Scenario(name, sizes=sizes) for name, sizes in zip(names, each, strict=True)]
+    return [
+        Scenario(name, errors=told(sizes), sizes=sizes)
+        for name, sizes in zip(names, each, strict=True)
+    ]
 
 
 def campaigns_of(scenario: Scenario, campaigns: int, flagged: Flagged = any_flag) -> pd.DataFrame:
@@ -93,19 +108,25 @@ def line(name: str, found: pd.DataFrame, plain: pd.DataFrame, levels: Sequence[s
     return f"| {name} | " + " | ".join(cells) + " |"
 
 
-def report(asked: Sequence[str], campaigns: int, flagged: Flagged = any_flag) -> str:
+def report(
+    asked: Sequence[str], campaigns: int, told: str = "defaults", flagged: Flagged = any_flag
+) -> str:
     """Tables of coverage and width; progress goes to standard error."""
     plain = campaigns_of(Scenario("undisturbed"), campaigns, flagged)
     heads, levels = [*LEVELS, "flagged"], [*LEVELS.values(), "flagged"]
+    head = (
+        f"Errors {told}. Coverage of 95 % intervals, percent, and median width relative to undisturbed "
+        f"with all errors stated to be none; {campaigns} campaigns a row."
+    )
     lines = [
-        f"Coverage of 95 % intervals, percent, and median width relative to undisturbed; {campaigns} campaigns a row.",
+        head,
         "",
         "| disturbance | " + " | ".join(heads) + " |",
         "|---|" + "---|" * len(heads),
-        line("none", plain, plain, levels),
+        line("none, all stated", plain, plain, levels),
     ]
     bent = []
-    for scenario in scenarios(asked):
+    for scenario in [Scenario("none", errors=TOLD[told]({})), *scenarios(asked, TOLD[told])]:
         began = time.perf_counter()
         found = campaigns_of(scenario, campaigns, flagged)
         lines.append(line(scenario.name, found, plain, levels))
@@ -122,7 +143,9 @@ def main() -> None:
     """Simulate and print."""
     words = sys.argv[1:]
     campaigns = int(words.pop(0)) if words and words[0].isdecimal() else CAMPAIGNS
-    print(report(words, campaigns))
+    for told in TOLD:
+        print(report(words, campaigns, told), flush=True)
+        print()
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
-from ensembles import AREA_CM2, RUN_TO_RUN, one_log
+from ensembles import AREA_CM2, EXACT, RUN_TO_RUN, one_log
 from paper_grid import BETA, GAMMA, flat, grid
 from turning import sweep
 
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from ensembles import Ensemble
 
-    from rftfit.campaign.config import Config, Leg
+    from rftfit.campaign.config import Config, Errors, Leg
     from rftfit.lab.disturb import Sizes
     from rftfit.model.profiles import Profile
 
@@ -286,13 +286,30 @@ def fits_by_method(tables: Sequence[pd.DataFrame], config: Config) -> dict[str, 
     return {method: groups[method] for method in ("lsq", "dft-index")}
 
 
+def stated(**sizes: float) -> Errors:
+    """What is stated to the program, all else to be exact."""
+    return EXACT.model_copy(update=sizes)
+
+
+STATED_AS = {
+    "surface": "surface_run_mm", "surface-session": "surface_session_mm", "turn": "turn_deg",
+    "spread-percent": "bed_percent", "tare-bed": "tare_percent",
+}  # fmt: skip
+"""Disturbances whose sizes can be stated, and the keys that do."""
+
+
+def as_disturbed(sizes: Sizes) -> Errors:
+    """State every disturbance at its true size; what has no key is left to the program."""
+    return stated(**{key: sizes[name] for name, key in STATED_AS.items() if name in sizes})
+
+
 @dataclass(frozen=True)
 class Scenario:
     """How beds differ, what else is disturbed (name and size), and what the program is told of it."""
 
     name: str
     run_to_run: float = 0.0
-    stated: float | None = None
+    errors: Errors = EXACT
     repeats: int = 1
     repeated: tuple[float, ...] = (90.0, -90.0)
     sizes: Sizes = field(default_factory=dict)
@@ -300,7 +317,7 @@ class Scenario:
 
 SCENARIOS = (
     Scenario("one bed", 0.0),
-    Scenario("spread stated", RUN_TO_RUN, RUN_TO_RUN),
+    Scenario("spread stated", RUN_TO_RUN, stated(bed_N_per_cm3=RUN_TO_RUN)),
     Scenario("spread from 24 repeats", RUN_TO_RUN, repeats=3),
     Scenario("spread from 6 repeats", RUN_TO_RUN, repeats=2, repeated=(90.0,)),
 )
@@ -317,7 +334,7 @@ def held(
     assert all(ensemble.sizes == scenario.sizes for ensemble in ensembles)
     many = [
         ensemble.tables(
-            seed, scenario.run_to_run, scenario.stated, scenario.repeats, scenario.repeated
+            seed, scenario.run_to_run, scenario.errors, scenario.repeats, scenario.repeated
         )
         for ensemble in ensembles
     ]
@@ -370,7 +387,7 @@ def cover_robot(
     """
     found: dict[str, list[float]] = {"robot speed": []}
     tables = ensemble.tables(
-        seed, scenario.run_to_run, scenario.stated, scenario.repeats, scenario.repeated
+        seed, scenario.run_to_run, scenario.errors, scenario.repeats, scenario.repeated
     )
     for number, table in enumerate(tables):
         own = fits_by_method([table], config)["lsq"][0]

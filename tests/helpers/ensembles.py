@@ -23,8 +23,9 @@ from rftfit.lab.disturb import NOTHING, beds, pink, power_law, session_cm, turne
 from rftfit.lab.plan import Run, Segment
 from rftfit.lab.truth import rod_law
 from rftfit.measure.alpha import alpha_table
+from rftfit.measure.errors import surface_error
 from rftfit.measure.fits import NOT_LINEAR, curved
-from rftfit.measure.slopes import Slope, fit_slope, unfinished_start
+from rftfit.measure.slopes import Slope, fit_slope, unfinished_start, zero_intercept
 from rftfit.measure.zero import find_zero
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
@@ -184,9 +185,21 @@ COLUMNS = {
     "alpha": "alpha_{}_N_per_cm3", "se": "alpha_{}_se_N_per_cm3", "dof": "alpha_{}_dof",
     "startup": "alpha_{}_startup_N_per_cm3", "intercept": "intercept_{}_N_per_cm2",
     "free_slope": "free_slope_{}_N_per_cm3", "nonlinear_p": "nonlinear_{}_p",
-    "nonlinear_ratio": "nonlinear_{}_ratio",
+    "nonlinear_ratio": "nonlinear_{}_ratio", "tare": "alpha_{}_tare_N_per_cm3",
+    "curvature": "alpha_{}_curvature_N_per_cm3", "offset": "offset_{}", "offset_se": "offset_se_{}",
 }  # fmt: skip
 """What is kept of a slope, and its column in the table of fits."""
+
+
+EXACT = Errors(
+    surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
+)
+"""Stated to be none."""
+
+
+def lever_of(run: Plan) -> float:
+    """As that of a slope."""
+    return float(run.depth.sum() / (run.depth @ run.depth))
 
 
 @dataclass(frozen=True)
@@ -215,6 +228,7 @@ class Ensemble:
         rolled = {name: np.roll(values, 1, axis=2) for name, values in self.found.items()}
         for name in ("alpha", "free_slope"):
             rolled[name] = rolled[name] - ours + theirs
+        assert (self.found["curvature"] == 0).mean() > 0.9  # of noise
         rolled["nonlinear_ratio"] = rolled["nonlinear_ratio"] * ours / theirs
         return replace(self, medium=medium, runs=runs, found=rolled)
 
@@ -241,11 +255,19 @@ class Ensemble:
                 "beta_deg": [run.beta_deg for run in kept],
                 "gamma_deg": [run.gamma_deg for run in kept],
                 "direction": [run.direction for run in kept],
+                "mirrored": [run.gamma_deg < 0 for run in kept],
+                "tare_run": [f"{run.run_id}_rod" for run in kept],
+                "lever_per_cm": [lever_of(run) for run in kept],
                 "depth_from_cm": [run.depth.min() for run in kept],
                 "depth_to_cm": [run.depth.max() for run in kept],
                 "reason": "",
             }
         )  # fmt: skip
+        rods = [zero_intercept(run.depth, rod_stress(run, self.medium))[0] for run in kept]
+        fixed = fixed.assign(
+            alpha_z_rod_N_per_cm3=[rod[0] for rod in rods],
+            alpha_x_rod_N_per_cm3=[rod[1] for rod in rods],
+        )
         numbers = self.found | {"alpha": self.found["alpha"] + beds_off}
         deepest = fixed["depth_to_cm"].to_numpy()
         for j in range(beds_off.shape[2]):
@@ -261,20 +283,22 @@ class Ensemble:
                 bent.append(curved(p, ratio, alpha, deepest, PRECISION_N / AREA_CM2))
             flags = ["; ".join(f"alpha_{c} {NOT_LINEAR}" for c, one in zip("zx", pair, strict=True) if one)
                      for pair in zip(*bent, strict=True)]  # fmt: skip
-            yield fixed.assign(flags=flags, **own)
+            offset = {"offset_cm": own["offset_z"], "offset_se_cm": own["offset_se_z"]}
+            yield fixed.assign(flags=flags, **own, **offset)
 
     def tables(
         self,
         seed: int,
         run_to_run: float = 0.0,
-        stated: float | None = None,
+        errors: Errors = EXACT,
         repeats: int = 1,
         repeated: tuple[float, ...] = (90.0, -90.0),
     ) -> Iterator[pd.DataFrame]:
-        """Alpha table of every campaign, as the slope stage makes it of `fits`."""
-        errors = Errors(angle_deg=0, turn_deg=0, bed_N_per_cm3=stated)
+        """Alpha table of every campaign, as the slope stage makes it of `fits` with stated `errors`."""
         for fits in self.fits(seed, run_to_run, repeats, repeated):
-            yield alpha_table(fits, self.medium, 0.95, 3, errors, PAPER)
+            offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
+            surface = surface_error(offset, se, errors)
+            yield alpha_table(fits, self.medium, 0.95, 3, errors, PAPER, surface)
 
 
 def simulate(medium: str, campaigns: int, seed: int, sizes: Sizes = NOTHING) -> Ensemble:

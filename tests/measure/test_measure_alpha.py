@@ -206,7 +206,7 @@ def test_what_counts_as_a_repeat() -> None:
 def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths() -> None:
     depths = np.array([2.54, 5.08, 7.62])
     runs = [run(f"h{d}", 60, 0, 0.1, depth=float(d), se=0.0) for d in depths]
-    beds = Errors(angle_deg=0, turn_deg=0, bed_N_per_cm3=0.005)
+    beds = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=0.005)
     found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, beds)
     share = depths**2 / (depths @ depths)
     assert share.sum() == pytest.approx(1)

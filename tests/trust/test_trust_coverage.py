@@ -102,7 +102,7 @@ def test_runs_cover_the_grid() -> None:
     assert len(runs) == 6 * 12 + 6 * 3
     assert min(run.depth.size for run in runs) >= 60
     assert paper_config(300).transducer.drift_N_per_min == DRIFT_N_PER_MIN
-    assert Scenario("x").stated is None
+    assert Scenario("x").errors.bed == (0, 0)
 
 
 def test_curvature_is_not_found_in_straight_lines() -> None:

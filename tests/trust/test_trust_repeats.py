@@ -107,7 +107,7 @@ def fits(run_to_run: float | None) -> pd.DataFrame:
         }
         for beta, gamma, depth in ((0, 90, 5.0), (0, 0, 2.54), (0, 0, 5.08), (0, 0, 7.62))
     ]  # fmt: skip
-    errors = Errors(angle_deg=0, turn_deg=0, bed_N_per_cm3=run_to_run)
+    errors = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run)
     return alpha_table(pd.DataFrame(rows), "m", 0.95, 3, errors)
 
 

@@ -483,10 +483,17 @@ class Errors(Model):
     bed_N_per_cm3: NotNegative | None = key(
         None,
         "alpha from one prepared bed to the next, N/cm^3, used where the run sheet has too few repeats "
-        "to show it; default: not known, intervals are those of one bed as prepared",
+        "to show it; 0 for intervals of one bed as prepared",
     )
     bed_percent: NotNegative | None = key(
-        None, "the part of it that grows with alpha, percent; the two add in squares"
+        None,
+        "the part of it that grows with alpha, percent; the two add in squares; default: 5 where neither "
+        "is stated, beds poured or tapped by hand",
+    )
+    tare_percent: NotNegative = key(
+        10.0,
+        "force on the rod alone, the same error in all runs, percent; default: rods pushed into beds of "
+        "another day",
     )
 
     @property

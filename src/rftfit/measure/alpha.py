@@ -11,11 +11,13 @@ import numpy as np
 
 from rftfit.measure.errors import (
     ANGLE,
+    AS_PREPARED,
     BED,
     CURVATURE,
     NOISE,
     OF_CELL,
     REPEATS,
+    ROD,
     SESSION,
     SOURCES,
     STARTUP,
@@ -87,7 +89,7 @@ def alpha_table(
 
     from rftfit.campaign.config import Errors, Grid
 
-    errors = errors or Errors(angle_deg=0, turn_deg=0)
+    errors = errors or Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0)
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
     angles = [(float(row["beta_deg"]), float(row["gamma_deg"])) for row in records]
     grid = grid or Grid()
@@ -266,13 +268,14 @@ def _errors(
             found = _of_runs(cell, c, surface)
             found[ANGLE] = Part(float(rise[c][i]) * errors.angle_deg * _together(cell))
             found[TURN] = Part(turned[c] * math.radians(errors.turn_deg))
+            found[ROD] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
             source = _add_bed(found, cell, c, spread[c], confidence)
             half = half_width(found.values(), confidence)
             se = math.sqrt(sum(part.sd**2 for part in found.values()))
             values = (alpha[c][i], se, alpha[c][i] - half, alpha[c][i] + half)
             row = {column(c, q): value for q, value in zip(QUANTITIES, values, strict=True)}
             row |= {column(c, f"_{name}"): part.sd for name, part in found.items()}
-            if spread[c].known:
+            if spread[c].source != AS_PREPARED:
                 row[f"run_to_run_{c}_N_per_cm3"] = spread[c].part(float(alpha[c][i])).sd
             rows[-1] |= row | {"spread": source}
     return rows

@@ -25,21 +25,22 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 
-NOISE, STARTUP, SURFACE, ANGLE, BED, CURVATURE, TARE, SESSION, TURN = SOURCES = (
-    "noise", "startup", "surface", "angle", "bed", "curvature", "tare", "session", "turn",
+NOISE, STARTUP, SURFACE, ANGLE, BED, CURVATURE, TARE, ROD, SESSION, TURN = SOURCES = (
+    "noise", "startup", "surface", "angle", "bed", "curvature", "tare", "rod", "session", "turn",
 )  # fmt: skip
 """Names of the errors, as in the columns of an alpha table.
 
 noise: of the run's own log, with its zero and clocks; startup: what the start-up of a horizontal run
 left; surface, angle: of a run; bed: from one prepared bed to the next; curvature: of a run whose
-stress is no line; tare: of the tares, common to the runs that share one; session: of the surface,
+stress is no line; tare: noise and zero of the tares, common to the runs that share one; rod: of the bed that rods alone
+are pushed into, common to all runs of a medium; session: of the surface,
 common to all runs of a medium; turn: of the mount, likewise.
 """
 
 LEAST_DOF = 5
 """Fewer repeats than this say too little to speak for the runs of other cells."""
 
-AS_PREPARED, REPEATS, STATED = "one bed as prepared", "repeats", "stated"
+AS_PREPARED, REPEATS, STATED, ASSUMED = "one bed as prepared", "repeats", "stated", "assumed"
 OF_CELL = "repeats of the cell"
 """Source of a spread that only the scatter of the few runs of this cell shows."""
 
@@ -69,8 +70,8 @@ class Spread:
 
     `size`: shape (2,); a^2, (N/cm^3)^2, and b^2, beyond what the errors of the single runs explain.
     `covariance`: shape (2, 2); Of `size`; zeros where it is stated.
-    `source`: `REPEATS` of the run sheet, `STATED` in the config, or `AS_PREPARED`: not known,
-        intervals are those of one bed as prepared.
+    `source`: `REPEATS` of the run sheet, `STATED` in the config, `ASSUMED`: neither, or `AS_PREPARED`:
+        stated to be none, intervals are those of one bed as prepared.
     `repeats`: Degrees of freedom of the repeats.
     """
 
@@ -87,13 +88,11 @@ class Spread:
         dof = 2 * variance**2 / error if error > 0 else GIVEN_DOF
         return Part(math.sqrt(variance), min(dof, self.repeats))
 
-    @property
-    def known(self) -> bool:
-        """Whether anything is known of how beds differ."""
-        return self.source != AS_PREPARED
 
+ONE_BED = Spread(np.zeros(2), np.zeros((2, 2)))
 
-UNKNOWN = Spread(np.zeros(2), np.zeros((2, 2)))
+BED_PERCENT = 5.0
+"""Assumed where nothing is known: beds that are poured or tapped by hand."""
 
 Groups = Sequence[tuple["FloatArray", "FloatArray"]]
 """alpha and standard error, N/cm^3, of the runs of one cell (and depth) each."""
@@ -102,7 +101,7 @@ Groups = Sequence[tuple["FloatArray", "FloatArray"]]
 def spread_of_beds(
     groups: Sequence[Groups], stated: tuple[float, float] | None = None
 ) -> list[Spread]:
-    """Find how beds differ from repeats, else from the stated a, N/cm^3, and b.
+    """Find how beds differ from repeats, else from the stated a, N/cm^3, and b, else assume it.
 
     Repeats count if each component has `LEAST_DOF` degrees of freedom. Maximum likelihood over the
     sample variances of the groups, each of which is a^2 + (b alpha)^2 and the mean square of the runs'
@@ -114,10 +113,10 @@ def spread_of_beds(
     repeated = [[one for one in part if one[0].size > 1] for part in groups]
     dof = [float(sum(alpha.size - 1 for alpha, _ in part)) for part in repeated]
     if min(dof) < LEAST_DOF:
-        if stated is None:
-            return [UNKNOWN] * len(groups)
-        size = np.square(np.asarray(stated, dtype=float))
-        return [Spread(size, np.zeros((2, 2)), STATED)] * len(groups)
+        if stated == (0.0, 0.0):
+            return [ONE_BED] * len(groups)
+        size = np.square(np.array(stated or (0.0, BED_PERCENT / 100)))
+        return [Spread(size, np.zeros((2, 2)), STATED if stated else ASSUMED)] * len(groups)
     size, covariance = _of_variances(repeated)
     kept = [[place, -1] for place in range(len(groups))]
     return [
@@ -182,21 +181,20 @@ def bed_of_mean(
 ) -> tuple[Part, Part, str]:
     """Error of a mean of runs by how their beds differ: noise, bed, and where that is known from.
 
-    Where the spread is not known, the scatter of these runs counts if it is larger than their noise,
-    which is then in it.
+    Where the spread is not known, the scatter of these runs counts if it is larger than their noise, which
+    is then in it, and than what is assumed.
 
     `alpha`, `share`: shape (n,); Of the runs, N/cm^3, and their shares in the mean. `noise`: Of the
     mean. `own`: Whether the runs are repeats of one another.
     """
     n = alpha.size
-    if spread.known:
-        part = spread.part(float(share @ alpha))
-        return noise, Part(part.sd * math.sqrt(float(share @ share)), part.dof), spread.source
-    if n < 2 or not own:
-        return noise, Part(0.0), spread.source
+    part = spread.part(float(share @ alpha))
+    known = Part(part.sd * math.sqrt(float(share @ share)), part.dof)
+    if spread.source in (REPEATS, STATED) or n < 2 or not own:
+        return noise, known, spread.source
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
-    if between <= noise.sd:
-        return noise, Part(0.0), OF_CELL
+    if between <= math.hypot(noise.sd, known.sd):
+        return noise, known, OF_CELL if spread.source == AS_PREPARED else spread.source
     return Part(0.0), Part(between, n - 1.0), OF_CELL
 
 
@@ -262,8 +260,11 @@ def surface_error(
 def errors_of(fits: pd.DataFrame, config: Config) -> tuple[Errors, SurfaceError]:
     """Errors that no log shows, for the runs of one medium (`fit_medium`)."""
     if config.table is not None:
-        # its depths and angles are what it says; the beds are not known to be alike
-        return config.errors.model_copy(update={"angle_deg": 0, "turn_deg": 0}), SurfaceError()
+        # its depths and angles are what it says, and so are its errors
+        none = {"angle_deg": 0, "turn_deg": 0, "tare_percent": 0}
+        if config.errors.bed is None:
+            none["bed_percent"] = 0
+        return config.errors.model_copy(update=none), SurfaceError()
     offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
     given = config.surface.method == "given"
     return config.errors, surface_error(offset, se, config.errors, given=given)

@@ -11,7 +11,15 @@ import numpy as np
 from rftfit.conventions import file_extraction
 from rftfit.measure.laws import Laws, by_law, other_laws
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.slopes import CURVED_P, FEWEST, Slope, fit_few, fit_slope, unfinished_start
+from rftfit.measure.slopes import (
+    CURVED_P,
+    FEWEST,
+    Slope,
+    fit_few,
+    fit_slope,
+    unfinished_start,
+    zero_intercept,
+)
 from rftfit.measure.strokes import split_runs
 from rftfit.measure.tare import NO_TARE_FLAG
 
@@ -42,7 +50,7 @@ COMPONENTS = ("z", "x")
 _OF_COMPONENT = (
     "alpha_{}_N_per_cm3", "alpha_{}_se_N_per_cm3", "alpha_{}_lo_N_per_cm3", "alpha_{}_hi_N_per_cm3",
     "alpha_{}_dof", "alpha_{}_ols_se_N_per_cm3", "alpha_{}_startup_N_per_cm3",
-    "alpha_{}_tare_N_per_cm3", "alpha_{}_curvature_N_per_cm3",
+    "alpha_{}_tare_N_per_cm3", "alpha_{}_curvature_N_per_cm3", "alpha_{}_rod_N_per_cm3",
     "intercept_{}_N_per_cm2", "free_slope_{}_N_per_cm3", "free_stress_{}_percent", "exponent_{}",
     "power_stress_{}_percent", "nonlinear_{}_p", "nonlinear_{}_ratio",
 )  # fmt: skip
@@ -122,7 +130,7 @@ class Stroke:
     """A tared stroke; arrays of shape (n,), in the order of recording.
 
     `depth`, `x`, `path`: cm; path is the length travelled.
-    `force`: shape (2, n); Granular force z, x, N; NaN where the tare is not known.
+    `force`: shape (2, n); Granular force z, x, N; NaN where the tare is not known. `tare`: Likewise.
     `why`: `RowStatus` of each sample.
     `zero_variance`, `zero_dof`: shape (2, 2); Of run and tare (rows), for z and x, N^2.
     `depth_sd`: Standard error of the depth common to all samples, from the clocks, cm.
@@ -133,6 +141,7 @@ class Stroke:
     x: FloatArray
     path: FloatArray
     force: FloatArray
+    tare: FloatArray
     why: np.ndarray
     zero_variance: FloatArray
     zero_dof: FloatArray
@@ -147,6 +156,7 @@ class RunFit:
     `beta_deg`, `gamma_deg`: The cell it is filed under.
     `depth_from_cm`, `depth_to_cm`: Depths actually fitted; NaN if there is no fit.
     `slope`: Components z, x, the sign of x already that of the cell.
+    `rod`: Slopes of the tare that was subtracted, N/cm^3.
     `laws`: Other laws than the line through zero, whose slopes are `line`, N/cm^3.
     `why`: shape (n,); `RowStatus` of each sample; GOOD where it was fitted, or would have been.
     `reason`: Why there is no alpha; empty if there is one.
@@ -159,6 +169,7 @@ class RunFit:
     slope: Slope | None = None
     laws: Laws | None = None
     line: FloatArray = field(default_factory=lambda: np.full(2, np.nan))
+    rod: FloatArray = field(default_factory=lambda: np.zeros(2))
     why: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int8))
     flags: tuple[str, ...] = ()
     reason: str = ""
@@ -227,10 +238,11 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
     straight_down = run.direction == "intrusion" and run.gamma_deg == 90
     if straight_down and slope.interval(config.fit.confidence)[1][0] < 0:
         flags += (PULLED_DOWN,)
+    rod = zero_intercept(depth, stroke.tare[:, usable] / plate.area_cm2)[0] * [1.0, sign_x]
     laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
     return RunFit(
         beta_deg, gamma_deg, float(depth.min()), float(depth.max()),
-        by_law(slope, laws, config.fit.law), laws, slope.alpha, why, flags,
+        by_law(slope, laws, config.fit.law), laws, slope.alpha, rod, why, flags,
     )  # fmt: skip
 
 
@@ -322,6 +334,7 @@ def fit_medium(
     where = split_runs(tared)
     columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
     force = tared[["force_z_N", "force_x_N"]].to_numpy().T
+    rods = tared[["tare_z_N", "tare_x_N"]].to_numpy().T
     facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
     no_tare = dict(zip(tares["run_id"], tares["reason"], strict=True))
     runs = [run for run in campaign.runs_of(medium) if run.kind == "plate"]
@@ -343,7 +356,7 @@ def fit_medium(
         else:
             pair = [facts[name] for name in (run.run_id, run.tare_run) if name in facts]
             samples = {name: values[part] for name, values in columns.items()}
-            stroke = _stroke(samples, force[:, part], pair, flags)
+            stroke = _stroke(samples, force[:, part], rods[:, part], pair, flags)
             fit = fit_run(run, stroke, campaign.config)
             why[part] = fit.why
             _account(ledger, run, stroke, fit)
@@ -389,7 +402,11 @@ def _lacks_force_x(config: Config, run: Run) -> bool:
 
 
 def _stroke(
-    samples: dict[str, np.ndarray], force: FloatArray, facts: list[Row], flags: tuple[str, ...]
+    samples: dict[str, np.ndarray],
+    force: FloatArray,
+    rods: FloatArray,
+    facts: list[Row],
+    flags: tuple[str, ...],
 ) -> Stroke:
     """Put together what the fit of one run needs, of its samples and the facts of run and tare."""
     depth, run = samples["depth_cm"], facts[0]
@@ -398,7 +415,7 @@ def _stroke(
     # so does an error of the surface, where that was found in the run; that of a given one is no run's own
     surface_se_cm = float(np.nan_to_num(run["surface_se_mm"])) / 10
     return Stroke(
-        depth, samples["x_cm"], samples["path_cm"], force, samples["why"],
+        depth, samples["x_cm"], samples["path_cm"], force, rods, samples["why"],
         np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in facts], dtype=float),
         np.array([[fact["zero_dof"]] * 2 for fact in facts], dtype=float),
         math.hypot(speed * float(run["clock_se_s"]), surface_se_cm), flags,
@@ -443,7 +460,7 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     row |= {"offset_cm": slope.offset[0], "offset_se_cm": slope.offset_se[0]}
     lo, hi = slope.interval(confidence)
     values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup, slope.tare,
-              slope.curvature, slope.intercept, slope.free_slope, *_other_laws(fit),
+              slope.curvature, fit.rod, slope.intercept, slope.free_slope, *_other_laws(fit),
               slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
     for i, component in enumerate(COMPONENTS):
         names = [name.format(component) for name in _OF_COMPONENT]

@@ -78,6 +78,7 @@ def fit_alpha_table(
                 "_startup": 0.0,
                 "_tare": 0.0,
                 "_curvature": 0.0,
+                "_rod": 0.0,
             }
             row |= {f"alpha_{c}{end}_N_per_cm3": value for end, value in values.items()}
             row[f"alpha_{c}_dof"] = dof

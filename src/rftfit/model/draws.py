@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.measure.alpha import column, directions
-from rftfit.measure.errors import SESSION, SOURCES, TARE, TURN
+from rftfit.measure.errors import ROD, SESSION, SOURCES, TARE, TURN
 from rftfit.measure.fits import COMPONENTS
 from rftfit.model.profiles import TableProfile
 
@@ -107,7 +107,7 @@ def _shared_normals(
 ) -> dict[str, dict[str, FloatArray]]:
     """Normal numbers of the errors that cells share, by source and component, shape (draws, n or 1)."""
     result: dict[str, dict[str, FloatArray]] = {}
-    for source in (SESSION, TURN):
+    for source in (ROD, SESSION, TURN):
         # one cause, which moves both components
         one = random.standard_normal((draws, 1))
         result[source] = dict.fromkeys(COMPONENTS, one)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import rftfit
 from rftfit.campaign.config import Leg, Plate
 from rftfit.figures.captions import name_of
-from rftfit.measure.errors import AS_PREPARED, OF_CELL, STATED
+from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
 from rftfit.measure.slopes import CURVED_P, FEWEST
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.motion import rotation
@@ -196,12 +196,14 @@ def _spread(results: Results) -> str:
         first = f"{level} {how}{errors}{_named_errors(known)}"
     kinds = set(known["spread"])
     if kinds == {AS_PREPARED}:
-        return f"{first}; they are those of one bed as prepared, since no repeat shows how beds differ."
+        return f"{first}; they are those of one bed as prepared, as the config states."
     if OF_CELL in kinds:
         rest = "; the others are those of one bed as prepared" if AS_PREPARED in kinds else ""
         return f"{first}, and hold the scatter of the runs of a direction that was repeated{rest}."
     size = value(known["run_to_run_z_N_per_cm3"].median(), 4)
-    how = "as stated" if kinds == {STATED} else "pooled from repeats, where there are enough"
+    how = "pooled from repeats, where there are enough"
+    if kinds <= {STATED, ASSUMED}:
+        how = "as stated" if kinds == {STATED} else "assumed to be 5 %, for want of repeats"
     return f"{first}, and the spread from run to run ({how}; median of alpha_z {size} N/cm^3)."
 
 
