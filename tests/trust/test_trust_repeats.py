@@ -16,6 +16,7 @@ from rftfit.lab.enact import run_logs
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import (
     AS_PREPARED,
+    ASSUMED,
     LEAST_DOF,
     REPEATS,
     STATED,
@@ -77,9 +78,12 @@ def test_repeats_speak_before_the_config_and_few_do_not() -> None:
     few, many = pairs(LEAST_DOF - 1, 1), pairs(LEAST_DOF, 1)
     assert spread_of_beds([few], (0.003, 0.0))[0].source == STATED
     assert spread_of_beds([few], (0.003, 0.01))[0].part(0.4).sd == pytest.approx(0.005)
-    assert spread_of_beds([few])[0].source == AS_PREPARED
+    assert spread_of_beds([few], (0.0, 0.0))[0].source == AS_PREPARED
+    # nothing known is not nothing: beds are then taken to differ by 5 %
+    assert spread_of_beds([few])[0].source == ASSUMED
+    assert spread_of_beds([few])[0].part(0.4).sd == pytest.approx(0.02)
     assert spread_of_beds([many], (0.003, 0.0))[0].source == REPEATS
-    assert spread_of_beds([[]])[0].part(0.3).sd == 0
+    assert spread_of_beds([[]], (0.0, 0.0))[0].part(0.3).sd == 0
 
 
 def test_repeats_that_agree_show_no_spread() -> None:
@@ -107,7 +111,7 @@ def fits(run_to_run: float | None) -> pd.DataFrame:
         }
         for beta, gamma, depth in ((0, 90, 5.0), (0, 0, 2.54), (0, 0, 5.08), (0, 0, 7.62))
     ]  # fmt: skip
-    errors = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run)
+    errors = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run or 0)
     return alpha_table(pd.DataFrame(rows), "m", 0.95, 3, errors)
 
 
@@ -207,5 +211,5 @@ def test_beds_of_the_reenacted_lab_differ_by_what_is_asked() -> None:
     assert run_logs(run, paper(), 3, spread=0.05) != same[0]
 
 
-def test_config_states_no_spread_unless_asked() -> None:
-    assert paper_config(300).errors.bed is None
+def test_the_demonstration_has_alike_beds_unless_asked() -> None:
+    assert paper_config(300).errors.bed == (0, 0)
