@@ -162,7 +162,7 @@ def test_one_penetration_test(rftfit: Callable[..., Said], here: Path) -> None:
         assert (found[f"{name}_N"] <= found[f"{name}_hi_N"]).all()
     lift = result["peaks"]["lift"]
     assert lift["lo"] < lift["force_z_N"] < lift["hi"]
-    assert "(se 0.05) with published Tables S2 and S3" in result["profile"]
+    assert "(se 0.05) with published Table S5, method lsq" in result["profile"]
     # a flat plate pushed straight down feels just what the scaling routine says of (0, 90 deg)
     (here / "plate.csv").write_text("x_cm,z_cm\n-1,0\n1,0\n")
     (here / "down.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,-1,0\n1,0,-2,0\n")
@@ -295,7 +295,7 @@ LEG, POPPY = ("--leg", "c_leg"), ("--medium", "poppy_LP")
         ((*LEG, "--alpha", "0.9", "--se", "-1"), "--se: found -1;"),
         ((*LEG, "--alpha", "0.9", "--confidence", "95"), "--confidence: found 95;"),
         ((*LEG, *POPPY, "--se", "0.1"), "so it needs --alpha"),
-        ((*LEG, *POPPY, "--method", "lsq"), "so it needs --results"),
+        ((*LEG, *POPPY, "--method", "lsq"), "so it needs --results DIR or --alpha"),
         ((*LEG, *POPPY, "--results", "none"), "no config/config.yaml there; allowed"),
         (("--outline", "none.csv", *POPPY), "--outline needs --width"),
         (("--outline", "none.csv", "--width", "1", *POPPY), "none.csv"),

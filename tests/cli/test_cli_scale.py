@@ -16,6 +16,7 @@ from paper_grid import GAMMA_OF_FILE as GAMMA
 from rftfit import reference
 from rftfit.model.fourier import TERMS, evaluate, fit_dft_index, fit_lsq, kept_terms
 from rftfit.model.scaling import Reference, published, scale, vertical_penetration, with_interval
+from rftfit.results import open_results
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,7 +47,7 @@ def read_table(path: Path) -> dict[tuple[float, float], dict[str, float]]:
 
 
 def test_published_source_is_as_printed() -> None:
-    source = published()
+    source = published("dft-index")
     assert source.media == reference.MEDIA
     assert source.chi.tolist() == list(CHI)
     assert source.m0.tolist() == list(M0)
@@ -57,9 +58,10 @@ def test_published_source_is_as_printed() -> None:
 
 
 def test_numbers_by_hand(rftfit: Callable[..., Said], here: Path) -> None:
-    said = rftfit("scale", "--alpha", "0.9", "--json")
+    said = rftfit("scale", "--alpha", "0.9", "--method", "dft-index", "--json")
     assert (said.code, said.err) == (0, "")
     result = as_json(said)
+    assert result["scaled_from"] == "published Tables S2 and S3, method dft-index as printed"
     mean = sum(CHI) / 5
     logs = [math.log(chi) for chi in CHI]
     middle = sum(logs) / 5
@@ -86,6 +88,27 @@ def test_numbers_by_hand(rftfit: Callable[..., Said], here: Path) -> None:
     # there the generic profile is 1 for every medium: only zeta's own error is left
     assert straight_down["alpha_z_lo_N_per_cm3"] == pytest.approx(result["zeta"]["lo"], rel=1e-5)
     assert straight_down["alpha_z_hi_N_per_cm3"] == pytest.approx(result["zeta"]["hi"], rel=1e-5)
+
+
+def test_the_default_is_least_squares_of_the_measured_table(
+    rftfit: Callable[..., Said], results: Path
+) -> None:
+    """One zeta: the published media give the number that a campaign of them gives."""
+    found, whole = as_json(rftfit("scale", "--alpha", "0.9", "--json")), published("lsq")
+    assert found["scaled_from"] == "published Table S5, method lsq"
+    assert found["chi"]["value"] == pytest.approx(whole.chi.mean())
+    assert found["zeta"]["value"] == pytest.approx(0.9 / 1.132, rel=1e-3)
+    assert vertical_penetration(whole.scaled) == pytest.approx(1)
+    of_campaign = open_results(results).reference("lsq")
+    assert not of_campaign.printed
+    own = [whole.media.index(medium) for medium in OWN]
+    assert of_campaign.media == OWN
+    assert of_campaign.chi == pytest.approx(whole.chi[own])
+    assert of_campaign.scaled == pytest.approx(whole.scaled[own])
+    # chi and M0 change together: alpha of the measured cell is met by neither alone
+    printed = published("dft-index")
+    assert abs(printed.chi.mean() / whole.chi.mean() - 1) > 0.08
+    assert np.abs(printed.m0 - whole.m0).max() > 0.01
 
 
 def test_everything_scales_with_alpha() -> None:
@@ -128,7 +151,7 @@ def test_intervals_hold_for_a_medium_left_out() -> None:
                          scaled.mean(axis=0), scaled)  # fmt: skip
         alpha = reference.alpha_grid(medium)[0][3, -1]
         result = scale(alpha, 0.0, four)
-        own = np.array([reference.coefficients(medium)[term] for term in TERMS])
+        own = whole.scaled[i] * alpha / whole.chi[i]
         _, lo, hi = result.coefficients_with_interval()
         of_coefficients.append((lo - 1e-9 <= own) & (own <= hi + 1e-9))
         profile = evaluate(own, beta, gamma)
@@ -143,10 +166,11 @@ def test_text(rftfit: Callable[..., Said]) -> None:
     said = rftfit("scale", "--alpha", "0.9", "--se", "0.02", "--output", "sand é.csv")
     assert (said.code, said.err) == (0, "")
     lines = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}
-    assert "  zeta   0.7246 " in said.out
-    assert lines["A00"][0] == f"{0.206 * 0.9 / 1.242:.4f}"
+    assert "  zeta   0.7951 " in said.out
+    whole = published()
+    assert lines["A00"][0] == f"{whole.m0[0] * 0.9 / whole.chi.mean():.4f}"
     assert all(len(lines[term]) == 3 for term in TERMS)
-    assert "published Tables S2 and S3" in said.out
+    assert "scaled from published Table S5, method lsq" in said.out
     assert said.out.endswith("sand é.csv\n")
 
 
@@ -161,7 +185,7 @@ def test_text(rftfit: Callable[..., Said]) -> None:
         (["--alpha", "much"], "found 'much'; allowed: a number"),
         (["--alpha", "0.9", "--se", "-1"], "--se: found -1;"),
         (["--alpha", "0.9", "--confidence", "95"], "--confidence: found 95;"),
-        (["--alpha", "0.9", "--method", "lsq"], "needs --results"),
+        (["--alpha", "0.9", "--method", "mean"], "lsq, dft-index"),
         (["--alpha", "0.9", "--results", "none"], "no config/config.yaml there"),
     ],
 )

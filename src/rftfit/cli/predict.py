@@ -98,7 +98,8 @@ def predict(
         Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
     ] = None,
     method: Annotated[
-        str | None, typer.Option(help="Fit in those results: lsq (default) or dft-index.")
+        str | None,
+        typer.Option(help="Nine-term fit that chi and M0 belong to: lsq (default) or dft-index."),
     ] = None,
     alpha: Annotated[
         float | None,
@@ -214,8 +215,11 @@ def check_choice(
         choose("--profile", profile, allowed, more)
     if se is not None and alpha is None:
         raise InputError("--se is the standard error of --alpha, so it needs --alpha")
-    if method is not None and results is None:
-        raise InputError("--method chooses among the fits of a campaign, so it needs --results DIR")
+    if method is not None and results is None and alpha is None:
+        raise InputError(
+            "--method chooses among fits, so it needs --results DIR or --alpha; the published media "
+            "have those of Table S2"
+        )
     if method is not None and alpha is None and profile not in ("fourier", "generic"):
         raise InputError(
             "--method chooses among nine-term fits, so it needs --profile fourier or generic"
@@ -230,8 +234,7 @@ def make_profile(
     from rftfit.reference import MEDIA
 
     if alpha is not None:
-        reference = None if results is None else reference_in(results, method)
-        return rftfit.scale(alpha, se, reference).profile
+        return rftfit.scale(alpha, se, reference_in(results, method)).profile
     assert medium is not None
     if results is None:
         more = "published media; --results DIR for those of a campaign, --alpha for one penetration test"

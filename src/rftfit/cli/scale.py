@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import rftfit
+from rftfit.campaign.problems import choose
 from rftfit.cli.output import check_target, say, table, warn
 from rftfit.errors import InputError
 
@@ -59,7 +60,8 @@ def scale(
         ),
     ] = None,
     method: Annotated[
-        str | None, typer.Option(help="Fit in those results: lsq (default) or dft-index.")
+        str | None,
+        typer.Option(help="Nine-term fit that chi and M0 belong to: lsq (default) or dft-index."),
     ] = None,
     output: Annotated[Path, typer.Option(metavar="FILE", help="File of the alpha table.")] = Path(
         "alpha.csv"
@@ -81,9 +83,7 @@ def scale(
     from rftfit.store import write_text
 
     check_test(alpha, se, confidence)
-    if method is not None and results is None:
-        raise InputError("--method chooses among the fits of a campaign, so it needs --results DIR")
-    reference = None if results is None else reference_in(results, method)
+    reference = reference_in(results, method)
     check_target(output, MARK, "alpha table", force)
     scaled = scale_medium(alpha, se, reference, confidence)
     terms = dict(zip(TERMS, zip(*scaled.coefficients_with_interval(), strict=True), strict=True))
@@ -101,8 +101,13 @@ def scale(
         say(f"Alpha on the published grid of 7 x 13 angles: {output}")
 
 
-def reference_in(folder: Path, method: str | None) -> Reference:
-    """Reference media of a campaign, which must be its own."""
+def reference_in(folder: Path | None, method: str | None) -> Reference:
+    """Reference media: the published five, or those of a campaign, which must be its own."""
+    if folder is None:
+        from rftfit.model.fourier import METHODS
+        from rftfit.model.scaling import published
+
+        return published(choose("--method", method or METHODS[0], METHODS))
     reference = rftfit.open(folder).reference(method)
     if reference.printed:
         raise InputError(
@@ -167,7 +172,8 @@ def _as_text(scaled: ScaledMedium, numbers: dict[str, tuple[float, ...]], how: s
         f"lo, hi: {100 * scaled.confidence:g} % interval for one further medium, from the scatter "
         f"between\n{', '.join(scaled.reference.media)}{test}.\n"
         "It is for the nine-term profile. Measured alpha departs from that too: at (0, 90 deg) it lies\n"
-        "above by the factor chi."
+        "above by the factor chi. chi and the coefficients belong to one fit: least squares by default,\n"
+        "the paper's own transform, with its zeta of 0.8 alpha_z, by --method dft-index."
     )
 
 

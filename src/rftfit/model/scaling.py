@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import csv
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
@@ -211,8 +211,19 @@ def reference_from(
     return Reference(name, tuple(chi), values, coefficients[GENERIC], scaled, printed)
 
 
-def published() -> Reference:
-    """Reference media of Li, Zhang and Goldman (2013): chi of Table S3, coefficients of Table S2.
+_PAPER_RULE = 0.05
+"""A term is kept where it is larger than this share of A00."""
+
+
+def published(method: str = "lsq") -> Reference:
+    """Reference media of Li, Zhang and Goldman (2013).
+
+    Parameters
+    ----------
+    method : str, optional
+        Of the nine-term fits, to which chi and M0 both belong. ``lsq``: least squares at the true
+        angles of Table S5. Else the paper's own transform, as printed: chi of Table S3 and the
+        coefficients of Table S2.
 
     Returns
     -------
@@ -221,9 +232,11 @@ def published() -> Reference:
     Examples
     --------
     >>> import rftfit
-    >>> round(float(rftfit.published_reference().chi.mean()), 2)
-    1.24
+    >>> [round(float(rftfit.published_reference(m).chi.mean()), 2) for m in ("lsq", "dft-index")]
+    [1.13, 1.24]
     """
+    if method == "lsq":
+        return _by_least_squares()
     chi = {
         row["medium"]: float(row["value"])
         for row in _printed("table_s3")
@@ -233,7 +246,25 @@ def published() -> Reference:
     for row in _printed("table_s2"):
         values.setdefault(row["medium"], {})[row["coefficient"]] = float(row["value"])
     arrays = {medium: np.array([terms[term] for term in TERMS]) for medium, terms in values.items()}
-    return reference_from("published Tables S2 and S3", chi, arrays, printed=True)
+    name = "published Tables S2 and S3, method dft-index as printed"
+    return reference_from(name, chi, arrays, printed=True)
+
+
+@cache
+def _by_least_squares() -> Reference:
+    rows = _printed("table_s5")
+    names = ("beta_deg", "gamma_deg", column("z"), column("x"))
+    chi, fits = {}, {}
+    for medium in MEDIA:
+        own = np.array([[float(row[n]) for n in names] for row in rows if row["medium"] == medium])
+        beta, gamma = np.radians(own[:, :2]).T
+        alpha = own[:, 2], own[:, 3]
+        keep = kept_terms(fit_lsq(beta, gamma, *alpha), _PAPER_RULE)
+        fits[medium] = fit_lsq(beta, gamma, *alpha, keep)
+        down = (own[:, 0] == 0) & (own[:, 1] == 90)
+        chi[medium] = float(alpha[0][down][0] / vertical_penetration(fits[medium]))
+    m0 = generic(np.stack(list(fits.values())))
+    return reference_from("published Table S5, method lsq", chi, fits | {GENERIC: m0}, printed=True)
 
 
 def _printed(name: str) -> list[dict[str, str]]:
@@ -388,7 +419,7 @@ def scale(
         Its standard error, N/cm^3.
     reference : Reference, optional
         The media to scale from: those of a campaign (`Results.reference`); default: the five
-        published ones.
+        published ones by least squares, as a campaign has them (`published_reference`).
     confidence : float, optional
         Level of the intervals, which are those for one further medium: they hold the error of the
         test and the scatter of chi and of the profiles between the reference media.
@@ -407,7 +438,7 @@ def scale(
     >>> import rftfit
     >>> sand = rftfit.scale(0.9, se=0.02)
     >>> round(sand.zeta, 2)
-    0.72
+    0.8
     """
     if not 0.5 < confidence < 1:
         raise ValueError(f"the level must be above 0.5 and below 1, found {confidence:g}")
@@ -588,7 +619,7 @@ def reference_of(fits: Sequence[MediumFit], config: Config, method: str | None =
         fit for fit in fits if fit.method == method and not fit.reason and np.isfinite(fit.alpha_z)
     ]
     if len(own) < FEWEST_MEDIA:
-        return published()
+        return published(method)
     values = {fit.medium: fit.used for fit in own}
     chi = {fit.medium: fit.alpha_z / fit.zeta for fit in own}
     m0 = generic(np.stack([fit.used for fit in own]))

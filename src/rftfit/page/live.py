@@ -48,7 +48,7 @@ def profiles(results: Results, medium: str) -> dict[str, Profile]:
         found["fourier"] = FourierProfile(coefficients(results, medium))
         found["depth_only"] = DepthOnlyProfile.of(table)
     printed = medium in scaled_from_print(results)
-    m0 = published().m0 if printed else coefficients(results, GENERIC)
+    m0 = published(results.config.fourier.method).m0 if printed else coefficients(results, GENERIC)
     found["generic"] = scaled_generic(zeta(results, medium), m0)
     # a measured table may have holes, and says why
     known = {
@@ -93,8 +93,8 @@ def references(results: Results) -> list[Reference]:
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
     values = {medium: coefficients(results, medium) for medium in (GENERIC, *chi)}
     if len(chi) < 2 or not np.isfinite(list(values.values())).all():
-        return [published()]
-    return [reference_from(f"this campaign, method {method}", chi, values), published()]
+        return [published(method)]
+    return [reference_from(f"this campaign, method {method}", chi, values), published(method)]
 
 
 # The JSON object that the scripts work on.

@@ -274,12 +274,12 @@ def _model(results: Results) -> str:
 def _scaling(results: Results) -> str:
     """What a further medium is scaled from; empty with a single medium."""
     if scaled_from_print(results):
-        chi = published().chi
+        chi = published(results.config.fourier.method).chi
         return (
             "Natural sands were scaled from one vertical penetration test by zeta = "
             f"alpha_z(0, 90 deg) / chi, with the mean chi ({value(chi.mean(), 2)}) and the generic "
-            f"coefficients of the {chi.size} media of ref. 1 (Tables S3 and S2), and an interval from "
-            "the scatter between these media."
+            f"coefficients of the {chi.size} media of ref. 1 by the method "
+            f"{results.config.fourier.method}, and an interval from the scatter between these media."
         )
     table = results.table("penetration.csv")
     own = table[table["method"] == results.config.fourier.method]

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 from rftfit.campaign.config import Leg
 from rftfit.measure.fits import flags_of_all, said_of_all
 from rftfit.page import tables
+from rftfit.model.fourier import METHODS
+from rftfit.model.scaling import published
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
 from rftfit.page.outcome import outcome_of_runs
@@ -84,6 +86,7 @@ def context(results: Results) -> dict[str, Any]:
             name: tables.coefficients(results, name) for name in tables.methods(results)
         },
         "scaling": scaling,
+        "chi_of": {name: f"{published(name).chi.mean():.2f}" for name in METHODS},
         "other_scaling": other_scaling,
         "from_print": [tables.title_of(results, medium) for medium in scaled_from_print(results)],
         "reversal": reversal,

@@ -57,7 +57,7 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     method, note = results.config.fourier.method, ""
     chi = table.loc[table["method"] == method, "chi"].dropna().to_numpy(float)
     if (table["method"] == routine(method, printed=True)).any():
-        chi, note = published().chi, published().note
+        chi, note = published(method).chi, published(method).note
     rows = []
     for medium in results.sands:
         tared, fits = results.table(f"tared/{medium}.parquet"), results.table(f"fits/{medium}.csv")

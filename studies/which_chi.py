@@ -1,0 +1,70 @@
+"""Which chi: both methods of the nine-term fit on media that they did not see.
+
+Every published medium in turn is scaled from its vertical push with the other four, and compared with
+its own Table S5; every natural sand is scaled with all five, and its legs compared with Fig. S12.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rftfit.compare.legs import COMPONENTS, extreme, measured_peak
+from rftfit.model.forces import forces_on
+from rftfit.model.fourier import METHODS, evaluate
+from rftfit.model.motion import rotation
+from rftfit.model.outlines import CURVATURES, model_leg
+from rftfit.model.scaling import Reference, published, scale
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, load
+
+SANDS = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}
+"""Slope of Fig. S11 over the stated depths, N/cm^3."""
+
+
+def left_out(method: str) -> None:
+    """Print how the scaled profile fits the table of a medium that it was not made from."""
+    whole = published(method)
+    grid = np.meshgrid(np.radians(BETA_DEG), np.radians(GAMMA_DEG), indexing="ij")
+    found = []
+    for i, medium in enumerate(MEDIA):
+        rest = [j for j in range(len(MEDIA)) if j != i]
+        scaled = whole.scaled[rest]
+        four = Reference("", tuple(MEDIA[j] for j in rest), whole.chi[rest], scaled.mean(0), scaled)
+        own = np.stack(alpha_grid(medium)).ravel()
+        alpha = alpha_grid(medium)[0][3, -1]
+        ours = np.stack(evaluate(scale(alpha, 0.0, four).coefficients, *grid)).ravel()
+        rms = float(np.sqrt(np.mean((ours - own) ** 2))) / alpha
+        best = float(ours @ own / (ours @ ours))
+        found.append((rms, best))
+        print(f"| {method} | {medium} | {100 * rms:.1f} % | {best:.2f} |")
+    rms, best = np.mean(found, axis=0)
+    print(f"| {method} | mean | {100 * rms:.1f} % | {best:.2f} |")
+
+
+def sands(method: str) -> None:
+    """Print the errors of the predicted peaks, %, lift and thrust of each leg."""
+    measured, poses = load("fig_s12"), rotation().poses
+    for medium, alpha in SANDS.items():
+        profile = scale(alpha, 0.0, published(method)).profile
+        cells = []
+        for leg in CURVATURES:
+            forces = forces_on(profile, model_leg(leg), poses)
+            curve = measured[(measured["medium"] == medium) & (measured["leg"] == leg)]
+            for c in COMPONENTS:
+                theta, force = (
+                    curve[name].to_numpy(float) for name in ("theta_deg", f"force_{c}_N")
+                )
+                ours = getattr(forces, f"force_{c}_N")
+                ratio = ours[extreme(ours, c)] / measured_peak(theta, force, c).force_N
+                cells.append(f"{100 * (ratio - 1):+.0f}")
+        print(f"| {method} | {medium} | {' | '.join(cells)} |")
+
+
+if __name__ == "__main__":
+    print("| method | medium left out | rms error over alpha_z(0, 90 deg) | factor that fits best |")
+    print("|---|---|---|---|")
+    for one in METHODS:
+        left_out(one)
+    legs = " | ".join(f"{leg} {c}" for leg in CURVATURES for c in COMPONENTS)
+    print(f"\n| method | sand | {legs} |")
+    for one in METHODS:
+        sands(one)
