@@ -60,7 +60,9 @@ def sands(method: str) -> None:
 
 
 if __name__ == "__main__":
-    print("| method | medium left out | rms error over alpha_z(0, 90 deg) | factor that fits best |")
+    print(
+        "| method | medium left out | rms error over alpha_z(0, 90 deg) | factor that fits best |"
+    )
     print("|---|---|---|---|")
     for one in METHODS:
         left_out(one)

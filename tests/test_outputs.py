@@ -132,6 +132,8 @@ STATED = {
     "results/alpha_extended.csv": "rftfit.workflow.profiles:SYMMETRY_COLUMNS",
     "results/predicted.csv": "rftfit.compare.legs:PREDICTED_COLUMNS",
     "results/leg_errors.csv": "rftfit.compare.legs:COLUMNS",
+    "results/leg_sensitivity.csv": "rftfit.compare.sensitivity:SENSITIVITY_COLUMNS",
+    "results/reproduction.csv": "rftfit.compare.published:ITEM_COLUMNS",
     "results/sands.csv": "rftfit.compare.sands:SAND_COLUMNS",
     "results/robot/measured.csv": "rftfit.robot.speeds:MEASURED",
     "results/robot/errors.csv": "rftfit.robot.speeds:ERRORS",

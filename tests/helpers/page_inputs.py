@@ -18,7 +18,17 @@ from rftfit.campaign.config import Config, Leg
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.compare.legs import leg_errors
+from rftfit.compare.published import (
+    BY_CONSTRUCTION,
+    INCONSISTENT,
+    MEASURED,
+    TEXT,
+    Tolerance,
+    compare,
+    stated,
+)
 from rftfit.compare.robot import optima
+from rftfit.compare.sensitivity import leg_sensitivity
 from rftfit.measure.alpha import both, column, directions
 from rftfit.model.fourier import TERMS, fit_lsq
 from rftfit.model.motion import rotation_poses
@@ -42,8 +52,8 @@ SAND_ALPHA = 0.689
 HOLED = "glass3mm_CP"
 """The medium with missing cells."""
 THETA_DEG = np.arange(-135, 136, 5)
-SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", "leg_errors", "sands",
-          "sand_correction")  # fmt: skip
+SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", "leg_errors",
+          "leg_sensitivity", "sands", "sand_correction")  # fmt: skip
 OF_MEDIA = ("alpha", "runs", "fits", "legs")
 
 
@@ -96,9 +106,14 @@ def page_results(folder: Path, *, nasty: bool = False, robot: bool = False) -> R
     reason = NASTY if nasty else "saturated throughout"
     write(results, "reproduction.csv", _reproduction(reason))
     write(results, "ledger.csv", _ledger(reason))
+    shapes = leg_sensitivity(
+        [results[medium] for medium in ("poppy_LP", "poppy_CP")],
+        results.joined("legs/{medium}.csv"), results.table("leg_errors.csv"),
+    )  # fmt: skip
+    write(results, "leg_sensitivity.csv", shapes)
     if robot:
         write_robot(results)
-    return results
+    return Results(results.campaign)
 
 
 @cache
@@ -281,13 +296,13 @@ def _coefficients(medium: str, values: FloatArray) -> pd.DataFrame:
 
 
 def _reproduction(why: str) -> pd.DataFrame:
-    columns = ["item", "where", "paper", "ours", "lo", "hi", "verdict", "why"]
-    rows = [
-        ["A00", "Table S2", 0.051, 0.0508, 0.0507, 0.0509, "same", "within 0.002"],
-        ["zeta", "Table S2", 0.248, 0.2564, np.nan, np.nan, "paper inconsistent", why],
-        ["chi, mean", "text", 1.26, 1.13, 1.0, 1.2, "differs", "another fit"],
-    ]
-    return pd.DataFrame(rows, columns=columns)
+    items = [
+        compare("chi, mean", "text", 1.26, 1.13, Tolerance(0.02, "rounded"), MEASURED, (1.0, 1.2)),
+        stated("zeta", "Table S2", 0.248, 0.2564, INCONSISTENT, TEXT, why),
+        compare("A00", "Table S2", 0.051, 0.0508, Tolerance(0.002, "printed to 0.001"),
+                BY_CONSTRUCTION, (0.0507, 0.0509)),
+    ]  # fmt: skip
+    return pd.DataFrame([item.row() for item in items])
 
 
 def _ledger(reason: str) -> pd.DataFrame:

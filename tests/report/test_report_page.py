@@ -243,11 +243,14 @@ def test_text_of_the_user_is_escaped(tmp_path: Path) -> None:
 
 def test_reproduction_puts_first_what_is_not_the_same(read: Reader) -> None:
     others, everything = (table[1:] for table in read.tables["reproduction"])
-    assert [(row[0], row[4]) for row in others] == [
-        ("zeta", "paper inconsistent"), ("chi, mean", "differs"),
+    assert [(row[0], *row[5:7]) for row in others] == [
+        ("chi, mean", "differs", "measured"), ("zeta", "paper inconsistent", "text"),
     ]  # fmt: skip
-    assert [row[0] for row in everything] == ["A00", "zeta", "chi, mean"]
-    assert everything[0][2:4] == ["0.051", "0.0508|0.0507 to 0.0509"]
+    assert [row[0] for row in everything] == ["chi, mean", "zeta", "A00"]
+    assert everything[2][2:5] == ["0.051", "0.0508|0.0507 to 0.0509", "0.002|printed to 0.001"]
+    # a verdict counts for what it rests on
+    words = " ".join(read.text["reproduction"].split())
+    assert "measured: 1 differs; by construction: 1 same; text: 1 paper inconsistent." in words
 
 
 def test_reversal_is_explained_with_both_numbers(results: Results, read: Reader) -> None:

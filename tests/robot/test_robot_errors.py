@@ -159,9 +159,12 @@ def test_runs_that_are_not_steady_are_left_out() -> None:
     assert optima(few).empty
 
 
-def claims(factor: float, top: float = 0.86, profile: str = "table") -> Any:
+def claims(
+    factor: float, top: float = 0.86, profile: str = "table", speed: pd.DataFrame | None = None
+) -> Any:
     errors = speed_errors(published_speeds("poppy_LP", PLACES), simulated(factor, profile))
-    items = robot_claims(errors, optima(sweep(top), [5.0]))
+    runs = sweep(top)
+    items = robot_claims(errors, optima(runs, [5.0]), runs if speed is None else speed)
     return pd.DataFrame([item.row() for item in items]).set_index("item")
 
 
@@ -179,15 +182,52 @@ def test_shares_beside_the_papers(factor: float, shares: list[float], verdicts: 
     assert list(table.loc[lines, "ours"]) == shares
     assert list(table.loc[lines, "paper"]) == [90, 100]
     assert list(table.loc[lines, "verdict"]) == verdicts
-    assert "of the 39 that the robot was not calibrated on" in table.loc[lines[0], "why"]
+    assert "of 39 conditions that the robot was not calibrated on" in table.loc[lines[0], "why"]
+    assert set(table.loc[lines, "evidence"]) == {"measured"}
+
+
+def test_conditions_that_it_was_calibrated_on_do_not_count() -> None:
+    measured, runs = published_speeds("poppy_LP", PLACES), simulated(1.1)
+    calibrated = (measured["calibrated"] == "yes").to_numpy()
+    runs.loc[calibrated, "speed_cm_per_s"] *= 2
+    items = robot_claims(speed_errors(measured, runs), optima(sweep(0.86)), sweep(0.86))
+    assert next(one.ours for one in items if "within 20 %" in one.item) == 100
+
+
+def test_a_statement_without_a_number_is_not_judged() -> None:
+    table = claims(1.5, profile="generic")
+    line = table.loc["robot, scaled generic: speeds within 20 %, % of conditions"]
+    assert (line["paper"], line["ours"], line["verdict"]) == (
+        "reasonable accuracy",
+        0,
+        "not judged",
+    )
 
 
 def test_depth_only_is_expected_to_fail_and_says_why() -> None:
     table = claims(2.0, profile="depth_only")
-    line = table.loc["robot, depth-only: speeds within 20 %, % of conditions"]
-    assert line["verdict"] == "same"
+    line = table.loc["robot, depth-only: largest error of speed, %"]
+    assert (line["paper"], line["ours"]) == (150, pytest.approx(100))
+    assert line["verdict"] == "differs"
     assert "outside: " in line["why"]
-    assert claims(1.0, profile="depth_only").iloc[0]["verdict"] == "differs"
+    assert claims(2.5, profile="depth_only").loc[line.name, "verdict"] == "same"
+
+
+def test_turning_over_and_phases_are_counted() -> None:
+    runs = sweep(0.86)
+    runs["speed_cm_per_s"] += 0.3 * runs["phase_turns"]
+    deep = runs.assign(profile="depth_only")
+    deep.loc[deep["curvature_times_R"] > 0.9, "outcome"] = "tipped"
+    phases = "robot: change of speed by the starting phase, largest, cm/s"
+    over = "robot, depth-only: runs at R'/r of 0.8 and more that turn over"
+    table = claims(1.0, speed=pd.concat([runs, deep]))
+    assert table.loc[over, "ours"] == 3 * len({0.92, 0.96, 1.0})
+    assert table.loc[[over, phases], "verdict"].tolist() == ["same", "same"]
+    assert table.loc[phases, "ours"] == pytest.approx(0.1)
+    table = claims(1.0, speed=pd.concat([sweep(0.86), sweep(0.86).assign(profile="depth_only")]))
+    assert table.loc[over, ["ours", "verdict"]].tolist() == [0, "differs"]
+    one = runs[runs["phase_turns"] == 0]
+    assert claims(1.0, speed=one).loc[phases, "verdict"] == "not judged"
 
 
 def test_best_curvature_beside_the_papers() -> None:
@@ -197,4 +237,5 @@ def test_best_curvature_beside_the_papers() -> None:
     assert far.loc[name, "verdict"] == "differs"
     assert "calibrated on this number" in near.loc[name, "why"]
     speed = near.loc["robot: speed at the best curvature, 5 Hz, cm/s"]
-    assert (speed["paper"], speed["verdict"]) == (72.0, "same")
+    assert (speed["paper"], speed["verdict"]) == (72.0, "differs")
+    assert set(near.loc[[name, speed.name], "evidence"]) == {"calibrated"}

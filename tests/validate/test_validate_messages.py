@@ -7,11 +7,11 @@ import math
 import pandas as pd
 
 from rftfit.compare.legs import leg_errors
-from rftfit.compare.published import DIFFERS, compare
+from rftfit.compare.published import DIFFERS, MEASURED, Tolerance, compare
 
 
 def test_a_number_that_the_campaign_does_not_have() -> None:
-    item = compare("zeta", "Table S2", 0.5, math.nan, 0.1)
+    item = compare("zeta", "Table S2", 0.5, math.nan, Tolerance(0.1, "rounded"), MEASURED)
     assert (item.verdict, item.why) == (DIFFERS, "no number in this campaign")
 
 

@@ -5,10 +5,20 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING
 
-from page_inputs import page_results, sand_results
+import pandas as pd
+from page_inputs import page_results, sand_results, write
 
+from rftfit.campaign.load import REENACTED
 from rftfit.compare.published import (
+    BY_CONSTRUCTION,
+    DIFFERS,
+    EVIDENCE,
     INCONSISTENT,
+    MEASURED,
+    SAME,
+    VERDICTS,
+    Tolerance,
+    compare,
     compare_coefficients,
     compare_penetration,
     discrepancies,
@@ -21,8 +31,6 @@ from rftfit.workflow.validate import validate
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import pandas as pd
-
 
 def as_printed(results: Results, name: str) -> pd.DataFrame:
     return results.table(name).assign(method=AS_PRINTED)
@@ -33,12 +41,56 @@ def test_means_of_the_paper_stand_beside_its_five_media_only(tmp_path: Path) -> 
     terms, tests = (as_printed(own, f"{name}.csv") for name in ("coefficients", "penetration"))
     for known, there in ((MEDIA, True), (MEDIA[:4], False)):
         published = {name: name for name in known}
-        items = compare_coefficients(terms, published)
+        items = compare_coefficients(terms, published, MEASURED)
         assert any(one.item.startswith("generic") for one in items) == there
         part = tests[tests["medium"].isin(known)]
-        items = compare_penetration(part, published)
+        items = compare_penetration(part, published, MEASURED)
         assert any(one.item.startswith("chi, mean") for one in items) == there
         assert any(one.item.startswith(f"{known[0]}: chi") for one in items)
+
+
+def test_evidence_follows_from_the_campaign(tmp_path: Path) -> None:
+    """What logs were made from is no confirmation: a re-enactment says so, recordings do not."""
+    own = page_results(tmp_path)
+    for name in ("coefficients.csv", "penetration.csv"):
+        printed = as_printed(own, name)
+        every = pd.concat([own.table(name), printed[printed["medium"].isin(MEDIA)]])
+        write(own, name, every)
+    recorded = validate(Results(own.campaign))
+    assert set(recorded["evidence"]) <= set(EVIDENCE)
+    assert BY_CONSTRUCTION not in set(recorded["evidence"])
+    own.campaign.raw.mkdir()
+    (own.campaign.raw / REENACTED).write_text("from published results")
+    fresh = dataclasses.replace(own.campaign)
+    made = validate(Results(fresh))
+    pd.testing.assert_frame_equal(made.drop(columns="evidence"), recorded.drop(columns="evidence"))
+    tables = made["where"].isin(["Table S2", "Table S3", "Table S5"])
+    assert tables.sum() > 60
+    assert set(made.loc[tables, "evidence"]) == {BY_CONSTRUCTION}
+    # a prediction beside another measurement may come out otherwise whoever made the logs
+    within = made["item"].str.contains("within 33 %")
+    assert list(made.loc[within, "evidence"]) == [MEASURED]
+    changed = made["evidence"] != recorded["evidence"]
+    assert set(recorded.loc[changed, "evidence"]) == {MEASURED}
+    # what differs stands first
+    places = [VERDICTS.index(verdict) for verdict in made["verdict"]]
+    assert places == sorted(places)
+    assert made["verdict"].iloc[0] == DIFFERS
+    judged = made["verdict"].isin([SAME, DIFFERS]) & made["paper"].map(
+        lambda x: isinstance(x, float)
+    )
+    assert made.loc[judged, "tolerance"].notna().all()
+    assert made["tolerance_reason"].str.len().min() > 5
+
+
+def test_a_tolerance_is_not_stretched_by_an_interval_that_misses() -> None:
+    def verdict(ours: float, ends: tuple[float, float]) -> str:
+        return compare("", "", 1.0, ours, Tolerance(0.1, "rounded"), MEASURED, ends).verdict
+
+    assert verdict(1.05, (1.04, 1.06)) == SAME
+    assert verdict(1.2, (0.9, 1.5)) == SAME
+    assert verdict(1.2, (1.1, 1.3)) == DIFFERS
+    assert verdict(float("nan"), (0.9, 1.1)) == DIFFERS
 
 
 def test_misprints_stand_beside_media_of_the_paper_only(tmp_path: Path) -> None:

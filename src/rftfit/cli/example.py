@@ -220,7 +220,7 @@ def _plates_text(found: Plates, level: str) -> str:
     bare = ", no tare subtracted" if fit.missing_tare == "flag" else ""
     return (
         f"alpha_z(0, 90 deg) over depths of {window}{bare}; run-to-run spread: {found.spread};\n"
-        "zeta by the scaling routine from the published five media (interval for one further medium)\n\n"
+        "zeta by the scaling routine from the published five media, method lsq (interval for one further medium)\n\n"
         + table(header, rows)
     )
 

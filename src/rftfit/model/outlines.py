@@ -127,16 +127,27 @@ def arc(
         raise ValueError(f"R/r must lie between -1 and 1, found {curvature_times_R:g}")
     if not (0 < max_length_cm < np.inf and elements >= 1):
         raise ValueError("the length and the number of elements must be positive")
-    radius = max_length_cm / 2
-    phi = float(np.arcsin(curvature_times_R))  # half the angle that the arc spans
-    # a straight leg is the limit: sin(k phi) / sin(phi) -> k
-    stretch = phi / curvature_times_R if curvature_times_R else 1.0
+    phi = float(np.arcsin(curvature_times_R))
+    return _bent(phi, max_length_cm, width_cm, elements, name)
+
+
+def _bent(
+    phi: float, max_length_cm: float, width_cm: float, elements: int, name: str, lead_cm: float = 0
+) -> Outline:
+    """Arc that spans 2 `phi` (rad, positive for a c-leg), or its face `lead_cm` ahead of the middle line.
+
+    The maximal length is that from axle to tip, and the diameter where the arc is more than half a circle.
+    """
+    bend = float(np.sin(phi))
+    chord = max_length_cm * (abs(bend) if abs(phi) > np.pi / 2 else 1)
     along = (np.arange(elements) + 0.5) / elements
     psi = phi * (1 - 2 * along)
-    above = np.sin(phi * along) / curvature_times_R if curvature_times_R else along
-    x = -2 * radius * np.sin(phi * (1 - along)) * above
-    z = -2 * radius * np.cos(phi * (1 - along)) * above
-    half = np.full(elements, radius * stretch / elements)
+    # a straight leg is the limit: sin(k phi) / sin(phi) -> k
+    above = np.sin(phi * along) / bend if bend else along
+    x = -chord * np.sin(phi * (1 - along)) * above - lead_cm * np.cos(psi)
+    z = -chord * np.cos(phi * (1 - along)) * above + lead_cm * np.sin(psi)
+    length = max(0.0, chord * (phi / bend if bend else 1.0) + 2 * phi * lead_cm)
+    half = np.full(elements, length / elements / 2)
     return Outline(np.stack([x, z, -np.sin(psi), -np.cos(psi), half], axis=-1), width_cm, name)
 
 
@@ -168,7 +179,15 @@ def model_leg(name: str, elements: int = ELEMENTS) -> Outline:
     return arc(CURVATURES[name], elements=elements, name=name)
 
 
-def leg_outline(leg: Leg, name: str = "leg", elements: int = ELEMENTS) -> Outline:
+def arc_of(leg: Leg) -> float:
+    """Angle that a leg's arc spans, deg: 180 of the c-legs, 0 of the flat leg."""
+    return float(2 * np.degrees(np.arcsin(abs(leg.curvature_times_R))))
+
+
+def leg_outline(
+    leg: Leg, name: str = "leg", elements: int = ELEMENTS, *, arc_deg: float | None = None,
+    lead_cm: float = 0.0,
+) -> Outline:  # fmt: skip
     """Outline of a leg of the campaign's configuration.
 
     Parameters
@@ -176,12 +195,20 @@ def leg_outline(leg: Leg, name: str = "leg", elements: int = ELEMENTS) -> Outlin
     leg : Leg
     name : str, optional
     elements : int, optional
+    arc_deg : float, optional
+        Another angle that its arc spans, with the same maximal length, which is the diameter of more
+        than half a circle. A straight leg has none.
+    lead_cm : float, optional
+        How far the face lies ahead of the middle line, on the side that the leg sweeps toward.
 
     Returns
     -------
     Outline
     """
-    return arc(leg.curvature_times_R, leg.max_length_cm, leg.width_cm, elements, name)
+    phi = float(np.arcsin(leg.curvature_times_R))
+    if arc_deg is not None:
+        phi = float(np.sign(phi) * np.radians(arc_deg) / 2)
+    return _bent(phi, leg.max_length_cm, leg.width_cm, elements, name, lead_cm)
 
 
 def polyline(

@@ -8,10 +8,11 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.config import Leg
+from rftfit.compare.sensitivity import shapes, told
 from rftfit.measure.fits import flags_of_all, said_of_all
-from rftfit.page import tables
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
+from rftfit.page import tables
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
 from rftfit.page.outcome import outcome_of_runs
@@ -92,6 +93,8 @@ def context(results: Results) -> dict[str, Any]:
         "reversal": reversal,
         "table_above": any(row["found"].above("table") for row in reversal.rows),
         "leg_errors": tables.leg_errors(results),
+        "shapes": (found := shapes(results.table("leg_sensitivity.csv"))),
+        "told_of_shapes": told(found[1:]),
         "sands": tables.sands(results),
         "corrections": tables.corrections(results),
         "robot": robot_tables(results),

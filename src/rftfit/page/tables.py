@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from rftfit.campaign.config import Leg
+from rftfit.compare.published import EVIDENCE, SAME, VERDICTS
 from rftfit.figures.captions import PROFILES, name_of
 from rftfit.measure.fits import flags_of_all, without
 from rftfit.model.fourier import TERMS
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
 ALPHA_Z = Markup("alpha<sub>z</sub>")
 PER_CM3 = "N/cm\N{SUPERSCRIPT THREE}"
 DEGREE = "\N{DEGREE SIGN}"
-VERDICTS = ("same", "differs", "paper inconsistent")
 
 
 def title_of(results: Results, medium: str) -> str:
@@ -315,8 +315,8 @@ def corrections(results: Results) -> Table:
     )
 
 
-def reproduction(results: Results) -> tuple[dict[str, int], Table, Table]:
-    """Ours beside the paper's: counts by verdict, what is not the same, and all of it."""
+def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
+    """Ours beside the paper's: verdicts counted by their evidence, what is not the same, and all of it."""
 
     def ours(row: Row) -> Cell:
         ends = _significant(row["lo"]), _significant(row["hi"])
@@ -330,12 +330,25 @@ def reproduction(results: Results) -> tuple[dict[str, int], Table, Table]:
         text_column("Where", "where"),
         text_column("Paper", lambda row: _significant(row["paper"]), look="num"),
         Column("Ours", ours, "num"),
+        text_column(
+            "Tolerance", lambda row: _significant(row["tolerance"]), look="num",
+            note="tolerance_reason",
+        ),
         Column("Verdict", verdict),
+        text_column("Evidence", "evidence"),
         text_column("Why", "why", look="why"),
-    ]
+    ]  # fmt: skip
     rows = records(results.table("reproduction.csv"))
-    counts = dict.fromkeys(VERDICTS, 0) | Counter(row["verdict"] for row in rows)
-    others = [row for row in rows if row["verdict"] != "same"]
+    counts = {
+        evidence: ", ".join(
+            f"{sum(row['verdict'] == one for row in own)} {one}"
+            for one in VERDICTS
+            if any(row["verdict"] == one for row in own)
+        )
+        for evidence in EVIDENCE
+        if (own := [row for row in rows if row["evidence"] == evidence])
+    }
+    others = [row for row in rows if row["verdict"] != SAME]
     return (
         counts,
         Table("Items that are not the same", columns, others, tall=True, cards=True),

@@ -88,7 +88,7 @@ STAGES = (
         "legs_predicted", f"{_VALIDATE}:legs_predicted",
         settings=("arm", "fit", "fourier", "intruders", "media"),
         reads=("alpha/{laboratory}.csv", "alpha/{sands}.csv", "legs/{media}.csv"),
-        writes=("predicted.csv", "leg_errors.csv"),
+        writes=("predicted.csv", "leg_errors.csv", "leg_sensitivity.csv"),
     ),
     Stage(
         "natural_sands", f"{_VALIDATE}:natural_sands", rows=True,
@@ -131,9 +131,9 @@ STAGES = (
         writes=("ledger.csv",),
     ),
     Stage(
-        "validate", f"{_VALIDATE}:validate", settings=("fourier", "media"),
+        "validate", f"{_VALIDATE}:validate", settings=("fourier", "media"), rows=True,
         reads=("alpha/{laboratory}.csv", "coefficients.csv", "penetration.csv", "leg_errors.csv",
-               "legs/{media}.csv", "robot/errors.csv", "robot/optimum.csv"),
+               "legs/{media}.csv", "robot/errors.csv", "robot/optimum.csv", "robot/speed.csv"),
         writes=("reproduction.csv",),
     ),
     Stage(
@@ -145,7 +145,7 @@ STAGES = (
         "page", "rftfit.page.page:page", settings=(ALL,), rows=True,
         reads=("alpha/{media}.csv", "runs/{media}.csv", "fits/{media}.csv", "legs/{media}.csv",
                "coefficients.csv", "penetration.csv", "reproduction.csv", "ledger.csv",
-               "predicted.csv", "leg_errors.csv", "sands.csv", "sand_correction.csv",
+               "predicted.csv", "leg_errors.csv", "leg_sensitivity.csv", "sands.csv", "sand_correction.csv",
                "robot/speed.csv", "robot/errors.csv", "robot/optimum.csv", "robot/frames.json"),
         writes=("report.html",),
     ),

@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 
 from rftfit.compare.legs import PREDICTED_COLUMNS, bed_spread, leg_errors, predicted_curves
 from rftfit.compare.published import (
-    Item,
+    BY_CONSTRUCTION,
+    ITEM_COLUMNS,
+    MEASURED,
+    VERDICTS,
     compare_alpha,
     compare_coefficients,
     compare_penetration,
@@ -15,6 +18,7 @@ from rftfit.compare.published import (
 )
 from rftfit.compare.robot import robot_claims
 from rftfit.compare.sands import SAND_COLUMNS, corrections, penetration_rows
+from rftfit.compare.sensitivity import leg_sensitivity
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.scaling import published, routine
 
@@ -24,10 +28,11 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 
-def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
+def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Predict the force on every leg in every medium, and compare with what was measured.
 
-    Returns curves with intervals, and how far they are from the measured ones.
+    Returns curves with intervals, how far they are from the measured ones, and how far that hangs on the
+    legs' shape.
     """
     import pandas as pd
 
@@ -42,7 +47,7 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     silent = compared["medium"].isin(results.sands)
     note = results.reference().note if silent.any() else ""
     compared.loc[silent, "reason"] = _with_note(compared.loc[silent, "reason"], note)
-    return everything, compared
+    return everything, compared, leg_sensitivity(media, measured, compared)
 
 
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -78,7 +83,7 @@ def _with_note(reasons: pd.Series[str], note: str) -> list[str]:
 def validate(results: Results) -> pd.DataFrame:
     """Put every number that the paper states beside this campaign's: the reproduction table.
 
-    It has no row where no medium is one of the paper's.
+    What differs stands first. It has no row where no medium is one of the paper's.
     """
     import pandas as pd
 
@@ -89,19 +94,20 @@ def validate(results: Results) -> pd.DataFrame:
         if medium.published_as is not None
     }
     if not published_as:
-        return pd.DataFrame(columns=list(Item.__dataclass_fields__))
+        return pd.DataFrame(columns=ITEM_COLUMNS)
     tables = {medium: results[medium].alpha for medium in results.laboratory}
     scaled = results.table("penetration.csv")
-    printed = (scaled["method"] == routine(config.fourier.method, printed=True)).any()
-    chi_of = "the published" if printed else "this campaign's"
-    items = compare_alpha(tables, published_as)
-    items += compare_coefficients(results.table("coefficients.csv"), published_as)
-    items += compare_penetration(scaled, published_as)
+    logs = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
+    items = compare_alpha(tables, published_as, logs)
+    items += compare_coefficients(results.table("coefficients.csv"), published_as, logs)
+    items += compare_penetration(scaled, published_as, logs)
     items += leg_claims(
-        results.table("leg_errors.csv"), results.joined("legs/{medium}.csv"), chi_of
+        results.table("leg_errors.csv"), results.joined("legs/{medium}.csv"), scaled, logs
     )
     if results.campaign.robot_medium:
-        items += robot_claims(results.table("robot/errors.csv"), results.table("robot/optimum.csv"))
+        names = ("errors", "optimum", "speed")
+        items += robot_claims(*(results.table(f"robot/{name}.csv") for name in names))
     if items:
         items += discrepancies()
-    return pd.DataFrame([item.row() for item in items], columns=list(Item.__dataclass_fields__))
+    items.sort(key=lambda item: VERDICTS.index(item.verdict))
+    return pd.DataFrame([item.row() for item in items], columns=ITEM_COLUMNS)

@@ -1,0 +1,134 @@
+"""What the shape of a leg does to its predicted peaks."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import pytest
+from light_campaign import alpha_frame, results_of
+
+from rftfit.campaign.config import Config, Leg
+from rftfit.compare.legs import leg_errors, predicted_curves
+from rftfit.compare.sensitivity import SENSITIVITY_COLUMNS, leg_sensitivity, shapes, told
+from rftfit.model.outlines import arc_of, leg_outline
+from rftfit.reference import MEDIA, alpha_grid, load
+
+if TYPE_CHECKING:
+    from rftfit.results import Results
+
+
+@pytest.fixture(scope="module")
+def results(paper_config: Config) -> Results:
+    tables = [alpha_frame(medium, alpha_grid(medium)) for medium in MEDIA]
+    return results_of(tables, paper_config)
+
+
+@pytest.fixture(scope="module")
+def errors(results: Results) -> pd.DataFrame:
+    predicted = pd.concat(predicted_curves(medium) for medium in results)
+    return leg_errors(load("fig_s5"), predicted)
+
+
+@pytest.fixture(scope="module")
+def table(results: Results, errors: pd.DataFrame) -> pd.DataFrame:
+    return leg_sensitivity(list(results), load("fig_s5"), errors)
+
+
+def leg_of(config: Config, name: str) -> Leg:
+    leg = config.intruders[name]
+    assert isinstance(leg, Leg)
+    return leg
+
+
+@pytest.mark.parametrize("arc_deg", [120.0, 165.0, 180.0, 210.0, 270.0])
+@pytest.mark.parametrize("name", ["c_leg", "reversed_c_leg"])
+@pytest.mark.parametrize("lead_cm", [0.0, 0.32])
+def test_a_bent_leg_is_an_arc_of_the_stated_length(
+    paper_config: Config, name: str, arc_deg: float, lead_cm: float
+) -> None:
+    leg = leg_of(paper_config, name)
+    half = math.radians(arc_deg) / 2
+    radius = 3.81 / math.sin(half) if arc_deg < 180 else 3.81
+    side = leg.curvature_times_R
+    x, z, _, _, part = leg_outline(leg, elements=2000, arc_deg=arc_deg, lead_cm=lead_cm).body.T
+    # its face lies ahead: outward of the c-leg's circle, inward of the reversed one's
+    face = radius + side * lead_cm
+    middle = radius * math.cos(half) * side
+    tip = -2 * radius * math.sin(half)
+    np.testing.assert_allclose(np.hypot(x - middle, z - tip / 2), face, rtol=1e-9)
+    assert 2 * part.sum() == pytest.approx(2 * half * face)
+    if not lead_cm:
+        np.testing.assert_allclose([x[0], z[0]], [0, 0], atol=0.02)
+        np.testing.assert_allclose([x[-1], z[-1]], [0, tip], atol=0.02)
+        assert np.hypot(x, z).max() == pytest.approx(7.62, abs=5e-3)
+
+
+def test_a_straight_leg_has_a_face_ahead_and_no_arc(paper_config: Config) -> None:
+    leg = leg_of(paper_config, "flat_leg")
+    assert arc_of(leg) == 0
+    middle, ahead = (leg_outline(leg, lead_cm=lead).body for lead in (0.0, 0.32))
+    # the way that a leg sweeps: backward below the axle
+    np.testing.assert_allclose(ahead - middle, np.tile([-0.32, 0, 0, 0, 0], (30, 1)), atol=1e-12)
+    np.testing.assert_array_equal(leg_outline(leg, arc_deg=40).body, middle)
+
+
+def test_the_stated_shape_has_the_errors_of_the_other_table(
+    table: pd.DataFrame, errors: pd.DataFrame
+) -> None:
+    assert list(table.columns) == SENSITIVITY_COLUMNS
+    own = table[
+        (table["arc_step_deg"] == 0) & (table["hip_step_cm"] == 0) & (table["lead_cm"] == 0)
+    ]
+    own = own.set_index(["medium", "leg"])
+    assert len(own) == 15
+    for c in "zx":
+        part = errors[(errors["profile"] == "table") & (errors["component"] == c)]
+        part = part.set_index(["medium", "leg"]).loc[own.index]
+        np.testing.assert_allclose(own[f"peak_{c}_N"], part["peak_predicted_N"])
+        np.testing.assert_allclose(own[f"peak_error_{c}_percent"], part["peak_error_percent"])
+    assert len(table) == 5 * (2 * 4 + 1) * 3 * 2
+
+
+def test_a_lower_hip_and_more_arc_press_harder(table: pd.DataFrame) -> None:
+    names = ["medium", "leg", "arc_deg", "lead_cm"]
+    by_hip = table.pivot_table(index=names, columns="hip_height_cm", values="peak_z_N")
+    assert (np.diff(by_hip.to_numpy(), axis=1) < 0).all()
+    bent = table[table["leg"] == "reversed_c_leg"]
+    names = ["medium", "hip_height_cm", "lead_cm"]
+    by_arc = bent.pivot_table(index=names, columns="arc_deg", values="peak_z_N")
+    assert (np.diff(by_arc.to_numpy(), axis=1) > 0).all()
+
+
+def test_what_the_reversed_leg_hangs_on(table: pd.DataFrame) -> None:
+    """Beside figures of a review by other hands: 165, 180 and 210 deg, and the leading face."""
+    found = {one.name: one for one in shapes(table)}
+    assert {name: one.lifts for name, one in found.items()} == {
+        "arc of 180 deg": 10, "arc of 165 deg": 13, "arc of 195 deg": 9, "arc of 210 deg": 8,
+        "arc of 180 deg, face ahead": 11, "arc of 165 deg, face ahead": 14,
+        "arc of 195 deg, face ahead": 9, "arc of 210 deg, face ahead": 8,
+        "hip 2 mm lower": 9, "hip 2 mm higher": 8,
+    }  # fmt: skip
+    assert {one.of for one in found.values()} == {15}
+    first = next(iter(found.values()))
+    assert (first.name, first.thrusts) == ("arc of 180 deg", 14)
+    assert first.worst == pytest.approx(101, abs=1)
+    assert "arc of 180 deg: 10 of 15 lifts (worst +101 %), 14 thrusts" in told(list(found.values()))
+    bent = table[
+        (table["leg"] == "reversed_c_leg") & (table["hip_step_cm"] == 0) & (table["lead_cm"] == 0)
+    ]
+    for arc_deg, ends in ((180, (28, 101)), (165, (-17, 47)), (210, (281, 393))):
+        off = bent.loc[bent["arc_deg"].round(3) == arc_deg, "peak_error_z_percent"]
+        assert (off.min(), off.max()) == pytest.approx(ends, abs=10)
+
+
+def test_without_a_measured_leg_there_is_nothing_to_sum_up(
+    results: Results, errors: pd.DataFrame
+) -> None:
+    lost = errors.assign(peak_measured_N=np.nan)
+    table = leg_sensitivity([results["poppy_LP"]], load("fig_s5")[:0], lost)
+    assert table["peak_z_N"].notna().all()
+    assert table["peak_error_z_percent"].isna().all()
+    assert shapes(table) == []
