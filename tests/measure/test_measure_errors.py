@@ -28,7 +28,9 @@ from rftfit.measure.slopes import fit_slope
 from rftfit.model.draws import alpha_draws, errors_behind
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
-NONE = Errors(surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0)
+NONE = Errors(
+    surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
+)
 UNKNOWN = Errors()
 
 
