@@ -192,11 +192,13 @@ def leg_inside(
     sizes: Sizes = NOTHING,
     odd: np.random.Generator | None = None,
     session: float = 0.0,
+    told: Errors = EXACT,
 ) -> Inside:
     """Force on a leg against theta by the measured table, its peaks, and its peak error."""
     item = config.intruders[leg]
     assert item.shape == "leg"
     true = true_curve(own.medium, leg, config)
+    config = config.model_copy(update={"errors": told})
     curve = leg_prediction(measured_profile(table, config), item, config)
     parts, peaks = [], []
     for c in "zx":
@@ -362,6 +364,7 @@ def held(
                 scenario.sizes,
                 odd,
                 session,
+                scenario.errors,
             )
         yield found
 

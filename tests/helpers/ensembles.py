@@ -192,8 +192,9 @@ COLUMNS = {
 
 
 EXACT = Errors(
-    surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
-)
+    surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0,
+    hip_cm=0, arc_percent=0,
+)  # fmt: skip
 """Stated to be none."""
 
 

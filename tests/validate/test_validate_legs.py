@@ -13,7 +13,13 @@ from light_campaign import results_of
 from turning import sweep
 
 from rftfit.campaign.config import Config, Leg
-from rftfit.compare.legs import PREDICTED_COLUMNS, leg_errors, leg_prediction, predicted_curves
+from rftfit.compare.legs import (
+    PREDICTED_COLUMNS,
+    leg_errors,
+    leg_prediction,
+    predicted_curves,
+    shape_errors,
+)
 from rftfit.compare.published import BY_CONSTRUCTION, leg_claims
 from rftfit.measure.alpha import column
 from rftfit.model.draws import measured_profile
@@ -70,7 +76,9 @@ def test_intervals_cover_the_truth_at_their_rate(config: Config) -> None:
     random = np.random.default_rng(5)
     truth = {leg: sweep(TableProfile.published("poppy_LP"), model_leg(leg)) for leg in LEGS}
     legs = {name: leg for name, leg in config.intruders.items() if isinstance(leg, Leg)}
-    quick = config.model_copy(update={"fourier": config.fourier.model_copy(update={"draws": 400})})
+    few = config.fourier.model_copy(update={"draws": 400})
+    exact = config.errors.model_copy(update={"hip_cm": 0, "arc_percent": 0})
+    quick = config.model_copy(update={"fourier": few, "errors": exact})
     inside = []
     for _ in range(150):
         profile = measured_profile(alpha_of("poppy_LP", random), quick)
@@ -81,6 +89,30 @@ def test_intervals_cover_the_truth_at_their_rate(config: Config) -> None:
                 wide = high - low > 1e-6
                 inside.append(((low <= force) & (force <= high))[wide].mean())
     assert 0.93 <= np.mean(inside) <= 0.97
+
+
+def test_the_shape_of_a_leg_is_in_the_intervals(config: Config) -> None:
+    """The force of a leg with another hip and arc lies where one standard deviation says."""
+    random = np.random.default_rng(5)
+    profile, leg = measured_profile(alpha_of("poppy_LP", random), config), config.intruders["c_leg"]
+    assert isinstance(leg, Leg)
+    moved = shape_errors(profile, leg, config)
+    lower = leg.model_copy(update={"hip_height_cm": leg.hip_height_cm + config.errors.hip_cm})
+    exact = config.model_copy(
+        update={"errors": config.errors.model_copy(update={"hip_cm": 0, "arc_percent": 0})}
+    )
+    wide, plain = leg_prediction(profile, leg, config), leg_prediction(profile, leg, exact)
+    other = leg_prediction(profile, lower, exact)
+    np.testing.assert_allclose(
+        other["force_z_N"] - plain["force_z_N"], moved["hip"]["z"], atol=1e-9
+    )
+    top = int(plain["force_z_N"].argmax())
+    extra = 1.96 * math.hypot(*(part["z"][top] for part in moved.values()))
+    own = plain["force_z_hi_N"][top] - plain["force_z_N"][top]
+    assert wide["force_z_hi_N"][top] - wide["force_z_N"][top] == pytest.approx(
+        math.hypot(own, extra), rel=1e-3
+    )
+    assert extra > 0.01 * plain["force_z_N"][top]
 
 
 def curve(theta: np.ndarray, z: np.ndarray, x: np.ndarray, **names: str) -> pd.DataFrame:

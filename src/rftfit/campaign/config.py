@@ -496,6 +496,13 @@ class Errors(Model):
         "another day",
     )
 
+    hip_cm: NotNegative = key(
+        0.1, "hip_height_cm of a leg, cm; default: an axle set with a ruler against a levelled bed"
+    )
+    arc_percent: NotNegative = key(
+        1.5, "arc of a curved leg, percent; default: 0.7 mm on the rim of a half circle of 7.6 cm"
+    )
+
     @property
     def bed(self) -> tuple[float, float] | None:
         """Stated spread of beds: a part in N/cm^3 and one relative to alpha."""

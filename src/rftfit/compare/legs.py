@@ -9,11 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.campaign.config import Leg
-from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.slopes import student_quantile
+from rftfit.measure.alpha import cell_at, column, directions
+from rftfit.measure.errors import shares
+from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.model.draws import errors_behind, errors_known
+from rftfit.model.forces import force_draws, forces_on
 from rftfit.model.motion import rotation
-from rftfit.model.outlines import leg_outline
+from rftfit.model.outlines import arc_of, leg_outline
 from rftfit.model.prediction import predict
+from rftfit.model.profiles import TableProfile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,6 +26,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.config import Config
     from rftfit.conventions import FloatArray
+    from rftfit.model.motion import Motion
     from rftfit.model.profiles import Profile
     from rftfit.results import Medium
 
@@ -33,7 +38,7 @@ COMPONENTS = ("z", "x")
 NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
            "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "rms_error_N",
            "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
-COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "reason"]
+COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "peak_errors", "reason"]
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
 
@@ -49,11 +54,86 @@ _LEAST = 6
 
 
 def leg_prediction(profile: Profile, leg: Leg, config: Config) -> pd.DataFrame:
-    """Force on a turning leg against theta, one row per degree, with the intervals of the profile."""
-    motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
+    """Force on a turning leg against theta, one row per degree, with the intervals of the profile.
+
+    What the leg's own shape may be off by is in the intervals, where the profile has any.
+    """
+    motion = _turned(leg, config)
     level = config.fit.confidence
     # of the moment nothing is measured
-    return predict(profile, leg_outline(leg), motion, level, quantities=("force_z_N", "force_x_N"))
+    names = {"z": "force_z_N", "x": "force_x_N"}
+    forces = predict(profile, leg_outline(leg), motion, level, quantities=[*names.values()])
+    if "force_z_lo_N" not in forces:
+        return forces
+    wide = float(student_quantile(level, GIVEN_DOF))
+    moved = shape_errors(profile, leg, config)
+    for c, name in names.items():
+        lo, hi = (f"force_{c}_{end}_N" for end in ("lo", "hi"))
+        shape = wide * np.sqrt(sum(part[c] ** 2 for part in moved.values()))
+        below, above = forces[name] - forces[lo], forces[hi] - forces[name]
+        forces[lo] = forces[name] - np.hypot(below, shape)
+        forces[hi] = forces[name] + np.hypot(above, shape)
+    return forces
+
+
+def _turned(leg: Leg, config: Config, hip_cm: float = 0.0) -> Motion:
+    return rotation(None, leg.hip_height_cm + hip_cm, config.arm.leg_speed_rad_per_s)
+
+
+def shape_errors(profile: Profile, leg: Leg, config: Config) -> dict[str, dict[str, FloatArray]]:
+    """Change of the force against theta, N, by one standard deviation of hip height and arc.
+
+    The surface that the axle stands above is as well known as that of the plates, where that is stated.
+    """
+    errors, arc = config.errors, arc_of(leg)
+    surface = (errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0)
+    hip_cm = math.hypot(errors.hip_cm, *(one / 10 for one in surface))
+    plain, motion = leg_outline(leg), _turned(leg, config)
+    longer = leg_outline(leg, arc_deg=arc * (1 + errors.arc_percent / 100)) if arc else plain
+    best = forces_on(profile, plain, motion.poses)
+    found = {
+        "hip": forces_on(profile, plain, _turned(leg, config, hip_cm).poses),
+        "arc": forces_on(profile, longer, motion.poses),
+    }
+    return {
+        name: {"z": one.force_z_N - best.force_z_N, "x": one.force_x_N - best.force_x_N}
+        for name, one in found.items()
+    }
+
+
+def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], str]:
+    """Share of each error in the variance of a leg's peak by the measured table, by leg and component."""
+    config, table = medium.results.config, medium.alpha
+    if medium.name not in medium.results.laboratory or not errors_known(table):
+        return {}
+    profile = medium.profile("table", draws=False)
+    legs = {name: one for name, one in config.intruders.items() if isinstance(one, Leg)}
+    shown = {}
+    for name, leg in legs.items():
+        motion = _turned(leg, config)
+        best = forces_on(profile, leg_outline(leg), motion.poses)
+        forces = {"z": best.force_z_N, "x": best.force_x_N}
+        if not np.isfinite(forces["z"]).all():
+            continue
+        at = {c: extreme(force, c) for c, force in forces.items()}
+        shown[name] = (leg_outline(leg), motion.poses, at, shape_errors(profile, leg, config))
+
+    def peaks(alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
+        many = TableProfile(*alpha, *directions(table))
+        drawn = []
+        for outline, poses, at, _ in shown.values():
+            forces = force_draws(many, outline, poses[[at["z"], at["x"]]])
+            drawn += [forces.force_z_N[:, 0], forces.force_x_N[:, 1]]
+        return np.stack(drawn)
+
+    behind = errors_behind(table, config, peaks) if shown else {}
+    found = {}
+    for place, (name, c) in enumerate((name, c) for name in shown for c in COMPONENTS):
+        _, _, at, moved = shown[name]
+        parts = {source: float(sd[place]) for source, sd in behind.items()}
+        parts |= {source: float(one[c][at[c]]) for source, one in moved.items()}
+        found[name, c] = shares(parts)
+    return found
 
 
 def predicted_curves(medium: Medium) -> pd.DataFrame:
@@ -166,6 +246,7 @@ def leg_errors(
     predicted: pd.DataFrame,
     bed_spread: Mapping[str, float] | None = None,
     confidence: float = 0.95,
+    behind: Mapping[tuple[str, str, str], str] | None = None,
 ) -> pd.DataFrame:
     """Compare every predicted curve with its measured one, over the theta that both have.
 
@@ -176,7 +257,8 @@ def leg_errors(
 
     `measured`: Curves of the leg stage. `predicted`: Curves of the prediction stage. `bed_spread`:
     By medium, relative (see `bed_spread`); 0 where not known. `confidence`: Level of the intervals
-    of predicted curves and peak errors.
+    of predicted curves and peak errors. `behind`: By medium, leg and component: shares of the errors
+    in a peak by the measured table.
     """
     import pandas as pd
 
@@ -194,7 +276,9 @@ def leg_errors(
             found = _compare(both, component, spread, confidence)
             reason = "; ".join(filter(None, (str(found.get("reason", "")), *flags)))
             name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
-            rows.append(name | found | {"reason": reason})
+            told = (behind or {}).get((str(medium), str(leg), component), "")
+            told = told if profile == "table" else ""
+            rows.append(name | found | {"peak_errors": told, "reason": reason})
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

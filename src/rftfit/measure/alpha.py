@@ -340,6 +340,8 @@ def both(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
     """Cells whose alpha no line, or too few depths, stand behind, shape (n,)."""
     marks = f"{NOT_LINEAR}|of [0-9]+ depths"
+    if "flags" not in table:
+        return np.zeros(len(table), dtype=bool)
     known = table[column("z")].notna()
     return np.asarray(known & table["flags"].fillna("").str.contains(marks), dtype=bool)
 

@@ -293,11 +293,11 @@ def gradient(beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray) ->
     return result
 
 
-def shares(parts: Mapping[str, float]) -> str:
+def shares(parts: Mapping[str, float | FloatArray]) -> str:
     """Variance of each error relative to that of all, in words: ``surface 52 %, bed 31 %, noise 2 %``."""
-    total = sum(sd**2 for sd in parts.values())
+    total = sum(float(sd) ** 2 for sd in parts.values())
     if not total > 0:
         return ""
-    sizes = {name: 100 * sd**2 / total for name, sd in parts.items()}
+    sizes = {name: 100 * float(sd) ** 2 / total for name, sd in parts.items()}
     named = sorted(sizes, key=lambda name: -sizes[name])
     return ", ".join(f"{name} {sizes[name]:.0f} %" for name in named if sizes[name] >= 0.5)

@@ -76,14 +76,14 @@ def errors_behind(
     table: pd.DataFrame,
     config: Config,
     quantity: Callable[[tuple[FloatArray, FloatArray]], FloatArray],
-) -> dict[str, float]:
-    """Standard deviation of a quantity that is linear in alpha, by the name of the error behind it.
+) -> dict[str, FloatArray]:
+    """Standard deviation of quantities that are linear in alpha, by the name of the error behind them.
 
-    `quantity`: Makes numbers of shape (draws,) of `alpha_draws`.
+    `quantity`: Makes numbers of shape (..., draws) of `alpha_draws`. Returns arrays of shape (...).
     """
     seed, level = config.fourier.seed, config.fit.confidence
     return {
-        name: float(quantity(alpha_draws(table, _FEW, seed, level, only=name)).std(ddof=1))
+        name: quantity(alpha_draws(table, _FEW, seed, level, only=name)).std(ddof=1, axis=-1)
         for name in SOURCES
         if any(_part(table, component, name).any() for component in COMPONENTS)
     }

@@ -519,7 +519,7 @@ class MediumFit:
         return vertical_penetration(self.draws)
 
     @property
-    def zeta_errors(self) -> dict[str, float]:
+    def zeta_errors(self) -> dict[str, FloatArray]:
         """Standard deviation of `zeta` by the name of the error behind it."""
         if self.reason:
             return {}

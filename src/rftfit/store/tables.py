@@ -91,6 +91,7 @@ TEXT_COLUMNS = frozenset(
         "tare_run",
         "tare_runs",
         "zeta_errors",
+        "peak_errors",
         "abscissa",
         "leg",
         "file",

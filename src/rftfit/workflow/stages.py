@@ -86,7 +86,7 @@ STAGES = (
     ),
     Stage(
         "legs_predicted", f"{_VALIDATE}:legs_predicted",
-        settings=("arm", "fit", "fourier", "intruders", "media"),
+        settings=("arm", "fit", "errors", "fourier", "intruders", "media"),
         reads=("alpha/{laboratory}.csv", "alpha/{sands}.csv", "legs/{media}.csv"),
         writes=("predicted.csv", "leg_errors.csv", "leg_sensitivity.csv"),
     ),

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rftfit.compare.legs import PREDICTED_COLUMNS, bed_spread, leg_errors, predicted_curves
+from rftfit.compare.legs import (
+    PREDICTED_COLUMNS,
+    bed_spread,
+    errors_of_peaks,
+    leg_errors,
+    predicted_curves,
+)
 from rftfit.compare.published import (
     BY_CONSTRUCTION,
     ITEM_COLUMNS,
@@ -42,7 +48,8 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     everything = pd.concat(curves, ignore_index=True) if curves else nothing
     spread = {one.name: bed_spread(one.alpha) for one in media}
     measured = results.joined("legs/{medium}.csv")
-    compared = leg_errors(measured, everything, spread, results.config.fit.confidence)
+    behind = {(one.name, *key): text for one in media for key, text in errors_of_peaks(one).items()}
+    compared = leg_errors(measured, everything, spread, results.config.fit.confidence, behind)
     # a curve from the published media says so in this table too
     silent = compared["medium"].isin(results.sands)
     note = results.reference().note if silent.any() else ""
