@@ -265,7 +265,7 @@ def _errors(
         side = float(cell.share @ np.where(cell.of("mirrored"), -1.0, 1.0) / cell.share.sum())
         turned = {"z": -side * alpha["x"][i], "x": side * alpha["z"][i]}
         for c in COMPONENTS:
-            found = _of_runs(cell, c, surface)
+            found = _of_runs(cell, c, surface, spread[c])
             found[ANGLE] = Part(float(rise[c][i]) * errors.angle_deg * _together(cell))
             found[TURN] = Part(turned[c] * math.radians(errors.turn_deg))
             found[ROD] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
@@ -286,7 +286,7 @@ def _together(cell: _Cell) -> float:
     return math.sqrt(float(cell.share @ cell.share))
 
 
-def _of_runs(cell: _Cell, c: str, surface: SurfaceError) -> dict[str, Part]:
+def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict[str, Part]:
     """Errors that the logs show, and those of surface and tare, of one component."""
     alpha, se, dof = cell.of(column(c)), cell.of(column(c, "_se")), cell.of(f"alpha_{c}_dof")
     startup, tare, bent = (cell.of(column(c, f"_{name}")) for name in (STARTUP, TARE, CURVATURE))
@@ -304,8 +304,23 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError) -> dict[str, Part]:
         TARE: Part(signs * math.hypot(*of_tares)),
         SURFACE: Part(surface.run * float(np.sqrt(moved @ moved)), surface.dof),
         SESSION: Part(surface.session * float(moved.sum())),
-        CURVATURE: Part(float(cell.share @ bent)),
+        CURVATURE: Part(float(cell.share @ bent) + _over_depths(cell, alpha, se, spread)),
     }
+
+
+def _over_depths(cell: _Cell, alpha: FloatArray, se: FloatArray, spread: Spread) -> float:
+    """By how much the deepest level runs leave the line through zero, where that is no scatter."""
+    if not cell.level or alpha.size < 3:
+        return 0.0
+    mean = float(cell.share @ alpha)
+    off, noise = alpha - mean, np.hypot(se, spread.part(mean).sd)
+    if (np.abs(off) <= _SIGMAS * noise).all():
+        return 0.0
+    # the share grows with the square of the depth
+    return float(np.abs(off[cell.share.argmax()])) / math.sqrt(3)
+
+
+_SIGMAS = 3.0
 
 
 def _add_bed(found: dict[str, Part], cell: _Cell, c: str, spread: Spread, confidence: float) -> str:
