@@ -71,7 +71,7 @@ DISTURBANCES: dict[str, Disturbance] = {
     ),
     "pink": Disturbance(
         0.05, "N", "standard deviation of 1/f noise within 41 s, of each channel",
-        "as large as the demonstration transducer's precision; bridges and amplifiers drift in the warm", 10,
+        "as large as the demonstration transducer's precision; bridges and amplifiers drift with temperature", 10,
     ),
     "patches": Disturbance(
         3.0, "%", "standard deviation of the granular force along the path, in patches of 2 cm",

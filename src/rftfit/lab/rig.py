@@ -11,18 +11,7 @@ import numpy as np
 
 from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
-from rftfit.lab.disturb import (
-    AS_PUBLISHED,
-    NOTHING,
-    Bed,
-    beds,
-    delayed,
-    path_cm,
-    pink,
-    session_cm,
-    turned,
-    unevenness,
-)
+from rftfit.lab import disturb
 from rftfit.lab.plan import FloatArray, Motion, duration, motion_at, segments
 from rftfit.lab.truth import felt, granular_law, rod_law
 
@@ -32,7 +21,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from rftfit.campaign.config import Config
-    from rftfit.lab.disturb import Sizes, Stream
     from rftfit.lab.plan import Run
     from rftfit.lab.truth import Forces
 
@@ -119,7 +107,7 @@ def _stream(seed: int, run_id: str, purpose: int) -> np.random.Generator:
     return np.random.default_rng([seed, purpose, *(int(word) for word in digest)])
 
 
-def _streams(seed: int, run: Run, cycle: int) -> Stream:
+def _streams(seed: int, run: Run, cycle: int) -> disturb.Stream:
     """Random numbers of one stroke of a run, by purpose."""
     return lambda purpose: _stream(seed, run.run_id, purpose + 10 * cycle)
 
@@ -148,13 +136,13 @@ def cable(run: Run, angle_deg: FloatArray) -> Forces:
     return force_z, force_x
 
 
-def bed_of(run: Run, seed: int, spread: float, sizes: Sizes, cycle: int = 0) -> Bed:
+def bed_of(run: Run, seed: int, spread: float, sizes: disturb.Sizes, cycle: int = 0) -> disturb.Bed:
     """Draw the bed of a run; alpha_z and alpha_x are off by `spread` (standard deviation), N/cm^3."""
     stream = _streams(seed, run, cycle)
     z, x = spread * stream(3).standard_normal(2)
-    height, factor = beds(sizes, stream)
-    height += session_cm(sizes, _stream(seed, "", 4))
-    return Bed(
+    height, factor = disturb.beds(sizes, stream)
+    height += disturb.session_cm(sizes, _stream(seed, "", 4))
+    return disturb.Bed(
         (float(z), float(x)), float(factor[0]), float(height[0]), sizes.get("power", 1.0),
         1 + sizes.get("tare-bed", 0.0) / 100 if run.kind == "rod" else 1.0,
     )  # fmt: skip
@@ -165,7 +153,7 @@ def ideal(
     config: Config,
     raised: bool = False,
     phase_s: float = 0.0,
-    bed: Bed = AS_PUBLISHED,
+    bed: disturb.Bed = disturb.AS_PUBLISHED,
     pause: bool = True,
 ) -> Ideal:
     """Noise-free forces of a run at the force log's sample times.
@@ -227,7 +215,7 @@ def record(
     spread: float = 0.0,
     pause: bool = True,
     cycle: int = 0,
-    sizes: Sizes = NOTHING,
+    sizes: disturb.Sizes = disturb.NOTHING,
 ) -> Recording:
     """Record a run the way the rig does.
 
@@ -242,14 +230,16 @@ def record(
     stream = _streams(seed, run, cycle)
     count = motion.elapsed_s.size
     drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
-    uneven = unevenness(sizes, stream, path_cm(motion, config.intruders[run.intruder]))
+    uneven = disturb.unevenness(
+        sizes, stream, disturb.path_cm(motion, config.intruders[run.intruder])
+    )
     force = np.array(true.granular) * uneven + np.array(true.rod) + np.array(true.steady)
-    force = delayed(force, sizes.get("lag", 0.0) * FORCE_HZ) + drift[:, [2, 0]].T
-    force_z, force_x = turned(force[0], force[1], sizes.get("turn", 0.0))
+    force = disturb.delayed(force, sizes.get("lag", 0.0) * FORCE_HZ) + drift[:, [2, 0]].T
+    force_z, force_x = disturb.turned(force[0], force[1], sizes.get("turn", 0.0))
     channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, config) + drawn.bias_N
     channels += _noise(stream(1), count, config.transducer.precision_N)
     if sizes.get("pink"):
-        channels += sizes["pink"] * pink(stream(6), 3, count).T
+        channels += sizes["pink"] * disturb.pink(stream(6), 3, count).T
     limit = np.array(config.transducer.range_N)
     channels = np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 

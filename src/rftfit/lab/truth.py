@@ -202,9 +202,10 @@ def granular_law(run: Run, config: Config, bed: Bed) -> Law | None:
     else:
         law = leg_law(run) if run.kind == "leg" else sand_law(run, config)
         factor *= 1 + bed.off[0] / push_alpha(run)
-    leg = config.intruders[run.intruder]
-    if isinstance(leg, Leg):
-        factor *= (1 + bed.surface_cm / (leg.max_length_cm - leg.hip_height_cm)) ** 2
+    intruder = config.intruders[run.intruder]
+    if isinstance(intruder, Leg):
+        deepest = intruder.max_length_cm - intruder.hip_height_cm
+        factor *= (1 + bed.surface_cm / deepest) ** 2 if deepest > 0 else 1.0
     elif bed.surface_cm:
         law = below(law, bed.surface_cm)
     return law if factor == 1 else scaled_law(law, factor)
