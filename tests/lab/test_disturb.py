@@ -12,7 +12,7 @@ import pytest
 
 from rftfit.errors import InputError
 from rftfit.lab import DISTURBANCES, plan_runs, reenact
-from rftfit.lab.disturb import REAL_LAB, along_path, described, pink, sizes_of, unevenness
+from rftfit.lab.disturb import REAL_LAB, along_path, described, path_cm, pink, sizes_of, unevenness
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import plate_of
 from rftfit.lab.rig import bed_of, ideal, nuisance
@@ -277,6 +277,16 @@ def test_unevenness_of_the_logs(
     assert abs(np.corrcoef(np.transpose(far))[0, 1]) < 0.4
     half = change(many[0], config, {name: 5.0})
     np.testing.assert_allclose(2 * half, change(many[0], config, {name: 10.0}), atol=0.025)
+
+
+def test_length_of_the_way(config: Config, runs: dict[str, Run]) -> None:
+    # down through the air and 9 cm of the medium; the tip of a leg, 270 degrees at 7.62 cm
+    for name, length in ((PUSH, 0.32 + 1.6 + depth(runs[PUSH], config).max()), (LEG, 35.9)):
+        run = runs[name]
+        way = path_cm(ideal(run, config).motion, config.intruders[run.intruder])
+        assert way[0] == 0
+        assert np.diff(way).min() >= 0
+        assert way[-1] == pytest.approx(length, rel=0.01)
 
 
 def test_proportional_spread(config: Config, runs: dict[str, Run]) -> None:
