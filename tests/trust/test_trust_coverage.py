@@ -14,8 +14,8 @@ from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, Ensemble, paper_config, plan,
 
 from rftfit.measure.slopes import fit_slope, unfinished_start
 
-CAMPAIGNS, SEED = 40, 7
-ROBOTS = 6
+CAMPAIGNS, SEED = 25, 7
+ROBOTS = 4
 """Campaigns with the speed of the robot, under two conditions each: it is slow."""
 
 NAMES = [scenario.name for scenario in SCENARIOS]

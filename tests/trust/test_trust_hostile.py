@@ -28,7 +28,7 @@ from rftfit.campaign import rows
 from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.load import check_campaign, root_of
 from rftfit.figures.maps import draw_maps
-from rftfit.figures.style import save
+from rftfit.figures.style import content
 from rftfit.page.page import page as write
 from rftfit.store import read_csv
 
@@ -248,7 +248,11 @@ def test_workbooks_that_would_unpack_without_end(room: Room, code: str, make: ob
     assert time.perf_counter() - start < 5
 
 
-def test_the_largest_workbook_that_is_read_takes_seconds(room: Room) -> None:
+def test_the_largest_workbook_that_is_read_takes_seconds(
+    room: Room, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A quarter of it takes a quarter of the time."""
+    monkeypatch.setattr(rows, "MAX_TAGS", rows.MAX_TAGS // 4)
     cells = "<row>" + "<c><v>1</v></c>" * 15 + "</row>"
     count = rows.MAX_TAGS // cells.count("<") - 10
     start = time.process_time()
@@ -256,7 +260,7 @@ def test_the_largest_workbook_that_is_read_takes_seconds(room: Room) -> None:
         book(f"<worksheet {NS}><sheetData>{cells * count}</sheetData></worksheet>")
     )
     assert "sheet.missing-column" in found
-    assert time.process_time() - start < PATIENCE_S
+    assert time.process_time() - start < PATIENCE_S / 4
 
 
 @pytest.mark.parametrize(
@@ -404,14 +408,12 @@ TITLES = (
 )
 
 
-def test_any_title_can_be_drawn(tmp_path: Path) -> None:
+def test_any_title_can_be_drawn() -> None:
     """As text: neither as mathematics nor as a part of the svg."""
     one = chain.alpha_table("poppy_LP")
     titles = {f"m{place}": title for place, title in enumerate(TITLES)}
     figure = draw_maps(pd.concat([one.assign(medium=name) for name in titles]), titles)
-    save(figure, tmp_path / "maps")
-    svg = (tmp_path / "maps.svg").read_text(encoding="utf-8")
-    assert "<script" not in svg
+    assert b"<script" not in content(figure, "svg")
 
 
 # --- sizes ------------------------------------------------------------------------------------------
@@ -445,12 +447,11 @@ ODD = ["{medium}.csv", "a b'c.csv", "$(touch owned).csv", "*.csv", "-rf.csv", "=
 @needs_links
 def test_odd_names_pass_through_the_workflow(tmp_path: Path) -> None:
     folder = make_campaign(
-        tmp_path / "it's $(touch owned) & {medium}", ("poppy_LP",), directions=FEW
+        tmp_path / "it's $(touch owned) & {medium}", ("poppy_LP",), directions=FEW[:2], robot=False
     )
     config = folder.root / "config" / "config.yaml"
     values = yaml.safe_load(config.read_text(encoding="utf-8"))
     values["media"]["poppy_LP"]["title"] = r"<script>$\frac{</script>"
-    values.pop("robot", None)
     config.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
     sheet = folder.root / "raw" / "paper" / "runs.csv"
     with sheet.open(encoding="utf-8", newline="") as handle:

@@ -104,11 +104,9 @@ def test_no_command_executes_what_lies_in_the_folder(
     shutil.rmtree(root / "raw")
     shutil.copytree(small.root / "raw", root / "raw")
     safe("check")
-    safe("run", "-n")
-    safe("run", *TARGETS)
-    # an empty entry of PYTHONPATH is the current folder of each process
+    # an empty entry of PYTHONPATH is the current folder of each process: the campaign's, in jobs
     config = ("--config", str(root / "config/config.yaml"))
-    safe("run", *config, "results/alpha_extended.csv", cwd=tmp_path, PYTHONPATH=os.pathsep)
+    safe("run", *config, *TARGETS, cwd=tmp_path, PYTHONPATH=os.pathsep)
     # Snakemake started by hand, with nothing from `rftfit run`
     hand = ("--snakefile", str(PROJECT / "Snakefile"), "--directory", str(root), "--cores", "1")
     words = [str(RFTFIT.with_name("snakemake")), *hand, "-f", "results/alpha_extended.csv"]
@@ -129,7 +127,9 @@ def test_the_robots_sweep_executes_nothing_either(
     small: Folder, hostile: tuple[Path, Path]
 ) -> None:
     root, marker = hostile
-    shutil.copytree(small.root / "raw", root / "raw")
+    for part in ("raw", "results"):
+        shutil.copytree(small.root / part, root / part)
+    shutil.rmtree(root / "results/robot/parts")
     words = [str(RFTFIT), "sweep", "--profile", "depth_only"]
     with subprocess.Popen(words, cwd=root, stderr=subprocess.PIPE, text=True) as child:
         assert child.stderr is not None

@@ -76,11 +76,11 @@ def test_intervals_cover_the_truth_at_their_rate(config: Config) -> None:
     random = np.random.default_rng(5)
     truth = {leg: sweep(TableProfile.published("poppy_LP"), model_leg(leg)) for leg in LEGS}
     legs = {name: leg for name, leg in config.intruders.items() if isinstance(leg, Leg)}
-    few = config.fourier.model_copy(update={"draws": 400})
+    few = config.fourier.model_copy(update={"draws": 300})
     exact = config.errors.model_copy(update={"hip_cm": 0, "arc_percent": 0})
     quick = config.model_copy(update={"fourier": few, "errors": exact})
     inside = []
-    for _ in range(150):
+    for _ in range(100):
         profile = measured_profile(alpha_of("poppy_LP", random), quick)
         for name, leg in legs.items():
             own = leg_prediction(profile, leg, quick)

@@ -136,8 +136,10 @@ def test_the_sand_example_runs(tmp_path: Path) -> None:
     lay_out(source, folder.root)
     fetch_logs(EXAMPLES["cmu-sand"], source, folder.root / "raw", str(SAND_LOGS))
     assert "no tare in any of 9 runs" in folder.rftfit("check").stdout
+    page = run(folder)
     done = folder.rftfit("run")
     assert done.returncode == 0, done.stderr
+    assert "Nothing to do" in done.stdout
     assert "Of 9 runs, 9 used and 0 dropped" in done.stdout
     counted = {path.name: len(path.read_bytes().splitlines()) for path in SAND_LOGS.glob("*_?.txt")}
     ledger = folder.table("ledger.csv").groupby("file")["rows"].sum()
@@ -146,7 +148,6 @@ def test_the_sand_example_runs(tmp_path: Path) -> None:
     fits = folder.table("fits/sand.csv")
     assert len(fits) == 9
     assert fits[ALPHA].notna().all(axis=None)
-    page = run(folder)
     assert "None: all 9 runs were used." in page
     assert "No force on rod and mount alone was recorded, so none was subtracted." in page
     assert "no Fourier series was fitted" in page
