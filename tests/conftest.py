@@ -46,7 +46,7 @@ def small_made(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     try:
         (base / "small begun").mkdir()
     except FileExistsError:
-        deadline = time.monotonic() + 300
+        deadline = time.monotonic() + 600
         while not done.exists():
             assert time.monotonic() < deadline, "another worker did not make the small campaign"
             time.sleep(0.2)
