@@ -1,7 +1,7 @@
 """Coverage and width of 95 % intervals under each disturbance of a real lab, and under all of them.
 
 ``python benchmarks/disturbed.py 40`` simulates 40 campaigns, eight of each published medium, for each
-disturbance of ``rftfit reenact --disturb`` at its default size, and for all together; two minutes.
+disturbance of ``rftfit reenact --disturb`` at its default size, and for all together; fifteen minutes.
 ``... 40 surface=2 power=1.2`` takes these instead, ``real-lab`` among them if wanted. Three tables: every
 error stated to be none, each disturbance stated at its true size where the config has a key for it, and
 nothing stated, so that the defaults hold.
