@@ -351,6 +351,13 @@ def test_a_caption_without_tables_stands_without_numbers(one: Declared) -> None:
         assert not set(told) & set("{}*")
 
 
+@pytest.mark.parametrize("ending", FORMATS)
+def test_a_remark_stands_in_every_format(ending: str) -> None:
+    one = style.missing("nothing")
+    assert b"re-enacted logs" in style.content(one, ending, "Made from re-enacted logs.")
+    assert b"re-enacted logs" not in style.content(one, ending)
+
+
 def test_pages_are_written_beside_one_another(tmp_path: Path) -> None:
     one = style.missing("nothing")
     names = save_pages([one, one], tmp_path, "results/quality/glass0.3mm_LP")
