@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
     FloatArray = np.ndarray
 
-SAMPLES_PER_DEG = 9
+SAMPLES_PER_DEG, LEG_RATE = 9, 0.2
 TRUE_RATIO = 1.12
 """Measured over predicted force of the simulated legs: the model is wrong by as much."""
 
@@ -169,12 +169,15 @@ def measured_leg(
     se = AREA_CM2 * np.sqrt(parts[0][1] + parts[1][1])
     up, factor = (float(one[0]) for one in beds(sizes, lambda _: odd))
     bed = TRUE_RATIO * (1 + random.normal(0, spread)) * factor
-    bed *= (1 + (up + session) / (item.max_length_cm - item.hip_height_cm)) ** 2
+    if up + session:
+        hip_cm = item.hip_height_cm - up - session
+        turning = sweep(TableProfile.published(medium), leg_outline(item), None, hip_cm, LEG_RATE)
+        true = {"z": turning.force_z_N, "x": turning.force_x_N}
     way = item.max_length_cm * np.radians(np.arange(count) / SAMPLES_PER_DEG)
     uneven = unevenness(sizes, lambda _: odd, way).reshape(2, THETA_DEG.size, -1).mean(axis=2)
     force = bed * np.array([true["z"], true["x"]]) * uneven
     # 0.2 rad/s and a degree between the angles
-    force = delayed(force, sizes.get("lag", 0.0) * np.degrees(0.2))
+    force = delayed(force, sizes.get("lag", 0.0) * np.degrees(LEG_RATE))
     force = np.array(turned(force[0], force[1], sizes.get("turn", 0.0))) + readings
     curve = {"medium": medium, "leg": leg, "theta_deg": THETA_DEG}
     for i, c in enumerate("zx"):

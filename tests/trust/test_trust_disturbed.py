@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from campaigns import FEW, make_campaign
-from coverage_levels import QUARTERS, Scenario, cover
+from coverage_levels import QUARTERS, Scenario, as_disturbed, cover
 from ensembles import Ensemble, paper_config, plan, rod_stress, simulate
 from rigroom import CONFIG_TEXT, chain, paper
 
+from rftfit.campaign.config import Errors
 from rftfit.campaign.load import load_campaign
 from rftfit.lab import DISTURBANCES, reenact
 from rftfit.lab.disturb import REAL_LAB, sizes_of
@@ -120,6 +121,16 @@ def test_intervals_leave_out_what_nobody_stated(undisturbed: Ensemble) -> None:
     assert quarters[1] == sorted(quarters[1], reverse=True)
     assert quarters[1][0] > 0.8
     assert quarters[1][-1] < 0.4
+
+
+@pytest.mark.parametrize("told", ["stated", "by default"])
+def test_intervals_hold_what_is_stated_or_shown(told: str) -> None:
+    """The same error of the surface, stated at its size, and as the runs themselves show it."""
+    config, sizes = paper_config(100), sizes_of(["surface"])
+    errors = as_disturbed(sizes) if told == "stated" else Errors()
+    scenario = Scenario("surface", errors=errors, sizes=sizes)
+    found = cover([simulate(MEDIUM, CAMPAIGNS, SEED, sizes)], scenario, config, SEED, legs=False)
+    assert min(found[f"alpha, {name}"].mean() for name in QUARTERS) > 0.9
 
 
 def test_a_tuesday_in_a_real_lab(tmp_path: Path) -> None:
