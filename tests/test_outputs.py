@@ -42,7 +42,7 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     room = Room(folder)
     room.add(*(f"{MEDIUM}_{name}" for name in ("bp30_g90_in", "bp30_g90_ex", "c_leg")))
     config = room.write()
-    for stage in ("ingest", "tare", "slopes", "legs"):
+    for stage in ("ingest", "tare", "slopes", "checks", "legs"):
         run_stage(config, stage)
     shutil.rmtree(folder / "results" / "records")
     return folder

@@ -14,6 +14,7 @@ from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.measure.alpha import NO_PUSH, QUANTITIES, cell_at, column, window_of
+from rftfit.measure.checks import marks_of
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import KINDS, DepthOnlyProfile, FourierProfile, Profile, scaled_generic
@@ -97,6 +98,10 @@ class Tables:
             self._tables[name] = self._read(name)
         return self._tables[name].copy(deep=False)
 
+    def hold(self, name: str, table: pd.DataFrame) -> None:
+        """Take a table as if it had been read."""
+        (self._samples if name.endswith(".parquet") else self._tables)[name] = table
+
     def _read(self, name: str) -> pd.DataFrame:
         path = self.path(name)
         if not path.is_file():
@@ -175,6 +180,29 @@ class Results(Tables):
     def sands(self) -> tuple[str, ...]:
         """Natural sands: media with one penetration test."""
         return self.campaign.of_role("natural_sand")
+
+    @property
+    def checks(self) -> pd.DataFrame:
+        """Whether the numbers of each medium can be believed: one row a medium and check."""
+        return self.table("checks.csv")
+
+    @cached_property
+    def marks(self) -> dict[str, str]:
+        """What stands wherever a medium appears that fails a check, by medium."""
+        # a campaign that was not run yet has none
+        return marks_of(self.checks, self.config.media) if self.has("checks.csv") else {}
+
+    @property
+    def titles(self) -> dict[str, str]:
+        """Titles of the media, marked where one fails a check."""
+        marks = {medium: f" ({mark.partition(':')[0]})" for medium, mark in self.marks.items()}
+        return {name: title + marks.get(name, "") for name, title in self.campaign.titles.items()}
+
+    def marked(self, table: pd.DataFrame) -> pd.DataFrame:
+        """Add the mark of its medium to the reason of each row of a table."""
+        marks = [self.marks.get(medium, "") for medium in table["medium"]]
+        both = zip(table["reason"].fillna(""), marks, strict=True)
+        return table.assign(reason=["; ".join(filter(None, pair)) for pair in both])
 
     def joined(self, pattern: str, media: tuple[str, ...] | None = None) -> pd.DataFrame:
         """Join the tables of several media.
@@ -261,7 +289,7 @@ class Results(Tables):
         numpy.ndarray, shape (9,)
             Dimensionless; NaN where no medium has a usable grid.
         """
-        own = [fit.used for fit in self.fits(method).values() if not fit.reason]
+        own = [fit.used for fit in self.fits(method).values() if fit.counts]
         return generic(np.stack(own)) if own else np.full(9, np.nan)
 
     def reference(self, method: str | None = None) -> Reference:
@@ -312,8 +340,8 @@ class Medium:
 
     @property
     def title(self) -> str:
-        """Name for figures and tables."""
-        return self.settings.title
+        """Name for figures and tables; marked where the medium fails a check."""
+        return self.results.titles[self.name]
 
     @property
     def alpha(self) -> pd.DataFrame:
@@ -461,10 +489,11 @@ class Medium:
             except InputError as error:
                 return FourierProfile(np.full(9, np.nan), f"generic, {self.name}", str(error))
         fits = self.results.fits(method)
-        own, others = fits[self.name], [fit for fit in fits.values() if not fit.reason]
+        own, others = fits[self.name], [fit for fit in fits.values() if fit.counts]
         name = f"generic ({own.method}) times zeta = {own.zeta:.4f} of {self.name}"
-        if own.reason:
-            return FourierProfile(own.used, name, f"{name}: {own.reason}")
+        if own.reason or not others:
+            why = own.reason or "no medium that passes its checks has nine terms"
+            return FourierProfile(np.full(9, np.nan), name, f"{name}: {why}")
         spread = None
         if draws:
             many = generic(np.stack([fit.draws for fit in others], axis=1))

@@ -43,7 +43,7 @@ def alpha_frame(medium: str, values: tuple[np.ndarray, np.ndarray]) -> pd.DataFr
     empty = np.isnan(values[0].ravel())
     columns |= {"n_runs": np.where(empty, 0, 1), "run_ids": ""}
     columns |= {f"run_to_run_{c}_N_per_cm3": np.nan for c in "zx"}
-    columns |= {"spread": "one bed as prepared", "flags": ""}
+    columns |= {"spread": "one bed as prepared", "flags": "", "checks": ""}
     return pd.DataFrame(columns | {"reason": np.where(empty, "no run", "")})
 
 

@@ -22,7 +22,17 @@ if TYPE_CHECKING:
 
 RUNS = ("poppy_LP_bp30_g45_in", "poppy_LP_bp00_g90_in", "poppy_LP_bp00_g45_ex", "poppy_LP_bm30_g00_h254",
         "poppy_LP_c_leg", "yuma_bp00_g90_in")  # fmt: skip
-MEASURED = ("ingest", "tare", "slopes", "legs", "symmetry", "fourier", "scaling", "ledger")
+MEASURED = (
+    "ingest",
+    "tare",
+    "slopes",
+    "checks",
+    "legs",
+    "symmetry",
+    "fourier",
+    "scaling",
+    "ledger",
+)
 """Stages of which the short test is made."""
 
 Cells = dict[str, str]

@@ -61,7 +61,9 @@ def test_a_rigid_push_with_few_readings_in_contact() -> None:
 def test_a_sync_line_is_needed(paper_config: Config) -> None:
     time, depth = np.linspace(0, 10, 200), np.linspace(-2, 5, 200)
     config = changed(paper_config, "clock", method="sync_line")
-    readings = ForceReadings(time, np.stack([time, time]), None, np.zeros(200, dtype=bool))
+    readings = ForceReadings(
+        time, np.stack([time, time]), None, np.zeros(200, dtype=bool), np.zeros((3, 200))
+    )
     with pytest.raises(ClockError, match=r"the force log has no column arm_moving; clock.method"):
         find_clock(config, PUSH, readings, path(depth), np.empty((0, 2)))
 

@@ -28,8 +28,8 @@ RUNS = (
     "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_ex", "poppy_LP_bp00_g90_in",
     "poppy_LP_bp30_g00_h254", "poppy_LP_bp30_g00_h508", "poppy_LP_bp30_g00_h762", "poppy_LP_c_leg",
 )  # fmt: skip
-STAGES = ("ingest", "tare", "slopes", "legs", "ledger")
-LEDGERS = STAGES[:4]
+STAGES = ("ingest", "tare", "slopes", "checks", "legs", "ledger")
+LEDGERS = ("ingest", "tare", "slopes", "legs")
 
 
 def through_files(room: Room, out: Path, config: Path) -> dict[str, Path]:

@@ -346,7 +346,7 @@ def test_force_columns_that_nobody_named(single: Room) -> None:
 
 def test_the_ledger_of_a_campaign_with_one_file_a_run(single: Room) -> None:
     path = single.write()
-    for stage in ("ingest", "tare", "slopes", "legs", "ledger"):
+    for stage in ("ingest", "tare", "slopes", "checks", "legs", "ledger"):
         run_stage(path, stage)
     book = open_results(path).table("ledger.csv")
     assert book.groupby("file")["rows"].sum().to_dict() == single.counted

@@ -24,7 +24,7 @@ TEST = "yuma_bp00_g90_in"
 def made(room: Room, *more: str) -> Results:
     """Measure, and do some more stages; the results."""
     config = room.write()
-    for stage in ("ingest", "tare", "slopes", *more):
+    for stage in ("ingest", "tare", "slopes", "checks", *more):
         run_stage(config, stage)
     return open_results(room.folder)
 

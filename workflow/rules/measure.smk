@@ -37,7 +37,7 @@ rule tare:
 
 
 rule slopes:
-    # Fit zero-intercept slopes of stress against depth: alpha(beta, gamma).
+    # Fit zero-intercept slopes of stress against depth.
     input:
         PLAN.inputs("slopes"),
     output:
@@ -49,6 +49,23 @@ rule slopes:
     params:
         stage="slopes",
         state=PLAN.state("slopes"),
+    shell:
+        STAGE
+
+
+rule checks:
+    # Fit zero-intercept checks of stress against depth: alpha(beta, gamma).
+    input:
+        PLAN.inputs("checks"),
+    output:
+        update(PLAN.outputs("checks")),
+    log:
+        "results/logs/checks.log",
+    conda:
+        "../envs/rftfit.yaml"
+    params:
+        stage="checks",
+        state=PLAN.state("checks"),
     shell:
         STAGE
 

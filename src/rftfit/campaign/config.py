@@ -569,6 +569,12 @@ class Figures(Model):
     )
 
 
+CheckName = Literal[
+    "work", "symmetry", "up_down", "channels", "rods", "same_logs", "surface", "size", "steadiness"
+]
+"""Checks of `rftfit.measure.checks`."""
+
+
 class Medium(Model):
     """One granular medium."""
 
@@ -582,6 +588,26 @@ class Medium(Model):
         None, "key of this medium in the published tables, for comparison"
     )
     linear_to_cm: Positive | None = key(None, "end of the linear regime of a penetration test, cm")
+    expected_alpha: tuple[Positive, Positive] | None = key(
+        None,
+        "least and largest alpha_z(0, 90 deg) that is possible here, N/cm^3; default: not known, and "
+        "the scale of the force is not checked",
+        strict=False,
+    )
+    accept: dict[CheckName, Annotated[str, Field(min_length=1)]] = key(
+        {},
+        "check: reason why the medium is used although it fails that check; the reason is printed "
+        "wherever the medium appears",
+    )
+
+    @field_validator("expected_alpha")
+    @classmethod
+    def _in_order(cls, ends: tuple[float, float] | None) -> tuple[float, float] | None:
+        if ends is not None and ends[0] >= ends[1]:
+            raise ValueError(
+                f"the first must be below the second, found {ends[0]:g} and {ends[1]:g}"
+            )
+        return ends
 
 
 class RobotRuns(Model):

@@ -27,11 +27,18 @@ def check(
         "config/config.yaml"
     ),
     strict: Annotated[bool, typer.Option("--strict", help="Count warnings as errors.")] = False,
+    diagnose: Annotated[
+        bool,
+        typer.Option(
+            "--diagnose", help="Check, too, whether the numbers of the logs can be believed."
+        ),
+    ] = False,
 ) -> None:
     """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 
     Every log of up to 20 MB is measured as `rftfit run` measures it; what it found is remembered for as long as
-    logs, sheet and config stay the same. Ends with exit code 2 when there are errors, with 0 when there
+    logs, sheet and config stay the same. With --diagnose the physical checks of `rftfit run` are made, and what
+    fails is told with its likely cause: each counts as a warning. Ends with exit code 2 when there are errors, with 0 when there
     are warnings only.
     """
     from rftfit.campaign.load import check_campaign
@@ -49,6 +56,8 @@ def check(
         problems += [problem for one in opened for problem in one.problems]
     errors = _print_problems(problems, "error")
     warnings = _print_problems(problems, "warning")
+    if diagnose and campaign is not None and not errors:
+        warnings += _diagnose(campaign)
     if campaign is not None:
         say(summary(campaign))
         if robot.medium:
@@ -92,6 +101,22 @@ def _open_logs(config: Path) -> list[Opened]:
         write_text(memory, text)
         plan.save()
     return list(found.values())
+
+
+def _diagnose(campaign: Campaign) -> int:
+    """Print the physical checks of all media, and what to look at where one fails; count these."""
+    from rftfit.measure.checks import ACCEPTED, FAILED
+    from rftfit.workflow.measure import check_logs
+
+    rows = check_logs(campaign).to_dict("records")
+    names = ("medium", "check", "verdict", "found")
+    say(table(list(names), [[str(row[name]) for name in names] for row in rows]))
+    say()
+    told = [row for row in rows if row["verdict"] in (FAILED, ACCEPTED)]
+    for row in told:
+        say(f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}")
+    say("\n" if told else "No check fails.\n")
+    return sum(row["verdict"] == FAILED for row in told)
 
 
 def _print_problems(problems: list[Problem], severity: str) -> int:

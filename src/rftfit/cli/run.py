@@ -27,6 +27,7 @@ FILES = (
     "results/coefficients.csv",
     "results/penetration.csv",
     "results/reproduction.csv",
+    "results/checks.csv",
     "results/ledger.csv",
 )
 LEDGER = "results/ledger.csv"
@@ -109,7 +110,7 @@ def run(
     elif progress.total:
         say(f"Done: {count(progress.done, 'job')}.")
     if not dry_run:
-        for line in closing_lines(workflow.root):
+        for line in [*closing_lines(workflow.root), *failed_checks(workflow.root)]:
             say(line)
     if strict and not dry_run and (empty := media_without_alpha(workflow.plan)):
         warn(
@@ -183,6 +184,18 @@ def closing_lines(root: Path) -> list[str]:
         lines.insert(0, "To look at:")
     counted = ledger_line(root / LEDGER)
     return [*lines, counted] if counted else lines
+
+
+def failed_checks(root: Path) -> list[str]:
+    """What the checks say of the media that fail one."""
+    try:
+        with (root / "results/checks.csv").open(encoding="utf-8", newline="") as handle:
+            rows = [
+                row for row in csv.DictReader(handle) if row["verdict"] in ("failed", "accepted")
+            ]
+            return [f"{r['medium']}, {r['effect'] or r['verdict']}: {r['sentence']}" for r in rows]
+    except (OSError, KeyError, csv.Error):
+        return []
 
 
 def _shown(root: Path, name: str) -> str:

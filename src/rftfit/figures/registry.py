@@ -10,12 +10,12 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, wraps
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from rftfit.errors import InputError
-from rftfit.figures.style import level, styled
+from rftfit.figures.style import level, mark, styled
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -92,7 +92,7 @@ class Declared:
             with suppress(InputError, LookupError, ValueError, TypeError):
                 words |= self.numbers(results, medium)
         known = {name: " ".join(word.split()) for name, word in words.items() if word}
-        lines = [
+        lines = [f"{one}." for one in _marks(results, medium)] + [
             line for line in self.caption.splitlines() if set(_WORD.findall(line)) <= set(known)
         ]
         if self.paper:
@@ -130,11 +130,26 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
     """Declare a figure; the arguments are the fields of `Declared`. It is drawn in the common style."""
 
     def declare(draw: Callable[P, R]) -> Callable[P, R]:
-        inside = styled(draw)
+        @styled
+        @wraps(draw)
+        def inside(*args: P.args, **kwargs: P.kwargs) -> R:
+            made = draw(*args, **kwargs)
+            results, *medium = args
+            if told := _marks(results, *medium):  # type: ignore[arg-type]
+                mark(made, told)
+            return made
+
         _DECLARED.append(Declared(name=name, draw=inside, **{"media": once} | facts))
         return inside
 
     return declare
+
+
+def _marks(results: Results, medium: str = "") -> list[str]:
+    """What is to be said of the media that a figure may show, of those that fail a check."""
+    titles, marks = results.campaign.titles, results.marks
+    shown = [medium] if medium in results.campaign.titles else list(marks)
+    return [f"{titles[name]}: {marks[name]}" for name in shown if name in marks]
 
 
 @cache

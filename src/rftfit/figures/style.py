@@ -236,6 +236,18 @@ def missing(what: str, reasons: Sequence[str] = ()) -> Figure:
     return figure
 
 
+_ABOVE = 1.01
+
+
+def mark(figures: Any, told: Sequence[str]) -> None:
+    """Write above a figure, or above each page of one, what must be said of the media in it."""
+    lines = [line for one in told for line in textwrap.wrap(plain(one), 110)]
+    pages: Any = figures if isinstance(figures, (list, tuple)) else [figures]
+    for page in pages:
+        where = {"va": "bottom", "ha": "center", "fontsize": 7, "color": OKABE_ITO["vermillion"]}
+        page.text(0.5, _ABOVE, "\n".join(lines), **where)
+
+
 # Files: atomic, and the same figure always gives the same bytes
 
 
@@ -278,6 +290,9 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
     """
     # hard compression takes a third of the time of a large png and saves nothing
     more: dict[str, Any] = {"pil_kwargs": {"compress_level": 2}} if ending == "png" else {}
+    if any(text.get_position()[1] >= _ABOVE for text in figure.texts):
+        # what was written above it belongs to the picture
+        more |= {"bbox_inches": "tight", "pad_inches": 0.05}
     metadata = _METADATA[ending] | ({_REMARK[ending]: about} if about else {})
     whole = BytesIO()
     # some settings (letters, hatches, salt of the ids) are looked up while writing

@@ -238,6 +238,7 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, told: tuple[str, ...])
         "run_ids": " ".join(run["run_id"] for run in good),
         "tare_runs": " ".join(filter(None, tares)),
         "flags": "; ".join(flags),
+        "checks": "",
         "reason": "; ".join(reasons),
     })  # fmt: skip
 

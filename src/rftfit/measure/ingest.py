@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,13 +63,15 @@ SAMPLE_COLUMNS = (
 """Columns of the table of samples, beside the run."""
 
 RUN_COLUMNS: dict[str, object] = {
-    **dict.fromkeys(("run_id", "kind", "status", "reason", "flags", "note"), ""),
+    **dict.fromkeys(("run_id", "kind", "status", "reason", "flags", "note", "readings"), ""),
     **dict.fromkeys(("rows_force", "rows_motion"), 0),
     **dict.fromkeys(
         ("sample_step_s", "clock_offset_s", "clock_residual_s", "clock_se_s", "zero_var_z_N2",
          "zero_var_x_N2", "zero_dof", "clock_hours", "clock_rest_s", "clock_drift",
          "clock_drift_se", "clock_explained", "surface_z_mm", "surface_se_mm",
-         "surface_growth_N_per_cm"), np.nan
+         "surface_growth_N_per_cm",
+         *(f"{channel}_{fact}" for channel in _CHANNELS for fact in ("low_N", "high_N", "held_N", "held"))),
+        np.nan,
     ),
 }  # fmt: skip
 """Columns of the table of runs, and what stands where nothing is known."""
@@ -82,12 +85,14 @@ class ForceReadings:
     `force`: shape (2, n); z, x; N.
     `arm_moving`: The sync line, if the log has one.
     `saturated`: Where a channel is at the end of its range.
+    `channels`: shape (3, n); F1 to F3 as the sensor reads them, N.
     """
 
     time: FloatArray
     force: FloatArray
     arm_moving: FloatArray | None
     saturated: np.ndarray
+    channels: FloatArray
 
 
 @dataclass(frozen=True)
@@ -105,6 +110,7 @@ class Trace:
     `rows`: Data lines of force and motion log.
     `alignment`: What the clocks were estimated from, where they were.
     `surface`: The free surface as found, where it was looked for.
+    `channels`: What the sensor's own channels read in the stroke: `_channel_facts`.
     """
 
     run: Run
@@ -122,6 +128,7 @@ class Trace:
     rows: tuple[int, int]
     alignment: Alignment | None = None
     surface: Surface | None = None
+    channels: dict[str, object] = field(default_factory=dict)
 
     @property
     def note(self) -> str:
@@ -204,7 +211,7 @@ def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
             "surface_se_mm": 10 * surface.se_cm,
             "surface_growth_N_per_cm": surface.growth_N_per_cm,
         }
-    return RUN_COLUMNS | row
+    return RUN_COLUMNS | row | trace.channels
 
 
 def samples_of(traces: list[Trace]) -> pd.DataFrame:
@@ -332,8 +339,26 @@ def _make_trace(
     return Trace(
         run, readings.time, phase, x, z, angle, force, why,
         zero.variance, zero.dof, clock, tuple(flags), (force_log.rows, motion_log.rows),
-        alignment, surface,
+        alignment, surface, _channel_facts(readings.channels, in_stroke),
     )  # fmt: skip
+
+
+def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
+    """Range of each channel in the stroke, the longest stretch of equal readings, and a digest of all."""
+    moves = bool(np.ptp(channels, axis=1).any())
+    facts: dict[str, object] = {
+        "readings": hashlib.sha256(channels.tobytes()).hexdigest()[:16] if moves else ""
+    }
+    for name, values in zip(_CHANNELS, channels[:, in_stroke], strict=True):
+        ends = np.append(np.flatnonzero(np.diff(values)), values.size - 1)
+        lengths = np.diff(ends, prepend=-1)
+        longest = int(lengths.argmax())
+        facts |= {
+            f"{name}_low_N": values.min(), f"{name}_high_N": values.max(),
+            f"{name}_held_N": values[ends[longest]],
+            f"{name}_held": lengths[longest] / values.size,
+        }  # fmt: skip
+    return facts
 
 
 def _stated_zero(config: Config, size: int) -> Zero:
@@ -370,7 +395,7 @@ def read_force(config: Config, log: Log) -> ForceReadings:
     limits = np.array(config.transducer.range_N)[:, None]
     saturated = np.asarray((np.abs(channels) >= _NEAR_FULL_RANGE * limits).any(axis=0))
     force = (sensor_to_lab(config.transducer) @ channels)[::-1]
-    return ForceReadings(time, force, log.columns.get("arm_moving"), saturated)
+    return ForceReadings(time, force, log.columns.get("arm_moving"), saturated, channels)
 
 
 def read_motion(config: Config, run: Run, log: Log) -> Motion:

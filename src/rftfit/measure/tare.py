@@ -23,7 +23,8 @@ NO_TARE_FLAG = "no tare subtracted: force on rod and mount is in it"
 TARE_KINDS = ("rod", "leg_air")
 _TARED_COLUMNS = ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N", "tare_z_N",
                   "tare_x_N", "why")  # fmt: skip
-_TARE_COLUMNS = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "reason"]
+_TARE_COLUMNS = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "force_rms_N",
+                 "tare_rms_N", "reason"]  # fmt: skip
 
 
 class TareError(ValueError):
@@ -133,7 +134,7 @@ def tare_medium(
     }
     parts: dict[str, dict[str, np.ndarray]] = {}
     rows = [
-        (name, "", abscissa_of(runs[name]), np.nan, np.nan, str(tare))
+        (name, "", abscissa_of(runs[name]), *[np.nan] * 4, str(tare))
         for name, tare in tares.items()
         if isinstance(tare, TareError)
     ]
@@ -156,8 +157,20 @@ def tare_medium(
             ledger.add(run, run.force_log, DROPPED, reason, good)
         if run.kind == "leg" and name in parts:
             reason = _why_no_curve(parts[name]["why"])
-        rows.append((name, run.tare_run, abscissa_of(run), *valid, reason))
+        sizes = _sizes(parts[name]) if name in parts else (np.nan, np.nan)
+        rows.append((name, run.tare_run, abscissa_of(run), *valid, *sizes, reason))
     return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=_TARE_COLUMNS), ledger
+
+
+def _sizes(part: dict[str, np.ndarray]) -> tuple[float, float]:
+    """Root mean square of the force before the tare was subtracted, and of the tare, N."""
+    good = part["why"] == RowStatus.GOOD
+    if not good.any():
+        return np.nan, np.nan
+    force, tare = (
+        np.stack([part[f"{what}_{c}_N"][good] for c in "zx"]) for what in ("force", "tare")
+    )
+    return float(np.sqrt(np.mean((force + tare) ** 2))), float(np.sqrt(np.mean(tare**2)))
 
 
 def _tare_of(run: Run, stroke: Samples, ledger: Ledger) -> Tare | TareError:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.measure.alpha import both, cell_at, column, directions, flagged
+from rftfit.measure.checks import usable
 from rftfit.model.draws import (
     Term,
     draws_of,
@@ -483,6 +484,11 @@ class MediumFit:
     without_flagged: FloatArray = field(default_factory=lambda: np.full(len(TERMS), np.nan))
 
     @property
+    def counts(self) -> bool:
+        """Whether it enters what is made from several media: it has numbers that can be believed."""
+        return not self.reason and usable(self.table)
+
+    @property
     def zeta(self) -> float:
         """alpha_z of the fit at (0, 90 deg); its number in N/cm^3."""
         return float(vertical_penetration(self.used))
@@ -615,9 +621,7 @@ def reference_of(fits: Sequence[MediumFit], config: Config, method: str | None =
     the interval for a further medium is the scatter between media, and one has none.
     """
     method = method or config.fourier.method
-    own = [
-        fit for fit in fits if fit.method == method and not fit.reason and np.isfinite(fit.alpha_z)
-    ]
+    own = [fit for fit in fits if fit.method == method and fit.counts and np.isfinite(fit.alpha_z)]
     if len(own) < FEWEST_MEDIA:
         return published(method)
     values = {fit.medium: fit.used for fit in own}

@@ -12,6 +12,7 @@ from rftfit.campaign.config import Leg
 from rftfit.figures.captions import PROFILES, name_of
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.measure.alpha import column
+from rftfit.measure.checks import UNUSABLE
 from rftfit.measure.fits import flags_of_all, without
 from rftfit.model.fourier import TERMS
 from rftfit.model.outlines import leg_outline
@@ -89,7 +90,9 @@ def references(results: Results) -> list[Reference]:
     """What a further medium is scaled from: this campaign's media, where there are two; the printed ones."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
-    rows = table[(table["method"] == method) & np.isfinite(table["chi"].to_numpy(float))]
+    unusable = [results.marks.get(name, "").startswith(UNUSABLE) for name in table["medium"]]
+    good = np.isfinite(table["chi"].to_numpy(float)) & ~np.array(unusable, dtype=bool)
+    rows = table[(table["method"] == method) & good]
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
     values = {medium: coefficients(results, medium) for medium in (GENERIC, *chi)}
     if len(chi) < 2 or not np.isfinite(list(values.values())).all():

@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from rftfit.measure.checks import ACCEPTED, CHECKS, FAILED, NO_SCALE, NOT_CHECKED, PASSED
 from rftfit.measure.fits import PULLED_DOWN, flags_of_all, without
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.page.cells import records
@@ -125,6 +126,27 @@ def gravest_doubt(results: Results, medium: str) -> tuple[str, int]:
     if not doubts:
         return "", 0
     return min((flag for _, flag in doubts), key=_rank), len({who for who, _ in doubts})
+
+
+def believed(results: Results) -> dict[str, Any]:
+    """What the checks come to: failed ones by medium, what all media passed, what was not checked."""
+    table, titles = results.checks, results.campaign.titles
+    failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
+    good = table[(table["verdict"] == PASSED) & ~table["check"].isin(failed["check"])]
+    unchecked = []
+    for check, rows in table[table["verdict"] == NOT_CHECKED].groupby("check", sort=False):
+        where = ", ".join(titles[medium] for medium in rows["medium"])
+        everywhere = len(rows) == len(results.media)
+        unchecked.append(CHECKS[str(check)][1] + ("" if everywhere else f" ({where})"))
+    return {
+        "failed": [
+            (titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
+            for row in records(failed)
+        ],
+        "passed": [CHECKS[check][1] for check in dict.fromkeys(good["check"])],
+        "unchecked": unchecked,
+        "no_scale": (table["sentence"] == NO_SCALE).any(),
+    }
 
 
 def _rank(flag: str) -> int:

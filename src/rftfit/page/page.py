@@ -15,7 +15,7 @@ from rftfit.model.scaling import published
 from rftfit.page import tables
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
-from rftfit.page.outcome import outcome_of_runs
+from rftfit.page.outcome import believed, outcome_of_runs
 from rftfit.page.robot import robot_data, robot_tables
 from rftfit.store.environment import versions
 
@@ -67,6 +67,7 @@ def context(results: Results) -> dict[str, Any]:
         "level": f"{100 * config.fit.confidence:g} %",
         "method": config.fourier.method,
         "summary": tables.summary(results, outcome),
+        "believed": believed(results),
         "in_air": outcome.used[""],
         "from_table": config.table is not None,
         "kinds": _kinds(results),

@@ -45,7 +45,7 @@ DEGREE = "\N{DEGREE SIGN}"
 def title_of(results: Results, medium: str) -> str:
     """Title of a medium as the user wrote it."""
     own = {"": "in air", GENERIC: "generic, no unit"}
-    return (own | results.campaign.titles).get(medium, medium)
+    return (own | results.titles).get(medium, medium)
 
 
 def summary(results: Results, outcome: Outcome) -> Table:
@@ -122,10 +122,10 @@ def coefficients(results: Results, method: str) -> Table:
                 )
             one = found.get((medium, row["term"]), {})
             text = value(one.get("value_N_per_cm3"), 4)
-            note = one.get("reason") or span(one.get("lo"), one.get("hi"), 4)
+            notes = (span(one.get("lo"), one.get("hi"), 4), one.get("reason", ""))
             if one.get("kept", True):
-                return Cell(text, (note,))
-            return Cell(f"[{text}]", (note,), "faint")
+                return Cell(text, notes)
+            return Cell(f"[{text}]", notes, "faint")
 
         return Column(title_of(results, medium), cell, "num")
 

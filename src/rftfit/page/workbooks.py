@@ -170,6 +170,7 @@ def alpha_workbook(results: Results) -> bytes:
             sheet.set_column(0, 0, 24)
             sheet.set_column(1, 20, 10)
             book.text(sheet, 0, 0, medium.title, "title")
+            book.text(sheet, 1, 0, results.marks.get(medium.name, ""))
             row, table = 2, medium.alpha
             for c in "zx":
                 head = f"alpha_{c} (N/cm^3)"
@@ -242,7 +243,7 @@ def coefficient_workbook(results: Results) -> bytes:
 
 
 def _coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataFrame) -> None:
-    titles = results.campaign.titles | {GENERIC: GENERIC}
+    titles = results.titles | {GENERIC: GENERIC}
     media = sorted(rows["medium"].unique(), key=lambda name: name == GENERIC)
     penetration = results.table("penetration.csv")
     zeta = penetration[penetration["method"] == method].set_index("medium")

@@ -1,10 +1,11 @@
-"""Stages of the measurement chain: ingest, tare, slopes, legs, ledger."""
+"""Stages of the measurement chain: ingest, tare, slopes, checks, legs, ledger."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from rftfit.measure.alpha import alpha_table
+from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of, same_readings
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.ingest import account_unclaimed, ingest_medium
@@ -17,6 +18,8 @@ from rftfit.measure.tare import tare_medium
 if TYPE_CHECKING:
     import pandas as pd
 
+    from rftfit.campaign.load import Campaign
+    from rftfit.measure.checks import Check
     from rftfit.results import Results
 
 
@@ -35,10 +38,8 @@ def tare(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.
     return samples, tares, book.table()
 
 
-def slopes(
-    results: Results, medium: str
-) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Fit every plate run of a medium: fits, its alpha table, windows of the fits, counts of rows."""
+def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Fit every plate run of a medium: fits, windows of the fits, counts of rows."""
     tared, tares = results.table(f"tared/{medium}.parquet"), results.table(f"tares/{medium}.csv")
     runs = results.table(f"runs/{medium}.csv")
     table = results.config.table
@@ -46,12 +47,48 @@ def slopes(
         fits, windows, book = fit_alpha_table(results.campaign, medium, tared)
     else:
         fits, windows, book = fit_medium(results.campaign, medium, runs, tared, tares)
+    return fits, windows, book.table()
+
+
+def checks(results: Results) -> tuple[pd.DataFrame, ...]:
+    """Put the cells of every medium together and check them: verdicts, an alpha table for each."""
+    import pandas as pd
+
     config = results.config
-    errors, surface = errors_of(fits, config)
     depths = len(config.fit.horizontal_depths_cm)
-    level, grid = config.fit.confidence, config.grid_of(medium)
-    alpha = alpha_table(fits, medium, level, depths, errors, grid, surface)
-    return fits, alpha, windows, book.table()
+    logs = same_readings(results.campaign, results.joined("runs/{medium}.csv"))
+    rows: list[dict[str, object]] = []
+    made: dict[str, tuple[pd.DataFrame, list[Check]]] = {}
+    for medium in results.media:
+        tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
+        tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
+        errors, surface = errors_of(tables["fits"], config)
+        alpha = alpha_table(
+            tables["fits"], medium, config.fit.confidence, depths, errors, config.grid_of(medium),
+            surface,
+        )  # fmt: skip
+        found = check_medium(results.campaign, medium, tables | {"alpha": alpha}, logs)
+        rows += [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
+        made[medium] = (alpha, found)
+    table = pd.DataFrame(rows, columns=COLUMNS)
+    marks = marks_of(table, config.media)
+    return table, *(marked(*pair, marks.get(medium, "")) for medium, pair in made.items())
+
+
+def check_logs(campaign: Campaign) -> pd.DataFrame:
+    """Measure all logs of a campaign and check what comes out; nothing is written."""
+    from rftfit.results import Results
+
+    results = Results(campaign)
+    for medium in results.media:
+        for stage, names in (
+            (ingest, ("traces/{}.parquet", "runs/{}.csv")),
+            (tare, ("tared/{}.parquet", "tares/{}.csv")),
+            (slopes, ("fits/{}.csv", "windows/{}.parquet")),
+        ):
+            for name, table in zip(names, stage(results, medium), strict=False):
+                results.hold(name.format(medium), table)
+    return checks(results)[0]
 
 
 def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:

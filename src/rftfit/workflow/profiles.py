@@ -64,7 +64,7 @@ def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         for term, kept in selection.items()
     ]
     return (
-        pd.DataFrame(rows, columns=COEFFICIENT_COLUMNS),
+        results.marked(pd.DataFrame(rows, columns=COEFFICIENT_COLUMNS)),
         pd.DataFrame(terms, columns=TERM_COLUMNS),
     )
 
@@ -82,7 +82,7 @@ def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     fits = fit_media([results[medium].alpha for medium in results.laboratory], config)
     groups: dict[str, list[MediumFit]] = {}
     for fit in fits:
-        if not fit.reason:
+        if fit.counts:
             groups.setdefault(fit.method, []).append(fit)
     media = results.table("fourier/media.csv")
     parts = [media, *(generic_rows(group, config) for group in groups.values())]
@@ -90,4 +90,4 @@ def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     rows = [penetration_row(fit, config) for fit in fits]
     rows += [sand_row(results[medium].alpha, reference, config) for medium in results.sands]
     coefficients = pd.concat(parts, ignore_index=True)[list(media.columns)]
-    return coefficients, pd.DataFrame(rows, columns=PENETRATION_COLUMNS)
+    return coefficients, results.marked(pd.DataFrame(rows, columns=PENETRATION_COLUMNS))

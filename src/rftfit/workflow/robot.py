@@ -185,7 +185,8 @@ def _sweep_tables(
     best_at = [BEST_AT_HZ] if robot == paper_robot() else []
     best = optima(whole, best_at, results.config.fit.confidence, widths)
     means = [mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
-    return whole, best, speed_errors(measured, pd.concat(means, ignore_index=True), widths)
+    errors = speed_errors(measured, pd.concat(means, ignore_index=True), widths)
+    return whole, results.marked(best), results.marked(errors)
 
 
 # --- The force profiles that the robot runs on, from the tables of the earlier stages.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from rftfit.compare.legs import (
@@ -54,7 +55,8 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     silent = compared["medium"].isin(results.sands)
     note = results.reference().note if silent.any() else ""
     compared.loc[silent, "reason"] = _with_note(compared.loc[silent, "reason"], note)
-    return everything, compared, leg_sensitivity(media, measured, compared)
+    shapes = leg_sensitivity(media, measured, compared)
+    return results.marked(everything), results.marked(compared), shapes
 
 
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -78,7 +80,7 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     tests["reason"] = _with_note(tests["reason"], note)
     curves = results.table("predicted.csv")
     measured = results.joined("legs/{medium}.csv", results.sands)
-    return tests, corrections(measured, curves[curves["profile"] == "generic"])
+    return results.marked(tests), corrections(measured, curves[curves["profile"] == "generic"])
 
 
 def _with_note(reasons: pd.Series[str], note: str) -> list[str]:
@@ -117,4 +119,8 @@ def validate(results: Results) -> pd.DataFrame:
     if items:
         items += discrepancies()
     items.sort(key=lambda item: VERDICTS.index(item.verdict))
-    return pd.DataFrame([item.row() for item in items], columns=ITEM_COLUMNS)
+    table = pd.DataFrame([item.row() for item in items], columns=ITEM_COLUMNS)
+    for medium, mark in results.marks.items():
+        own = table["item"].str.contains(rf"\b{re.escape(medium)}\b")
+        table.loc[own, "why"] = [f"{medium} {mark}; {why}" for why in table.loc[own, "why"]]
+    return table

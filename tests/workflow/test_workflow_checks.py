@@ -1,0 +1,123 @@
+"""A medium that fails a check through the whole workflow: marked everywhere, and out of M0 and chi."""
+
+from __future__ import annotations
+
+import html
+import re
+
+import numpy as np
+import openpyxl  # type: ignore[import-untyped]
+import pandas as pd
+import pytest
+import yaml
+from campaigns import FEW, Folder, make_campaign
+
+from rftfit.cli.run import failed_checks
+from rftfit.figures.registry import figures
+from rftfit.model.scaling import generic
+from rftfit.results import open_results
+
+GOOD, BAD, TAKEN = "poppy_CP", "glass3mm_CP", "glass0.3mm_CP"
+WHY = "weighed in 1998 with another scale"
+MARK = "unusable: fails size (checks.csv)"
+ACCEPTED = f"accepted: fails size: {WHY}"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+    folder = make_campaign(
+        tmp_path_factory.mktemp("checks") / "lab", (GOOD, BAD, TAKEN, "yuma"), directions=FEW
+    )
+    values = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+    values["media"][BAD]["expected_alpha"] = [2, 3]
+    values["media"][TAKEN] |= {"expected_alpha": [2, 3], "accept": {"size": WHY}}
+    values["media"][GOOD]["expected_alpha"] = [0.4, 0.8]
+    folder.config.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+    folder.run_here()
+    return folder
+
+
+def test_verdicts(whole: Folder) -> None:
+    table = whole.table("checks.csv").query("check == 'size'").set_index("medium")["verdict"]
+    assert table.to_dict() == {
+        GOOD: "passed", BAD: "failed", TAKEN: "accepted", "yuma": "not checked"
+    }  # fmt: skip
+
+
+def test_every_table_is_marked(whole: Folder) -> None:
+    for medium, mark in ((GOOD, ""), (BAD, MARK), (TAKEN, ACCEPTED)):
+        table = whole.table(f"alpha/{medium}.csv")
+        assert set(table["checks"].astype(object).fillna("")) == {mark}
+        assert table["alpha_z_N_per_cm3"].notna().all()
+    for name in (
+        "fourier/media.csv",
+        "coefficients.csv",
+        "penetration.csv",
+        "leg_errors.csv",
+        "predicted.csv",
+    ):
+        table = whole.table(name)
+        reasons = table["reason"].astype(object).fillna("")
+        for medium, mark in ((BAD, MARK), (TAKEN, ACCEPTED)):
+            own = table["medium"] == medium
+            assert own.any(), name
+            assert reasons[own].str.contains(mark, regex=False).all(), name
+        assert not reasons[table["medium"] == GOOD].str.contains("fails").any(), name
+    claims = whole.table("reproduction.csv")
+    own = claims[claims["item"].str.contains(BAD)]
+    assert len(own)
+    assert own["why"].str.contains(MARK, regex=False).all()
+
+
+def test_it_enters_neither_m0_nor_chi(whole: Folder) -> None:
+    table = whole.table("coefficients.csv").query("method == 'lsq'")
+    values = table.assign(used=table["value_N_per_cm3"].where(table["kept"], 0)).pivot_table(
+        index="medium", columns="coefficient", values="used", sort=False
+    )
+    order = list(table[table["medium"] == GOOD]["coefficient"])
+    m0 = generic(values.loc[[GOOD, TAKEN], order].to_numpy())
+    np.testing.assert_allclose(values.loc["generic", order], m0, atol=1e-5)
+    with_bad = generic(values.loc[[GOOD, TAKEN, BAD], order].to_numpy())
+    assert np.abs(with_bad - m0).max() > 1e-3
+    scaled = whole.table("penetration.csv").set_index(["method", "medium"])["chi"]
+    sand = scaled["scaling routine (lsq)", "yuma"]
+    assert sand == pytest.approx(scaled["lsq"][[GOOD, TAKEN]].mean(), rel=1e-4)
+    assert open_results(whole.root).reference().media == (GOOD, TAKEN)
+
+
+def test_figures_and_captions_say_it(whole: Folder) -> None:
+    results = open_results(whole.root)
+    of_medium = {one.name: one for one in figures()}["alpha_maps"]
+    assert f"3 mm glass, close: {MARK}." in of_medium.caption_of(results, BAD)
+    assert "fails" not in of_medium.caption_of(results, GOOD)
+    everywhere = {one.name: one for one in figures()}["generic_profile"].caption_of(results)
+    assert MARK in everywhere
+    assert ACCEPTED in everywhere
+    for medium, marked in ((BAD, True), (GOOD, False)):
+        drawn = (whole.root / f"results/quality/{medium}.svg").read_text(encoding="utf-8")
+        assert drawn.count(MARK) == marked
+    drawn = (whole.root / "results/figures/generic_profile.svg").read_text(encoding="utf-8")
+    assert drawn.count(MARK) == drawn.count(ACCEPTED) == 1
+
+
+def test_page_workbook_and_closing_lines(whole: Folder) -> None:
+    text = html.unescape((whole.root / "results/report.html").read_text(encoding="utf-8"))
+    section = re.sub(r"\s+", " ", text.split('<section id="believed"')[1].split("</section>")[0])
+    assert "<strong>3 mm glass, close: unusable.</strong> The scale of the force" in section
+    assert WHY in section
+    assert "Checked and found good in all media: the medium takes energy" in section
+    assert "Not checked: " in section
+    assert "<code>expected_alpha</code>" in section
+    assert "3 mm glass, close (unusable)" in text
+    assert "0.3 mm glass, close (accepted)" in text
+    book = openpyxl.load_workbook(whole.root / "results/alpha_tables.xlsx")
+    assert book[BAD]["A2"].value == MARK
+    lines = failed_checks(whole.root)
+    assert [line.partition(":")[0] for line in lines] == [f"{BAD}, unusable", f"{TAKEN}, accepted"]
+
+
+def test_results_give_the_checks(whole: Folder) -> None:
+    results = open_results(whole.root)
+    assert isinstance(results.checks, pd.DataFrame)
+    assert results.marks == {BAD: MARK, TAKEN: ACCEPTED}
+    assert results[BAD].title == "3 mm glass, close (unusable)"
