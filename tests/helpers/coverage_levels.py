@@ -291,7 +291,7 @@ def fits_by_method(tables: Sequence[pd.DataFrame], config: Config) -> dict[str, 
     return {method: groups[method] for method in ("lsq", "dft-index")}
 
 
-def stated(**sizes: float) -> Errors:
+def stated(**sizes: float | None) -> Errors:
     """What is stated to the program, all else to be exact."""
     return EXACT.model_copy(update=sizes)
 
@@ -304,8 +304,10 @@ STATED_AS = {
 
 
 def as_disturbed(sizes: Sizes) -> Errors:
-    """State every disturbance at its true size; what has no key is left to the program."""
-    return stated(**{key: sizes[name] for name, key in STATED_AS.items() if name in sizes})
+    """State every disturbance at its true size; what has no key is left to what the runs show."""
+    known = {key: sizes[name] for name, key in STATED_AS.items() if name in sizes}
+    shown = {"surface_run_mm": None, "surface_session_mm": None} if {*sizes} - {*STATED_AS} else {}
+    return stated(**{**shown, **known})
 
 
 @dataclass(frozen=True)

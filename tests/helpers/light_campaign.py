@@ -11,6 +11,7 @@ import yaml
 
 from rftfit import reference
 from rftfit.campaign.load import Campaign
+from rftfit.measure.errors import NOISE, SOURCES
 from rftfit.results import Results
 from rftfit.store import write_csv
 
@@ -39,8 +40,12 @@ def alpha_frame(medium: str, values: tuple[np.ndarray, np.ndarray]) -> pd.DataFr
         flat = alpha.ravel()
         for quantity, add in (("", 0.0), ("_lo", -1.96 * SE), ("_hi", 1.96 * SE)):
             columns[f"alpha_{component}{quantity}_N_per_cm3"] = flat + add
-        columns[f"alpha_{component}_se_N_per_cm3"] = np.where(np.isnan(flat), np.nan, SE)
+        known = np.where(np.isnan(flat), np.nan, 1.0)
+        columns[f"alpha_{component}_se_N_per_cm3"] = SE * known
+        for source in SOURCES:
+            columns[f"alpha_{component}_{source}_N_per_cm3"] = SE * known * (source == NOISE)
     empty = np.isnan(values[0].ravel())
+    columns |= {"depth_from_cm": 1.0, "depth_to_cm": 9.0, "tare_runs": ""}
     columns |= {"n_runs": np.where(empty, 0, 1), "run_ids": ""}
     columns |= {f"run_to_run_{c}_N_per_cm3": np.nan for c in "zx"}
     columns |= {"spread": "one bed as prepared", "flags": "", "checks": ""}
