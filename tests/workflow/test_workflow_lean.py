@@ -128,7 +128,9 @@ def test_what_a_sand_alone_lacks_is_told_not_drawn(sand: Folder) -> None:
     zeta = sand.table("penetration.csv")["zeta"].iloc[0]
     generic = live["profiles"]["yuma"]["generic"]["values"]
     assert np.allclose(generic, zeta * published().m0)
-    assert [reference["name"] for reference in live["references"]] == ["published Table S5, method lsq"]
+    assert [reference["name"] for reference in live["references"]] == [
+        "published Table S5, method lsq"
+    ]
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from rftfit.compare.legs import (
 )
 from rftfit.compare.published import (
     BY_CONSTRUCTION,
+    EVIDENCE,
     ITEM_COLUMNS,
     MEASURED,
     VERDICTS,
@@ -118,7 +119,7 @@ def validate(results: Results) -> pd.DataFrame:
         items += robot_claims(*(results.table(f"robot/{name}.csv") for name in names))
     if items:
         items += discrepancies()
-    items.sort(key=lambda item: VERDICTS.index(item.verdict))
+    items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
     table = pd.DataFrame([item.row() for item in items], columns=ITEM_COLUMNS)
     for medium, mark in results.marks.items():
         own = table["item"].str.contains(rf"\b{re.escape(medium)}\b")
