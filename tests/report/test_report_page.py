@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 VOID = {"meta", "link", "input", "br"}
-SECTIONS = ["summary", "maps", "coefficients", "scaling", "viewer", "calculator", "legs", "sands",
+SECTIONS = ["summary", "believed", "maps", "coefficients", "scaling", "viewer", "calculator", "legs", "sands",
             "robot", "reproduction", "dropped", "methods", "provenance"]  # fmt: skip
 
 
