@@ -17,6 +17,7 @@ UNITS = {
     "N_per_cm3": "N/cm^3",
     "N_per_cm2": "N/cm^2",
     "N_per_cm": "N/cm",
+    "per_cm": "1/cm",
     "N_cm": "N cm",
     "cm_per_s": "cm/s",
     "deg_per_s": "degrees/s",
