@@ -63,6 +63,8 @@ def test_every_table_is_marked(whole: Folder) -> None:
             assert own.any(), name
             assert reasons[own].str.contains(mark, regex=False).all(), name
         assert not reasons[table["medium"] == GOOD].str.contains("fails").any(), name
+    extended = whole.table("alpha_extended.csv")
+    assert set(extended.loc[extended["medium"] == BAD, "checks"]) == {MARK}
     claims = whole.table("reproduction.csv")
     own = claims[claims["item"].str.contains(BAD)]
     assert len(own)

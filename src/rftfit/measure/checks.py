@@ -591,7 +591,8 @@ def check_steadiness(tables: Tables) -> Check:
         force = force[np.abs(force.mean(axis=1)).argmax()]
         path = curve["path_cm"].to_numpy(float)
         if path.size >= 30:
-            changes.append(np.polyfit(path, force, 1)[0] * np.ptp(path) / force.mean())
+            off = path - path.mean()
+            changes.append(off @ force / (off @ off) * np.ptp(path) / force.mean())
     change, se = _median(np.array(changes))
     if math.isnan(change):
         return Check("steadiness", NOT_CHECKED, f"fewer than {_FEW_RUNS} horizontal runs")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from rftfit.results import Results
 
-SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x")]
+SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x"), "checks"]
 TERM_COLUMNS = ["medium", "term", "kept_by_bic", "one_of_the_nine"]
 
 
@@ -38,7 +38,8 @@ def symmetry(results: Results) -> pd.DataFrame:
         table = results.alpha_table(medium)
         whole = torus(*directions(table))
         alpha = whole.complete(*both(table))
-        columns = (medium, np.degrees(whole.beta), np.degrees(whole.gamma), *alpha)
+        mark = next(iter(table["checks"]), "")
+        columns = (medium, np.degrees(whole.beta), np.degrees(whole.gamma), *alpha, mark)
         parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))
     nothing = pd.DataFrame(columns=SYMMETRY_COLUMNS)
     return pd.concat(parts, ignore_index=True) if parts else nothing
