@@ -275,3 +275,14 @@ def test_an_accepted_medium_is_used_and_says_why(lab: Lab) -> None:
     assert (found["verdict"], found["effect"]) == ("accepted", "")
     mark = "accepted: fails symmetry: the mount was re-seated; see the notebook"
     assert (lab.alpha["checks"] == mark).all()
+
+
+def test_diagnose_reads_the_logs_and_writes_nothing(lab: Lab) -> None:
+    assert "No check fails." in lab.folder.rftfit("check", "--diagnose").stdout
+    lab.set("transducer/axes", STATED | {"z": "+F3"})
+    done = lab.folder.rftfit("check", "--diagnose")
+    assert done.returncode == 0
+    assert f"{MEDIUM}, unusable: Z looks reversed (" in done.stdout
+    assert "none of them with that put right" in done.stdout
+    assert not (lab.folder.root / "results").exists()
+    assert lab.folder.rftfit("check", "--diagnose", "--strict").returncode == 2
