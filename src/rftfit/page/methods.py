@@ -170,7 +170,7 @@ def _law(results: Results) -> str:
         at = [f"{100 * (depth ** (power - 1) / line - 1):+.0f} % at {depth:.1f} cm"
               for depth in (max(top, 0.25 * deep), 0.5 * deep, deep)]  # fmt: skip
         told.append(
-            f"in {medium.title} as depth to the power of {power:.2f} (median of {len(steep)} runs), so that "
+            f"in {medium.title} as depth to the power of {power:.2f} ({'one run' if len(steep) == 1 else f'median of {len(steep)} runs'}), so that "
             f"forces by alpha times depth are off by what stress differs from the line: {', '.join(at)}"
         )
     return f" Stress does not grow in proportion to depth: {'; '.join(told)}." if told else ""
@@ -217,15 +217,22 @@ _OF_ALPHA = {
 
 
 def _named_errors(known: pd.DataFrame) -> str:
-    """Errors that no single log shows, with their median part of alpha_z(0, 90 deg) over the media."""
+    """Errors that no single log shows, with their largest part of alpha_z(0, 90 deg)."""
     push = known[(known["beta_deg"] == 0) & (known["gamma_deg"] == 90)]
     found = []
     for name, words in _OF_ALPHA.items():
         column_ = f"alpha_z_{name}_N_per_cm3"
-        if column_ in known and (known[column_].abs() > 0).any():
-            part = (push[column_] / push["alpha_z_N_per_cm3"]).abs().median()
-            found.append(f"{words} ({100 * part:.1f} % of alpha_z at (0, 90 deg))")
-    return f", and hold the errors {'; '.join(found)}" if found else ""
+        if column_ not in known:
+            continue
+        part = float((push[column_] / push["alpha_z_N_per_cm3"]).abs().max())
+        if part >= _TOLD:
+            found.append(f"{words} (up to {100 * part:.1f} %)")
+    told = "; ".join(found)
+    return f", and hold the errors, relative to alpha_z at (0, 90 deg), {told}" if told else ""
+
+
+_TOLD = 0.0005
+"""A smaller part of alpha is not worth a word."""
 
 
 def _few(results: Results) -> bool:
@@ -335,13 +342,17 @@ def _trial(results: Results) -> str:
 def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
     """Say where predicted forces on legs leave what was measured, in any medium."""
     speed = results.config.arm.leg_speed_rad_per_s
-    told: dict[str, None] = {}
+    told = []
     for medium in results:
         profile = medium.profile("table", draws=False)
+        found = {}
         for name, leg in legs.items():
             motion = rotation(None, leg.hip_height_cm, speed)
-            for limit in beyond_measured(profile, leg_outline(leg), motion):
-                told[f"{name_of(name)} in {medium.title}, {limit}"] = None
+            if limits := beyond_measured(profile, leg_outline(leg), motion):
+                found[name_of(name)] = limits
+        if found:
+            first, limits = next(iter(found.items()))
+            told.append(f"{', '.join(found)} in {medium.title} ({first}: {'; '.join(limits)})")
     return f" Beyond what was measured: {'; '.join(told)}." if told else ""
 
 
