@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.campaign.config import Leg
-from rftfit.measure.alpha import cell_at, column, directions
+from rftfit.measure.alpha import both, cell_at, column, directions, flagged
 from rftfit.measure.errors import shares
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.draws import errors_behind, errors_known
@@ -38,7 +38,8 @@ COMPONENTS = ("z", "x")
 NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
            "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "rms_error_N",
            "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
-COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "peak_errors", "reason"]
+COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "peak_errors", "peak_on_flagged_percent",
+           "reason"]  # fmt: skip
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
 
@@ -101,14 +102,19 @@ def shape_errors(profile: Profile, leg: Leg, config: Config) -> dict[str, dict[s
     }
 
 
-def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], str]:
-    """Share of each error in the variance of a leg's peak by the measured table, by leg and component."""
+def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
+    """What a leg's peak by the measured table rests on, by leg and component.
+
+    Share of each error in its variance, and part of it, percent, that comes from flagged cells.
+    """
     config, table = medium.results.config, medium.alpha
     if medium.name not in medium.results.laboratory or not errors_known(table):
         return {}
     profile = medium.profile("table", draws=False)
+    alpha = np.where(flagged(table), 0.0, both(table))
+    sound = TableProfile(alpha[0], alpha[1], *directions(table))
     legs = {name: one for name, one in config.intruders.items() if isinstance(one, Leg)}
-    shown = {}
+    shown, rests = {}, {}
     for name, leg in legs.items():
         motion = _turned(leg, config)
         best = forces_on(profile, leg_outline(leg), motion.poses)
@@ -117,6 +123,9 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], str]:
             continue
         at = {c: extreme(force, c) for c, force in forces.items()}
         shown[name] = (leg_outline(leg), motion.poses, at, shape_errors(profile, leg, config))
+        without = forces_on(sound, leg_outline(leg), motion.poses)
+        for c, left in (("z", without.force_z_N), ("x", without.force_x_N)):
+            rests[name, c] = 100 * (1 - float(left[at[c]] / forces[c][at[c]]))
 
     def peaks(alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
         many = TableProfile(*alpha, *directions(table))
@@ -132,7 +141,7 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], str]:
         _, _, at, moved = shown[name]
         parts = {source: float(sd[place]) for source, sd in behind.items()}
         parts |= {source: float(one[c][at[c]]) for source, one in moved.items()}
-        found[name, c] = shares(parts)
+        found[name, c] = (shares(parts), rests[name, c])
     return found
 
 
@@ -246,7 +255,7 @@ def leg_errors(
     predicted: pd.DataFrame,
     bed_spread: Mapping[str, float] | None = None,
     confidence: float = 0.95,
-    behind: Mapping[tuple[str, str, str], str] | None = None,
+    behind: Mapping[tuple[str, str, str], tuple[str, float]] | None = None,
 ) -> pd.DataFrame:
     """Compare every predicted curve with its measured one, over the theta that both have.
 
@@ -257,8 +266,7 @@ def leg_errors(
 
     `measured`: Curves of the leg stage. `predicted`: Curves of the prediction stage. `bed_spread`:
     By medium, relative (see `bed_spread`); 0 where not known. `confidence`: Level of the intervals
-    of predicted curves and peak errors. `behind`: By medium, leg and component: shares of the errors
-    in a peak by the measured table.
+    of predicted curves and peak errors. `behind`: By medium, leg and component: of `errors_of_peaks`.
     """
     import pandas as pd
 
@@ -276,9 +284,10 @@ def leg_errors(
             found = _compare(both, component, spread, confidence)
             reason = "; ".join(filter(None, (str(found.get("reason", "")), *flags)))
             name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
-            told = (behind or {}).get((str(medium), str(leg), component), "")
-            told = told if profile == "table" else ""
-            rows.append(name | found | {"peak_errors": told, "reason": reason})
+            told = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
+            told = told if profile == "table" else ("", math.nan)
+            rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), told, strict=True))
+            rows.append(name | found | rests | {"reason": reason})
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

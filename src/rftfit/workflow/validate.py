@@ -50,7 +50,7 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     everything = pd.concat(curves, ignore_index=True) if curves else nothing
     spread = {one.name: bed_spread(one.alpha) for one in media}
     measured = results.joined("legs/{medium}.csv")
-    behind = {(one.name, *key): text for one in media for key, text in errors_of_peaks(one).items()}
+    behind = {(one.name, *key): told for one in media for key, told in errors_of_peaks(one).items()}
     compared = leg_errors(measured, everything, spread, results.config.fit.confidence, behind)
     # a curve from the published media says so in this table too
     silent = compared["medium"].isin(results.sands)
