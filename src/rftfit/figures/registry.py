@@ -139,7 +139,9 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
                 mark(made, told)
             return made
 
-        _DECLARED.append(Declared(name=name, draw=inside, **{"media": once} | facts))
+        # the media that fail a check are named in every figure
+        own = {"settings": tuple(dict.fromkeys([*facts.get("settings", ()), "media"]))}
+        _DECLARED.append(Declared(name=name, draw=inside, **{"media": once} | facts | own))
         return inside
 
     return declare
