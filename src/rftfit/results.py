@@ -184,13 +184,14 @@ class Results(Tables):
     @property
     def checks(self) -> pd.DataFrame:
         """Whether the numbers of each medium can be believed: one row a medium and check."""
-        return self.table("checks.csv")
+        return self.joined("checks/{medium}.csv")
 
     @cached_property
     def marks(self) -> dict[str, str]:
         """What stands wherever a medium appears that fails a check, by medium."""
         # a campaign that was not run yet has none
-        return marks_of(self.checks, self.config.media) if self.has("checks.csv") else {}
+        there = all(self.has(f"checks/{medium}.csv") for medium in self.media)
+        return marks_of(self.checks, self.config.media) if there else {}
 
     @property
     def titles(self) -> dict[str, str]:

@@ -52,9 +52,9 @@ SAND_ALPHA = 0.689
 HOLED = "glass3mm_CP"
 """The medium with missing cells."""
 THETA_DEG = np.arange(-135, 136, 5)
-SINGLE = ("checks", "coefficients", "penetration", "reproduction", "ledger", "predicted", "leg_errors",
+SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", "leg_errors",
           "leg_sensitivity", "sands", "sand_correction")  # fmt: skip
-OF_MEDIA = ("alpha", "runs", "fits", "legs")
+OF_MEDIA = ("checks", "alpha", "runs", "fits", "legs")
 
 
 def paper_config() -> Config:

@@ -211,12 +211,11 @@ def test_rods_that_feel_more(rod: float, verdict: str) -> None:
 def test_copies_are_told_from_runs_of_one_file() -> None:
     by_id = runs("a", "b", "c", "d") | runs("rod1", "rod2", kind="rod")
     by_id["d"].force_log = "c"
-    campaign: Any = SimpleNamespace(by_id=by_id)
     table = pd.DataFrame({"run_id": list(by_id), "readings": ["1", "1", "2", "2", "3", "3"]})
     # c and d are one file by the sheet, the rods may be copies
-    assert same_readings(campaign, table) == {"a": ("b",), "b": ("a",)}
+    assert same_readings(by_id, table) == {"a": ("b",), "b": ("a",)}
     # of a log that says nothing there is no digest
-    assert same_readings(campaign, table.assign(readings="")) == {}
+    assert same_readings(by_id, table.assign(readings="")) == {}
 
 
 GAMMAS = (45.0, 71.57, 90.0)
@@ -316,12 +315,12 @@ def test_marks_name_what_fails_and_why_it_is_accepted() -> None:
     media = {name: Medium(title=name) for name in "ac"}
     media["b"] = Medium(title="b", accept={"size": "pumice"})
     assert marks_of(table, media) == {
-        "a": "unusable: fails work (checks.csv); doubtful: fails surface (checks.csv)",
+        "a": "unusable: fails work (results/checks); doubtful: fails surface (results/checks)",
         "b": "accepted: fails size: pumice",
     }
     frame = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     assert usable(frame)
-    assert not usable(frame.assign(checks="unusable: fails work (checks.csv)"))
+    assert not usable(frame.assign(checks="unusable: fails work (results/checks)"))
     assert usable(frame.assign(checks="accepted: fails work: unusable: I know"))
 
 
@@ -331,7 +330,9 @@ def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path: Any
     make_campaign(tmp_path, dict.fromkeys(media, LABORATORY), alpha)
     whole = open_results(tmp_path)
     everything = whole.generic()
-    bad = alpha_frame(media[0], alpha[media[0]]).assign(checks="unusable: fails work (checks.csv)")
+    bad = alpha_frame(media[0], alpha[media[0]]).assign(
+        checks="unusable: fails work (results/checks)"
+    )
     results = open_results(tmp_path)
     results.hold(f"alpha/{media[0]}.csv", bad)
     assert results.reference().media == media[1:]

@@ -19,7 +19,7 @@ from rftfit.results import open_results
 
 GOOD, BAD, TAKEN = "poppy_CP", "glass3mm_CP", "glass0.3mm_CP"
 WHY = "weighed in 1998 with another scale"
-MARK = "unusable: fails size (checks.csv)"
+MARK = "unusable: fails size (results/checks)"
 ACCEPTED = f"accepted: fails size: {WHY}"
 
 
@@ -38,7 +38,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Folder:
 
 
 def test_verdicts(whole: Folder) -> None:
-    table = whole.table("checks.csv").query("check == 'size'").set_index("medium")["verdict"]
+    every = pd.concat(whole.table(f"checks/{name}.csv") for name in (GOOD, BAD, TAKEN))
+    table = every.query("check == 'size'").set_index("medium")["verdict"]
     assert table.to_dict() == {
         GOOD: "passed", BAD: "failed", TAKEN: "accepted", "yuma": "not checked"
     }  # fmt: skip

@@ -54,7 +54,7 @@ rule slopes:
 
 
 rule checks:
-    # Fit zero-intercept checks of stress against depth: alpha(beta, gamma).
+    # Put the runs of each direction together, alpha(beta, gamma), and check whether it can be believed.
     input:
         PLAN.inputs("checks"),
     output:

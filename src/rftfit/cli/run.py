@@ -27,7 +27,7 @@ FILES = (
     "results/coefficients.csv",
     "results/penetration.csv",
     "results/reproduction.csv",
-    "results/checks.csv",
+    "results/checks",
     "results/ledger.csv",
 )
 LEDGER = "results/ledger.csv"
@@ -188,14 +188,18 @@ def closing_lines(root: Path) -> list[str]:
 
 def failed_checks(root: Path) -> list[str]:
     """What the checks say of the media that fail one."""
-    try:
-        with (root / "results/checks.csv").open(encoding="utf-8", newline="") as handle:
-            rows = [
-                row for row in csv.DictReader(handle) if row["verdict"] in ("failed", "accepted")
-            ]
-            return [f"{r['medium']}, {r['effect'] or r['verdict']}: {r['sentence']}" for r in rows]
-    except (OSError, KeyError, csv.Error):
-        return []
+    rows: list[dict[str, str]] = []
+    for path in sorted((root / "results/checks").glob("*.csv")):
+        try:
+            with path.open(encoding="utf-8", newline="") as handle:
+                rows += [*csv.DictReader(handle)]
+        except (OSError, csv.Error):
+            continue
+    return [
+        f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}"
+        for row in rows
+        if row.get("verdict") in ("failed", "accepted")
+    ]
 
 
 def _shown(root: Path, name: str) -> str:

@@ -93,13 +93,10 @@ def _judged(
     return Check(check, FAILED, found, allowed, sentence, runs)
 
 
-def check_medium(
-    campaign: Campaign, medium: str, tables: Tables, logs: Mapping[str, tuple[str, ...]]
-) -> list[Check]:
+def check_medium(campaign: Campaign, medium: str, tables: Tables) -> list[Check]:
     """Do every check on one medium; what the config accepts is not failed.
 
     `tables`: ``runs``, ``tares``, ``fits``, ``alpha``, ``tared`` and ``windows`` of the medium.
-    `logs`: Of `same_readings`.
     """
     config, alpha = campaign.config, tables["alpha"]
     sheet = {run.run_id: run for run in campaign.runs_of(medium)}
@@ -109,7 +106,7 @@ def check_medium(
         *check_axes(alpha, where, swapped=rods.verdict == FAILED),
         check_channels(config, sheet, tables["runs"]),
         rods,
-        check_logs(sheet, logs),
+        check_logs(sheet, same_readings(sheet, tables["runs"])),
         check_surface(config, medium, tables),
         check_size(alpha, config.media[medium].expected_alpha),
         check_steadiness(tables),
@@ -130,7 +127,7 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, str
         words = []
         for effect in (UNUSABLE, DOUBTFUL):
             failed = ", ".join(rows.loc[rows["effect"] == effect, "check"])
-            words += [f"{effect}: fails {failed} (checks.csv)"] if failed else []
+            words += [f"{effect}: fails {failed} (results/checks)"] if failed else []
         # by the config as it is now, which may be newer than the table
         accept: dict[Any, str] = media[str(medium)].accept
         taken = rows.loc[rows["verdict"] == ACCEPTED, "check"]
@@ -443,19 +440,19 @@ def check_rods(tares: pd.DataFrame, sheet: Mapping[str, Run]) -> Check:
     return _judged("rods", typical <= 1, found, "less than 1", said)
 
 
-def same_readings(campaign: Campaign, runs: pd.DataFrame) -> dict[str, tuple[str, ...]]:
-    """Runs of a campaign that have the readings of another one, in a file of another name, with these.
+def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tuple[str, ...]]:
+    """Runs of a medium that have the readings of another one, in a file of another name, with these.
 
     Rods may be copies: a tare that serves several runs is no repeat.
     """
     groups: dict[str, list[str]] = {}
     for name, digest in zip(runs["run_id"], runs["readings"], strict=True):
-        if digest and campaign.by_id[name].kind in ("plate", "leg"):
+        if digest and sheet[name].kind in ("plate", "leg"):
             groups.setdefault(digest, []).append(name)
     return {
         name: tuple(other for other in group if other != name)
         for group in groups.values()
-        if len({campaign.by_id[name].force_log for name in group}) > 1
+        if len({sheet[name].force_log for name in group}) > 1
         for name in group
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rftfit.measure.alpha import alpha_table
-from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of, same_readings
+from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.ingest import account_unclaimed, ingest_medium
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.campaign.load import Campaign
-    from rftfit.measure.checks import Check
     from rftfit.results import Results
 
 
@@ -50,36 +49,31 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, p
     return fits, windows, book.table()
 
 
-def checks(results: Results) -> tuple[pd.DataFrame, ...]:
-    """Put the cells of every medium together and check them: verdicts, an alpha table for each."""
+def checks(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Put the cells of a medium together and check them: verdicts, alpha table."""
     import pandas as pd
 
     config = results.config
-    depths = len(config.fit.horizontal_depths_cm)
-    logs = same_readings(results.campaign, results.joined("runs/{medium}.csv"))
-    rows: list[dict[str, object]] = []
-    made: dict[str, tuple[pd.DataFrame, list[Check]]] = {}
-    for medium in results.media:
-        tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
-        tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
-        errors, surface = errors_of(tables["fits"], config)
-        alpha = alpha_table(
-            tables["fits"], medium, config.fit.confidence, depths, errors, config.grid_of(medium),
-            surface,
-        )  # fmt: skip
-        found = check_medium(results.campaign, medium, tables | {"alpha": alpha}, logs)
-        rows += [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
-        made[medium] = (alpha, found)
+    tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
+    tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
+    errors, surface = errors_of(tables["fits"], config)
+    level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
+    grid = config.grid_of(medium)
+    alpha = alpha_table(tables["fits"], medium, level, depths, errors, grid, surface)
+    found = check_medium(results.campaign, medium, tables | {"alpha": alpha})
+    rows = [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
     table = pd.DataFrame(rows, columns=COLUMNS)
-    marks = marks_of(table, config.media)
-    return table, *(marked(*pair, marks.get(medium, "")) for medium, pair in made.items())
+    return table, marked(alpha, found, marks_of(table, config.media).get(medium, ""))
 
 
 def check_logs(campaign: Campaign) -> pd.DataFrame:
     """Measure all logs of a campaign and check what comes out; nothing is written."""
+    import pandas as pd
+
     from rftfit.results import Results
 
     results = Results(campaign)
+    found = []
     for medium in results.media:
         for stage, names in (
             (ingest, ("traces/{}.parquet", "runs/{}.csv")),
@@ -88,7 +82,8 @@ def check_logs(campaign: Campaign) -> pd.DataFrame:
         ):
             for name, table in zip(names, stage(results, medium), strict=False):
                 results.hold(name.format(medium), table)
-    return checks(results)[0]
+        found.append(checks(results, medium)[0])
+    return pd.concat(found, ignore_index=True)
 
 
 def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -157,7 +157,7 @@ class Plan:
                     depends["logs"] = digest_of(sorted(self.logs(medium).items()))
                 task = Task(
                     figure.group, name, figure.run, medium,
-                    self._filled(("checks.csv", *figure.reads), medium, written),
+                    self._filled(("checks/{media}.csv", *figure.reads), medium, written),
                     tuple(f"{FOLDER}/{name}.{ending}" for ending in ("png", "pdf", "svg")),
                     depends,
                 )  # fmt: skip
