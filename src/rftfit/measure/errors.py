@@ -110,7 +110,11 @@ def spread_of_beds(
 
     `groups`: By component.
     """
-    repeated = [[one for one in part if one[0].size > 1] for part in groups]
+    repeated = [
+        # a table may state no errors
+        [one for one in part if one[0].size > 1 and np.isfinite(one[1]).all()]
+        for part in groups
+    ]
     dof = [float(sum(alpha.size - 1 for alpha, _ in part)) for part in repeated]
     if min(dof) < LEAST_DOF:
         if stated == (0.0, 0.0):

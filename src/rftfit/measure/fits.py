@@ -130,23 +130,24 @@ class Stroke:
     """A tared stroke; arrays of shape (n,), in the order of recording.
 
     `depth`, `x`, `path`: cm; path is the length travelled.
-    `force`: shape (2, n); Granular force z, x, N; NaN where the tare is not known. `tare`: Likewise.
+    `force`: shape (2, n); Granular force z, x, N; NaN where the tare is not known.
     `why`: `RowStatus` of each sample.
     `zero_variance`, `zero_dof`: shape (2, 2); Of run and tare (rows), for z and x, N^2.
     `depth_sd`: Standard error of the depth common to all samples, from the clocks, cm.
     `flags`: What earlier stages remarked.
+    `tare`: shape (2, n); What was subtracted, N; default: nothing.
     """
 
     depth: FloatArray
     x: FloatArray
     path: FloatArray
     force: FloatArray
-    tare: FloatArray
     why: np.ndarray
     zero_variance: FloatArray
     zero_dof: FloatArray
     depth_sd: float = 0.0
     flags: tuple[str, ...] = ()
+    tare: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -238,7 +239,9 @@ def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
     straight_down = run.direction == "intrusion" and run.gamma_deg == 90
     if straight_down and slope.interval(config.fit.confidence)[1][0] < 0:
         flags += (PULLED_DOWN,)
-    rod = zero_intercept(depth, stroke.tare[:, usable] / plate.area_cm2)[0] * [1.0, sign_x]
+    rod = np.zeros(2)
+    if stroke.tare is not None:
+        rod = zero_intercept(depth, stroke.tare[:, usable] / plate.area_cm2)[0] * [1.0, sign_x]
     laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
     return RunFit(
         beta_deg, gamma_deg, float(depth.min()), float(depth.max()),
@@ -415,10 +418,10 @@ def _stroke(
     # so does an error of the surface, where that was found in the run; that of a given one is no run's own
     surface_se_cm = float(np.nan_to_num(run["surface_se_mm"])) / 10
     return Stroke(
-        depth, samples["x_cm"], samples["path_cm"], force, rods, samples["why"],
+        depth, samples["x_cm"], samples["path_cm"], force, samples["why"],
         np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in facts], dtype=float),
         np.array([[fact["zero_dof"]] * 2 for fact in facts], dtype=float),
-        math.hypot(speed * float(run["clock_se_s"]), surface_se_cm), flags,
+        math.hypot(speed * float(run["clock_se_s"]), surface_se_cm), flags, rods,
     )  # fmt: skip
 
 
