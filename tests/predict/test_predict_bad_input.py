@@ -45,7 +45,7 @@ def on_trial(room: Room, alpha: pd.DataFrame, legs: pd.DataFrame) -> tuple[pd.Da
     room.write()
     for part, table in (("alpha", alpha), ("legs", legs)):
         write_csv(table, room.folder / "results" / part / "poppy_LP.csv")
-    return legs_predicted(open_results(room.folder))
+    return legs_predicted(open_results(room.folder))[:2]
 
 
 def of_c_leg(table: pd.DataFrame, profile: str = "table") -> pd.DataFrame:

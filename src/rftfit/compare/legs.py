@@ -70,7 +70,8 @@ def leg_prediction(profile: Profile, leg: Leg, config: Config) -> pd.DataFrame:
     moved = shape_errors(profile, leg, config)
     for c, name in names.items():
         lo, hi = (f"force_{c}_{end}_N" for end in ("lo", "hi"))
-        shape = wide * np.sqrt(sum(part[c] ** 2 for part in moved.values()))
+        # a leg that is moved a little may reach cells that are missing
+        shape = wide * np.sqrt(sum(np.nan_to_num(part[c]) ** 2 for part in moved.values()))
         below, above = forces[name] - forces[lo], forces[hi] - forces[name]
         forces[lo] = forces[name] - np.hypot(below, shape)
         forces[hi] = forces[name] + np.hypot(above, shape)

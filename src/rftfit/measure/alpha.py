@@ -189,16 +189,8 @@ class _Cell:
 
 _NUMBERS = [column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))]
 _BEDS = [f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS]
-_TOLD = [
-    "depth_from_cm",
-    "depth_to_cm",
-    "n_runs",
-    "run_ids",
-    "tare_runs",
-    "spread",
-    "flags",
-    "reason",
-]
+_TOLD = ["depth_from_cm", "depth_to_cm", "n_runs", "run_ids", "tare_runs", "spread", "flags", "checks",
+         "reason"]  # fmt: skip
 
 
 def _cell(runs: list[Row], horizontal: bool, depths: int, told: tuple[str, ...]) -> _Cell:

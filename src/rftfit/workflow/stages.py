@@ -127,7 +127,7 @@ STAGES = (
     ),
     Stage(
         "robot_motion", f"{_ROBOT}:robot_motion", robot=True,
-        settings=("fourier", "media", "robot"), reads=("alpha/{laboratory}.csv",),
+        settings=("fit", "fourier", "media", "robot"), reads=("alpha/{laboratory}.csv",),
         writes=("robot/motion.csv", "robot/frames.json"),
     ),
     Stage(
@@ -138,7 +138,7 @@ STAGES = (
         writes=("ledger.csv",),
     ),
     Stage(
-        "validate", f"{_VALIDATE}:validate", settings=("fourier", "media"), rows=True,
+        "validate", f"{_VALIDATE}:validate", settings=("media",), rows=True,
         reads=("alpha/{laboratory}.csv", "coefficients.csv", "penetration.csv", "leg_errors.csv",
                "legs/{media}.csv", "robot/errors.csv", "robot/optimum.csv", "robot/speed.csv",
                "checks/{media}.csv"),
