@@ -13,7 +13,7 @@ GROUPS = {
     ),
     "Scaling": ("scale", "ScaledMedium", "Reference", "published_reference"),
     "Forces": (
-        "predict", "Outline", "model_leg", "arc", "polyline", "Motion", "rotation", "path",
+        "predict", "beyond_measured", "Outline", "model_leg", "arc", "polyline", "Motion", "rotation", "path",
         "simulate",
     ),
     "Logs and tables": ("read_log", "fit_slope", "published_table"),

@@ -527,7 +527,7 @@ class MediumFit:
     @property
     def zeta_errors(self) -> dict[str, FloatArray]:
         """Standard deviation of `zeta` by the name of the error behind it."""
-        if self.reason:
+        if self.reason or not errors_known(self.table):
             return {}
         return errors_behind(
             self.table, self.config, lambda alpha: vertical_penetration(self._of(alpha))
