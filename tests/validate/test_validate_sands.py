@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
+import pandas as pd
 import pytest
 
+from rftfit.campaign.config import Fit, Plate
+from rftfit.compare import sands
 from rftfit.compare.sands import bend_of, linear_end
+from rftfit.measure.errors import SurfaceError
 from rftfit.reference import load
 
 
@@ -52,3 +59,24 @@ def test_published_sands() -> None:
     assert 1.2 <= ends["yuma"] <= 2.2
     assert ends["palms29"] >= 3
     assert ends["palms29_sieved"] >= 3
+
+
+def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
+    """As the alpha table has them; a wider one than the logs alone give, whatever the window."""
+    depth = np.linspace(0.5, 3.0, 300)
+    noise = np.random.default_rng(2).normal(0, 0.003, depth.size)
+    plate = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
+    campaign: Any = SimpleNamespace(config=SimpleNamespace(fit=Fit(), table=None))
+    words = (depth, 0.7 * depth + noise, (np.zeros((1, 1)), np.ones((1, 1))), np.array([1.2, 1.3]))
+    cell = {"beta_deg": 0.0, "gamma_deg": 90.0, "alpha_z_N_per_cm3": 0.7,
+            "run_to_run_z_N_per_cm3": 0.028, "alpha_z_rod_N_per_cm3": 0.021}  # fmt: skip
+    others = sands._of_any_window(pd.DataFrame([cell]))
+    assert others == pytest.approx(0.05)
+    alone = sands._slope(campaign, plate, *words, SurfaceError())
+    whole = sands._slope(campaign, plate, *words, SurfaceError(), others)
+    own, half = (
+        float(str(row["hi"])) - float(str(row["alpha_z_N_per_cm3"])) for row in (alone, whole)
+    )
+    assert half == pytest.approx(np.hypot(own, 1.96 * 0.05 * 0.7), rel=0.01)
+    # nothing is known of a sand without a usable test
+    assert sands._of_any_window(pd.DataFrame([cell | {"gamma_deg": 45.0}])) == 0

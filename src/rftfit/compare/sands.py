@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.compare.legs import bed_spread
+from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.errors import (
     Part,
     Spread,
@@ -83,15 +85,20 @@ def linear_end(depth: FloatArray, stress: FloatArray, bend: float = BEND) -> flo
 
 
 def penetration_rows(
-    campaign: Campaign, tared: pd.DataFrame, runs: pd.DataFrame, fits: pd.DataFrame, chi: FloatArray
+    campaign: Campaign,
+    tared: pd.DataFrame,
+    runs: pd.DataFrame,
+    fits: pd.DataFrame,
+    alpha: pd.DataFrame,
+    chi: FloatArray,
 ) -> list[dict[str, object]]:
     """Slope and zeta of every penetration test of a natural sand over its linear regime.
 
     Two rows a test, one for the stated and one for the detected regime; one with the reason for a
-    test that has no tared stroke. `tared`, `runs` and `fits` are the sand's tables of the tare, ingest
-    and slope stages, `chi` that of the reference media.
+    test that has no tared stroke. `tared`, `runs`, `fits` and `alpha` are the sand's tables of the
+    earlier stages, `chi` that of the reference media.
     """
-    surface = errors_of(fits, campaign.config)[1]
+    surface, others = errors_of(fits, campaign.config)[1], _of_any_window(alpha)
     facts = {str(row["run_id"]): row for row in runs.to_dict("records")}
     where = split_runs(tared)
     rows: list[dict[str, object]] = []
@@ -101,7 +108,7 @@ def penetration_rows(
         if (run.kind, run.direction, run.beta_deg, run.gamma_deg) != ("plate", "intrusion", 0, 90):
             continue
         if name in where:
-            rows += _windows(campaign, run, tared.iloc[where[name]], facts, chi, surface)
+            rows += _windows(campaign, run, tared.iloc[where[name]], facts, chi, surface, others)
             continue
         reason = facts[name]["reason"]
         if campaign.numbers:
@@ -118,6 +125,7 @@ def _windows(
     facts: Mapping[str, Any],
     chi: FloatArray,
     surface: SurfaceError,
+    others: float,
 ) -> list[dict[str, object]]:
     """Fit one penetration test over the stated and over the detected linear regime."""
     plate = campaign.config.intruders[run.intruder]
@@ -136,11 +144,22 @@ def _windows(
         # without an end, which is NaN then, there is no window
         part = np.isfinite(stress) & (depth > 0) & (depth <= end) & inside
         samples_of = depth[part], stress[part]
-        row |= {"linear_to_cm": end} | _slope(campaign, plate, *samples_of, zero, chi, surface)
+        row |= {"linear_to_cm": end} | _slope(
+            campaign, plate, *samples_of, zero, chi, surface, others
+        )
         if campaign.holds_tare(run):
             row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))
         rows.append(row)
     return rows
+
+
+def _of_any_window(alpha: pd.DataFrame) -> float:
+    """Error of a single test by its bed and by that of its rod, relative, whatever its window."""
+    cell = cell_at(alpha, 0, 90)
+    if cell is None:
+        return 0.0
+    rod = float(cell.get(column("z", "_rod"), 0.0)) / float(cell[column("z")])
+    return math.hypot(bed_spread(alpha), rod if math.isfinite(rod) else 0.0)
 
 
 def _slope(
@@ -151,6 +170,7 @@ def _slope(
     zero: tuple[FloatArray, FloatArray],
     chi: FloatArray,
     surface: SurfaceError,
+    others: float = 0.0,
 ) -> dict[str, object]:
     """Slope over one linear regime, and zeta from it."""
     fit = campaign.config.fit
@@ -163,7 +183,7 @@ def _slope(
     alpha, se = float(slope.alpha[0]), float(slope.se[0])
     moved = alpha * slope.lever
     parts = [Part(se, float(slope.dof[0])), Part(moved * surface.run, surface.dof)]
-    parts.append(Part(moved * surface.session))
+    parts += [Part(moved * surface.session), Part(alpha * others)]
     half = half_width(parts, fit.confidence) if math.isfinite(se) else math.nan
     row = {"alpha_z_N_per_cm3": alpha, "lo": alpha - half, "hi": alpha + half}
     row["bend"] = bend_of(depth, stress)

@@ -76,7 +76,8 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     rows = []
     for medium in results.sands:
         tared, fits = results.table(f"tared/{medium}.parquet"), results.table(f"fits/{medium}.csv")
-        rows += penetration_rows(results.campaign, tared, results[medium].runs, fits, chi)
+        runs, alpha = results[medium].runs, results[medium].alpha
+        rows += penetration_rows(results.campaign, tared, runs, fits, alpha, chi)
     tests = pd.DataFrame(rows, columns=SAND_COLUMNS)
     tests["reason"] = _with_note(tests["reason"], note)
     curves = results.table("predicted.csv")
