@@ -12,6 +12,7 @@ GROUPS = {
         "scaled_generic",
     ),
     "Scaling": ("scale", "ScaledMedium", "Reference", "published_reference"),
+    "A few pushes": ("estimate_map", "Map", "Shapes", "published_shapes", "plan", "Plan", "Rig"),
     "Forces": (
         "predict", "beyond_measured", "Outline", "model_leg", "arc", "polyline", "Motion", "rotation", "path",
         "simulate",

@@ -13,11 +13,42 @@ os.environ.setdefault("NUMBA_CACHE_DIR", "")
 __version__ = "0.1.0"
 
 __all__ = [
-    "DepthOnlyProfile", "FourierProfile", "Medium", "Motion", "Outline", "Profile", "Reference",
-    "Results", "RftfitError", "ScaledMedium", "TableProfile", "arc", "beyond_measured", "check",
+    "DepthOnlyProfile",
+    "FourierProfile",
+    "Map",
+    "Medium",
+    "Motion",
+    "Outline",
+    "Plan",
+    "Profile",
+    "Reference",
+    "Results",
+    "RftfitError",
+    "Rig",
+    "ScaledMedium",
+    "Shapes",
+    "TableProfile",
+    "arc",
+    "beyond_measured",
+    "check",
+    "estimate_map",
     "fit_slope",
-    "model_leg", "open", "path", "polyline", "predict", "published_medium", "published_reference",
-    "published_table", "read_log", "rotation", "run", "scale", "scaled_generic", "simulate",
+    "model_leg",
+    "open",
+    "path",
+    "plan",
+    "polyline",
+    "predict",
+    "published_medium",
+    "published_reference",
+    "published_shapes",
+    "published_table",
+    "read_log",
+    "rotation",
+    "run",
+    "scale",
+    "scaled_generic",
+    "simulate",
 ]  # fmt: skip
 
 _FOUND_IN = {
@@ -25,10 +56,12 @@ _FOUND_IN = {
     "errors": ("RftfitError",),
     "model.motion": ("Motion", "path", "rotation"),
     "model.outlines": ("Outline", "arc", "model_leg", "polyline"),
+    "model.planning": ("Plan", "Rig", "plan"),
     "model.prediction": ("beyond_measured", "predict"),
     "model.profiles": ("DepthOnlyProfile", "FourierProfile", "Profile", "TableProfile",
                        "published_medium", "scaled_generic"),
     "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale"),
+    "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes"),
     "reference": ("published_table",),
     "results": ("Medium", "Results", "open"),
 }  # fmt: skip
@@ -44,6 +77,7 @@ if TYPE_CHECKING:
     from rftfit.errors import RftfitError
     from rftfit.model.motion import Motion, path, rotation
     from rftfit.model.outlines import Outline, arc, model_leg, polyline
+    from rftfit.model.planning import Plan, Rig, plan
     from rftfit.model.prediction import beyond_measured, predict
     from rftfit.model.profiles import (
         DepthOnlyProfile,
@@ -55,6 +89,7 @@ if TYPE_CHECKING:
     )
     from rftfit.model.scaling import Reference, ScaledMedium, scale
     from rftfit.model.scaling import published as published_reference
+    from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes
     from rftfit.reference import load as published_table
     from rftfit.results import Medium, Results
     from rftfit.results import open_results as open

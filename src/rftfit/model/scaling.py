@@ -212,7 +212,7 @@ def reference_from(
     return Reference(name, tuple(chi), values, coefficients[GENERIC], scaled, printed)
 
 
-_PAPER_RULE = 0.05
+PAPER_RULE = 0.05
 """A term is kept where it is larger than this share of A00."""
 
 
@@ -260,7 +260,7 @@ def _by_least_squares() -> Reference:
         own = np.array([[float(row[n]) for n in names] for row in rows if row["medium"] == medium])
         beta, gamma = np.radians(own[:, :2]).T
         alpha = own[:, 2], own[:, 3]
-        keep = kept_terms(fit_lsq(beta, gamma, *alpha), _PAPER_RULE)
+        keep = kept_terms(fit_lsq(beta, gamma, *alpha), PAPER_RULE)
         fits[medium] = fit_lsq(beta, gamma, *alpha, keep)
         down = (own[:, 0] == 0) & (own[:, 1] == 90)
         chi[medium] = float(alpha[0][down][0] / vertical_penetration(fits[medium]))

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.errors import InputError
+from rftfit.model.planning import Target
+from rftfit.model.profiles import TableProfile
 from rftfit.robot.run import Condition, simulate
 from rftfit.store.environment import usable_cores
 
@@ -17,7 +19,9 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from rftfit.conventions import FloatArray
     from rftfit.model.profiles import Profile
+    from rftfit.model.shapes import Map
     from rftfit.robot.config import Robot
     from rftfit.robot.run import RobotRun
 
@@ -184,3 +188,20 @@ def optimum(robot: Robot, profile: Profile, threads: int | None = None) -> tuple
     conditions = [Condition(BEST_AT_HZ, value) for value in BEST_CURVATURES]
     runs = run_all(robot, profile, conditions, threads)
     return best_curvature(np.array(BEST_CURVATURES), np.array([run.speed_cm_per_s for run in runs]))
+
+
+def speed_target(robot: Robot, conditions: Sequence[tuple[float, float]]) -> Target:
+    """Speed at pairs of (curvature R'/r, stride frequency in Hz), as what pushes are planned for."""
+
+    def numbers(alpha: FloatArray, known: Map) -> FloatArray:
+        speeds = [
+            simulate(
+                robot, TableProfile(z, x, known.beta, known.gamma), frequency, curvature
+            ).speed_cm_per_s
+            for z, x in alpha.reshape(-1, 2, known.beta.size)
+            for curvature, frequency in conditions
+        ]
+        return np.array(speeds).reshape(*alpha.shape[:-2], len(conditions))
+
+    parts = tuple(f"R'/r = {curvature:g}, {frequency:g} Hz" for curvature, frequency in conditions)
+    return Target("speed of the robot", parts, numbers, linear=False)

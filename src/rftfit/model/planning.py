@@ -1,0 +1,319 @@
+"""Which pushes to make next: those that narrow the interval of a target most, for each run that they cost.
+
+Forces are weights times alpha, so how far a push narrows them is known before it is made: the joint
+covariance of target and alpha at all nodes, conditioned on one push after the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.problems import choose
+from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.model.forces import force_draws, forces_on
+from rftfit.model.fourier import fit_lsq, kept_terms
+from rftfit.model.motion import rotation
+from rftfit.model.outlines import Outline
+from rftfit.model.profiles import TableProfile
+from rftfit.model.scaling import PAPER_RULE, vertical_penetration
+from rftfit.model.shapes import (
+    LEAST_PERCENT,
+    USUAL_PERCENT,
+    Map,
+    Shapes,
+    grid,
+    published_shapes,
+    usual_error,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import pandas as pd
+
+    from rftfit.conventions import FloatArray
+    from rftfit.model.motion import Motion
+
+    Numbers = Callable[[FloatArray, Map], FloatArray]
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is to be known well: numbers that follow from alpha.
+
+    `parts`: Name of each number. `numbers`: of shape (..., t), of alpha of shape (..., 2, n) at the nodes
+    of a map. `linear`: Whether they are linear in alpha. `relative`: Whether each is to be known relative
+    to itself; else they have their scale already.
+    """
+
+    name: str
+    parts: tuple[str, ...]
+    numbers: Numbers
+    linear: bool = True
+    relative: bool = True
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What pushes cost and how well they are known.
+
+    Parameters
+    ----------
+    directions : tuple of (float, float), optional
+        (beta, gamma) that the rig can push, degrees; default: the published grid.
+    pairs : bool, optional
+        Whether the plate is pulled back along its path and measured on the way too: (beta, gamma)
+        and (-beta, -gamma) come together.
+    depths : int, optional
+        Runs that a horizontal direction takes.
+    error_percent, least_percent : float, optional
+        Standard error of one push: of its own alpha, and of the largest.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> rig = rftfit.Rig(pairs=True, error_percent=5)
+    """
+
+    directions: tuple[tuple[float, float], ...] = ()
+    pairs: bool = False
+    depths: int = 3
+    error_percent: float = USUAL_PERCENT
+    least_percent: float = LEAST_PERCENT
+
+
+def blank(shapes: Shapes | None = None, nodes: tuple[FloatArray, FloatArray] | None = None) -> Map:
+    """A medium of which nothing is known but that it belongs: size 1, its error 100 %."""
+    shapes = shapes or published_shapes()
+    beta, gamma = grid() if nodes is None else nodes
+    mean, covariance = shapes.moments(beta, gamma)
+    values, vectors = np.linalg.eigh(covariance)
+    factor = np.vstack([mean, (vectors * np.sqrt(np.maximum(values, 0.0))).T])
+    nothing = np.zeros(beta.size, dtype=bool)
+    return Map(
+        "", beta, gamma, mean.reshape(2, -1), factor.reshape(-1, 2, beta.size), nothing,
+        1.0, 0.0, 0, 0, shapes.name,
+    )  # fmt: skip
+
+
+def _alpha(alpha: FloatArray, known: Map) -> FloatArray:
+    flat = alpha.reshape(*alpha.shape[:-2], -1)
+    result: FloatArray = flat / np.abs(known.alpha).max()
+    return result
+
+
+def _zeta(alpha: FloatArray, known: Map) -> FloatArray:
+    keep = kept_terms(fit_lsq(known.beta, known.gamma, *known.alpha), PAPER_RULE)
+    terms = fit_lsq(known.beta, known.gamma, alpha[..., 0, :], alpha[..., 1, :], keep)
+    return vertical_penetration(terms)[..., None]
+
+
+WHOLE_MAP = Target("map", ("alpha over its largest",), _alpha, relative=False)
+ZETA = Target("zeta", ("zeta",), _zeta)
+
+
+def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
+    """Largest lift and largest horizontal force on each outline along a motion."""
+    poses = (rotation() if motion is None else motion).poses
+
+    def numbers(alpha: FloatArray, known: Map) -> FloatArray:
+        best = TableProfile(known.alpha[0], known.alpha[1], known.beta, known.gamma)
+        many = TableProfile(alpha[..., 0, :], alpha[..., 1, :], known.beta, known.gamma)
+        found = []
+        for outline in outlines:
+            force = forces_on(best, outline, poses)
+            at = [int(np.argmax(force.force_z_N)), int(np.argmax(np.abs(force.force_x_N)))]
+            forces = force_draws(many, outline, poses[at])
+            found += [forces.force_z_N[..., 0], forces.force_x_N[..., 1]]
+        return np.stack(found, axis=-1)
+
+    names = [outline.name for outline in outlines]
+    parts = tuple(f"{name}, {what}" for name in names for what in ("lift", "horizontal"))
+    return Target(f"peak forces on {', '.join(names)}", parts, numbers)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One more push of a plan.
+
+    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too.
+    `runs`: That it takes.
+    `half_width`: Of the interval of each part of the target after it, relative.
+    """
+
+    directions: tuple[tuple[float, float], ...]
+    runs: int
+    half_width: FloatArray
+
+    @property
+    def typical(self) -> float:
+        """Root mean square of the half widths."""
+        return float(np.sqrt(np.mean(self.half_width**2)))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Pushes to make next, in their order: made by `plan`.
+
+    Parameters
+    ----------
+    target : str
+        What is to be known.
+    parts : tuple of str
+        The numbers that it has.
+    steps : tuple of Step
+        The first has no push: it is what is known now.
+    confidence : float
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> first = rftfit.plan(rftfit.model_leg("c_leg"), count=3)
+    >>> first.table()["half_width_percent"].is_monotonic_decreasing
+    True
+    """
+
+    target: str
+    parts: tuple[str, ...]
+    steps: tuple[Step, ...]
+    confidence: float
+
+    def table(self) -> pd.DataFrame:
+        """The pushes and what is known after each.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``push`` (0: now), ``beta_deg, gamma_deg``, ``way_back`` (whether the plate is also measured
+            on its way back), ``runs`` (so far), ``half_width_percent`` of the target's interval, root
+            mean square over its parts.
+        """
+        import pandas as pd
+
+        rows, runs = [], 0
+        for number, step in enumerate(self.steps):
+            runs += step.runs
+            beta, gamma = step.directions[0] if step.directions else (np.nan, np.nan)
+            back = len(step.directions) > 1
+            rows.append((number, beta, gamma, back, runs, 100 * step.typical))
+        names = ["push", "beta_deg", "gamma_deg", "way_back", "runs", "half_width_percent"]
+        return pd.DataFrame(rows, columns=names)
+
+
+def plan(
+    target: Target | Outline | Sequence[Outline] | str = "map",
+    known: Map | None = None,
+    rig: Rig | None = None,
+    count: int = 10,
+    confidence: float = 0.95,
+) -> Plan:
+    """Choose pushes one after the other, each the one that narrows the target most for its runs.
+
+    Parameters
+    ----------
+    target : str, Outline or sequence of Outline, optional
+        ``map`` (default): alpha in every direction; ``zeta``; or bodies, whose peak forces in the
+        paper's rotation are to be known.
+    known : Map, optional
+        What was measured (`estimate_map`); default: nothing yet.
+    rig : Rig, optional
+        What pushes cost and how well they are known; its directions are nodes of the map.
+    count : int, optional
+        Pushes to plan.
+    confidence : float, optional
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    ValueError
+        If the target is not known, or a direction is no node of the map.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> len(rftfit.plan("zeta", count=2).steps)
+    3
+    """
+    rig, known, target = rig or Rig(), known or blank(), _target(target)
+    value = np.atleast_1d(target.numbers(known.alpha, known))
+    scale = np.abs(value) if target.relative else np.ones_like(value)
+    rows = known.factor
+    if target.linear:
+        moved = target.numbers(rows, known)
+    else:  # how it moves with the largest parts of the error
+        rows = _largest(rows)
+        above, below = (target.numbers(known.alpha + s * rows, known) for s in (1, -1))
+        moved = (above - below) / 2
+    flat = rows.reshape(len(rows), -1)
+    joint = np.hstack([flat, moved / scale])
+    covariance, size = joint.T @ joint, flat.shape[1]
+    if not np.isfinite(covariance).all():
+        raise ValueError(f"{target.name} has no number in this medium")
+    quantile = float(student_quantile(confidence, GIVEN_DOF))
+    noise = usual_error(known.alpha.ravel(), rig.error_percent, rig.least_percent) ** 2
+    choices = _choices(known, rig)
+    steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
+    for _ in range(count):
+        before = np.diag(covariance)[size:].sum()
+        gains = []
+        for places, runs, _ in choices:
+            across = covariance[size:, places]
+            seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
+            less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
+            gains.append(-np.log(max(1 - less / before, 1e-12)) / runs)
+        places, runs, directions = choices[int(np.argmax(np.round(gains, 9)))]
+        seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
+        covariance = covariance - covariance[:, places] @ np.linalg.solve(seen, covariance[places])
+        left = np.maximum(np.diag(covariance)[size:], 0.0)
+        steps.append(Step(directions, runs, quantile * np.sqrt(left)))
+    return Plan(target.name, target.parts, tuple(steps), confidence)
+
+
+_PARTS = 16
+"""Of the error of alpha, largest first, along which a target that is not linear is tried."""
+
+
+def _largest(factor: FloatArray) -> FloatArray:
+    flat = factor.reshape(len(factor), -1)
+    _, sizes, axes = np.linalg.svd(flat, full_matrices=False)
+    largest: FloatArray = sizes[:_PARTS, None] * axes[:_PARTS]
+    return largest.reshape(-1, *factor.shape[1:])
+
+
+def _target(wanted: Target | Outline | Sequence[Outline] | str) -> Target:
+    if isinstance(wanted, Target):
+        return wanted
+    if isinstance(wanted, str):
+        named = {one.name: one for one in (WHOLE_MAP, ZETA)}
+        return named[choose("target", wanted, tuple(named))]
+    return peaks([wanted] if isinstance(wanted, Outline) else wanted)
+
+
+def _choices(known: Map, rig: Rig) -> list[tuple[list[int], int, tuple[tuple[float, float], ...]]]:
+    """Places of both components of each push that the rig can make, its runs and its directions."""
+    count = known.beta.size
+    own = np.column_stack([np.degrees(known.beta), np.degrees(known.gamma)])
+    nodes = {(round(b, 3) + 0.0, round(g, 3) + 0.0): place for place, (b, g) in enumerate(own)}
+    wanted = rig.directions or tuple((float(b), float(g)) for b, g in own)
+    found = []
+    for beta, gamma in wanted:
+        ways = [(beta, gamma)]
+        if rig.pairs and gamma < 0:
+            continue
+        if rig.pairs and gamma > 0:
+            ways.append((-beta, -gamma))
+        keys = [
+            (90.0 if round(b, 3) == -90 else round(b, 3) + 0.0, round(g, 3) + 0.0) for b, g in ways
+        ]
+        if lost := [key for key in keys if key not in nodes]:
+            raise ValueError(f"(beta, gamma) = {lost[0]} degrees is no node of the map")
+        places = [nodes[key] for key in keys]
+        runs = len(ways) * (rig.depths if gamma == 0 else 1)
+        found.append(([c * count + p for p in places for c in (0, 1)], runs, tuple(ways)))
+    return found
