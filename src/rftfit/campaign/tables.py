@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
+    import pandas as pd
+
     from rftfit.campaign.config import Table
     from rftfit.campaign.rows import DraftRow
 
@@ -124,6 +126,32 @@ def read_pushes(
             for one in pushes
         ]
     return sorted(pushes, key=lambda one: one.run.run_id), problems
+
+
+def pushes_in(path: Path) -> pd.DataFrame:
+    """Read a table of alpha of one medium, as `rftfit.estimate_map` takes it.
+
+    alpha_x may be missing: a penetrometer measures the force along its way only. Raises CampaignError
+    with everything that is wrong.
+    """
+    import pandas as pd
+
+    columns = [
+        replace(column, needed=False) if column.name.startswith("alpha_x") else column
+        for column in ALPHA.columns
+        if column.name != "medium"
+    ]
+    drafts, problems = read_rows(path, replace(ALPHA, columns=tuple(columns)), str(path))
+    rows = []
+    for draft in drafts:
+        _check_numbers(draft, draft.number)
+        rows.append(draft.number)
+    if problems:
+        raise CampaignError(problems)
+    names = {"se_z": "alpha_z_se_N_per_cm3", "se_x": "alpha_x_se_N_per_cm3"}
+    table = pd.DataFrame(rows).rename(columns=names)
+    lacking = {f"alpha_x{end}_N_per_cm3" for end in ("", "_se")} | {"alpha_z_se_N_per_cm3"}
+    return table.assign(**dict.fromkeys(sorted(lacking - {*table}), math.nan))
 
 
 def _named(schema: Schema, table: Table) -> Schema:

@@ -16,7 +16,10 @@ from rftfit.cli.output import check_target, say, table, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     from rftfit.model.scaling import Reference, ScaledMedium
+    from rftfit.model.shapes import Map
 
 MARK = "# alpha table written by rftfit scale"
 """How the first line of such a file begins: only these are overwritten unasked."""
@@ -36,18 +39,28 @@ def number_of(text: str) -> float:
 
 def scale(
     alpha: Annotated[
-        float,
+        float | None,
         typer.Option(
             parser=number_of,
             metavar="N/cm^3",
             help="Slope of stress over depth of a horizontal plate pushed straight down: "
             "alpha_z(0, 90 deg), in N/cm^3.",
         ),
-    ],
+    ] = None,
     se: Annotated[
-        float,
-        typer.Option(parser=number_of, metavar="N/cm^3", help="Standard error of alpha, N/cm^3."),
-    ] = 0.0,
+        float | None,
+        typer.Option(
+            parser=number_of, metavar="N/cm^3", help="Standard error of alpha; default 0."
+        ),
+    ] = None,
+    pushes: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Any number of pushes instead: a table with beta_deg, gamma_deg, "
+            "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3, se_z, se_x.",
+        ),
+    ] = None,
     confidence: Annotated[
         float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
     ] = 0.95,
@@ -73,18 +86,42 @@ def scale(
         bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
     ] = False,
 ) -> None:
-    """Turn one vertical penetration test into a whole stress profile, with intervals.
+    """Turn one vertical penetration test, or a few pushes, into a whole stress profile, with intervals.
 
-    Prints zeta, chi and the nine coefficients M = zeta M0, and writes alpha(beta, gamma) on the
-    published grid as csv.
+    From --alpha by the paper's scaling routine: prints zeta, chi and the nine coefficients M = zeta M0.
+    From --pushes by the shape that known media share: prints the map, and how far the pushes agree with
+    that shape. Both write alpha(beta, gamma) on the published grid as csv.
     """
+    if (alpha is None) == (pushes is None):
+        found = "neither" if alpha is None else "both"
+        raise InputError(
+            f"found {found} of --alpha and --pushes; allowed: --alpha N/cm^3 (one vertical push) or "
+            "--pushes FILE (a table of pushes)"
+        )
+    check_target(output, MARK, "alpha table", force, (pushes,))
+    if pushes is not None:
+        if se is not None:
+            raise InputError(
+                "--se is the standard error of --alpha; a table has columns se_z, se_x"
+            )
+        check_test(0.9, 0.0, confidence)
+        _scale_pushes(pushes, confidence, reference_in(results, method), output, as_json=as_json)
+        return
+    assert alpha is not None
+    _scale_test(
+        alpha, se or 0.0, confidence, reference_in(results, method), output, as_json=as_json
+    )
+
+
+def _scale_test(
+    alpha: float, se: float, confidence: float, reference: Reference, output: Path, *, as_json: bool
+) -> None:
+    """One penetration test by the paper's routine."""
     from rftfit.model.fourier import TERMS
     from rftfit.model.scaling import scale as scale_medium
     from rftfit.store import write_text
 
     check_test(alpha, se, confidence)
-    reference = reference_in(results, method)
-    check_target(output, MARK, "alpha table", force)
     scaled = scale_medium(alpha, se, reference, confidence)
     terms = dict(zip(TERMS, zip(*scaled.coefficients_with_interval(), strict=True), strict=True))
     numbers = {
@@ -93,7 +130,8 @@ def scale(
         **{term: tuple(map(float, values)) for term, values in terms.items()},
     }
     how = f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3 (se {se:g}), scaled from {scaled.reference.name}"
-    text = table_text(scaled, how)
+    level = f"{100 * confidence:g} % interval for one further medium"
+    text = table_text(scaled.columns(), how, level)
     say(_as_json(scaled, numbers, output) if as_json else _as_text(scaled, numbers, how))
     # after the numbers are out: a folder that cannot be written must not hide them
     write_text(output, text)
@@ -140,23 +178,133 @@ def check_test(alpha: float, se: float, confidence: float) -> None:
         )
 
 
-def table_text(scaled: ScaledMedium, how: str) -> str:
-    """Alpha on the published grid as csv: three comment lines, a header row, 91 rows.
+def table_text(columns: Mapping[str, Iterable[object]], how: str, level: str) -> str:
+    """Alpha by direction as csv: three comment lines, a header row, the rows.
 
-    `how`: From what it was made, for the second line.
+    `how`: From what it was made. `level`: What the ends are.
     """
-    columns = scaled.columns()
     lines = [
         f"{MARK} (rftfit {rftfit.__version__})",
         f"# {how}",
-        f"# _lo and _hi: {100 * scaled.confidence:g} % interval for one further medium",
+        f"# _lo and _hi: {level}",
         ",".join(columns),
     ]
-    for beta, gamma, *alphas in zip(*columns.values(), strict=True):
+    for row in zip(*columns.values(), strict=True):
+        beta, gamma, *rest = row
         # + 0.0 so that nothing is called -0
-        cells = (f"{round(float(alpha), 6) + 0.0:.6g}" for alpha in alphas)
+        cells = [c if isinstance(c, str) else f"{round(float(c), 6) + 0.0:.6g}" for c in rest]
         lines.append(",".join([f"{beta:.2f}", f"{gamma:.2f}", *cells]))
     return "\n".join(lines) + "\n"
+
+
+# --- a few pushes
+
+
+def _scale_pushes(
+    path: Path, confidence: float, reference: Reference, output: Path, *, as_json: bool
+) -> None:
+    """Any number of pushes by the shape of known media, beside the paper's routine."""
+    from rftfit.campaign.tables import pushes_in
+    from rftfit.measure.alpha import cell_at, column
+    from rftfit.model.scaling import scale as scale_medium
+    from rftfit.model.shapes import NOT_ALIKE
+    from rftfit.store import write_text
+
+    pushes = pushes_in(path)
+    try:
+        found = rftfit.estimate_map(pushes, confidence=confidence, name=path.stem)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+    down = cell_at(pushes, 0, 90)
+    routine = None
+    if down is not None and down[column("z")] > 0:
+        se = float(down[column("z", "_se")])
+        routine = scale_medium(
+            float(down[column("z")]), 0.0 if math.isnan(se) else se, reference, confidence
+        )
+    level = f"{100 * confidence:g} % interval"
+    how = f"{found.pushes} {'push' if found.pushes == 1 else 'pushes'} of {path.name}, with the shape of {found.known}"
+    say(
+        _map_as_json(found, routine, output)
+        if as_json
+        else _map_as_text(found, routine, how, level)
+    )
+    if (worst := found.farthest) and found.belongs < NOT_ALIKE:
+        warn(
+            "warning: this medium does not belong to those whose shape is known: pushes lie so far from "
+            f"it once in {1 / max(found.belongs, 1e-9):.3g} media that do. Farthest is (beta, gamma) = "
+            f"({worst.beta_deg:g}, {worst.gamma_deg:g}) deg, alpha_{worst.component}: found "
+            f"{worst.found:.3g}, expected by the other pushes {worst.expected:.3g} +- {worst.error:.2g} "
+            "N/cm^3. A wet, cohesive or angular medium, a wrong sign or angle; estimated alpha is not "
+            "to be trusted."
+        )
+    write_text(output, table_text(found.columns(), f"from {how}", level))
+    if not as_json:
+        say(f"Alpha in {found.beta.size} directions: {output}")
+
+
+def _map_as_text(found: Map, routine: ScaledMedium | None, how: str, level: str) -> str:
+    from rftfit.measure.alpha import column
+
+    whole = found.table()
+    gammas = (-90, -45, 0, 45, 90)
+    blocks = []
+    for component in "zx":
+        rows = []
+        for beta in (-60, -30, 0, 30, 60, 90):
+            cells = []
+            for gamma in gammas:
+                near = whole[
+                    (whole["beta_deg"] - beta).abs() + (whole["gamma_deg"] - gamma).abs() < 0.5
+                ]
+                lo, hi = (float(near[column(component, end)].iloc[0]) for end in ("_lo", "_hi"))
+                mark = "*" if near["source"].iloc[0] == "measured" else ""
+                value = float(near[column(component)].iloc[0])
+                # + 0.0 so that nothing is called -0
+                value, lo, hi = (round(one, 3) + 0.0 for one in (value, lo, hi))
+                cells.append(f"{value:.3f} ({lo:.3f} to {hi:.3f}){mark}")
+            rows.append([f"{beta}", *cells])
+        head = [f"alpha_{component}", *(f"gamma {gamma}" for gamma in gammas)]
+        blocks.append(table(head, rows))
+    zeta = "zeta {:.4f} ({:.4f} to {:.4f}) of nine terms fitted to the map".format(*found.zeta)
+    if routine is not None:
+        zeta += (
+            f"\nzeta {routine.zeta:.4f} ({routine.zeta_lo:.4f} to {routine.zeta_hi:.4f}) by the paper's "
+            f"routine from (0, 90) deg alone, with {routine.reference.name}"
+        )
+    if found.dof > 0:
+        agree = (
+            f"The pushes agree with the shape of the known media: chi^2 = {found.distance:.3g} for "
+            f"{found.dof}; as far or farther in {100 * found.belongs:.2g} % of media that belong."
+        )
+    else:
+        agree = "One number tells how strong the medium is, not whether it has the shape of the known media."
+    return (
+        f"From {how}\n\n"
+        + "\n\n".join(blocks)
+        + f"\n\nN/cm^3; beta and gamma in degrees; {level}; "
+        f"* measured.\n{zeta}\n{agree}\n"
+        f"{100 * found.not_passive:.0f} % of the draws behind the intervals gave energy back somewhere and were "
+        "left out."
+    )
+
+
+def _map_as_json(found: Map, routine: ScaledMedium | None, output: Path) -> str:
+    names = ("value", "lo", "hi")
+    content: dict[str, object] = {
+        "pushes": found.pushes,
+        "known_media": found.known.split(", "),
+        "confidence": found.confidence,
+        "zeta": dict(zip(names, found.zeta, strict=True)),
+        "zeta_of_the_papers_routine": routine
+        and dict(zip(names, (routine.zeta, routine.zeta_lo, routine.zeta_hi), strict=True)),
+        "chi_squared": found.distance,
+        "degrees_of_freedom": found.dof,
+        "probability_if_it_belongs": found.belongs if found.dof > 0 else None,
+        "draws_not_passive": found.not_passive,
+        "alpha_table": str(output),
+    }
+    return json.dumps(content, indent=2)
 
 
 def _as_text(scaled: ScaledMedium, numbers: dict[str, tuple[float, ...]], how: str) -> str:

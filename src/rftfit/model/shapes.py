@@ -370,7 +370,7 @@ def estimate(
     expected = float(weights @ sizes)
     return Map(
         name, *nodes, best.reshape(2, count), spread, measured, expected, given.distance(expected),
-        y[told].size - 1, every, shapes.name, confidence,
+        y[told].size - 1, every, shapes.name, given.farthest(pushes, told, expected), confidence,
     )  # fmt: skip
 
 
@@ -443,6 +443,30 @@ class _Given:
         rest = (self._y - size * self._mean) ** 2 / (1 + size**2 * self._values)
         return float(rest.sum())
 
+    def farthest(self, pushes: Pushes, told: npt.NDArray[np.bool_], size: float) -> Push:
+        """The number that differs most from what the others make it, in units of its error."""
+        precision = self._whiten.T / (1 + size**2 * self._values) @ self._whiten
+        spread = 1 / np.diag(precision)
+        off = precision @ (self.y - size * self.mean) * spread
+        worst = int(np.argmax(np.abs(off) / np.sqrt(spread)))
+        component, push = divmod(int(np.flatnonzero(told)[worst]), pushes.beta.size)
+        beta_deg, gamma_deg = np.degrees(pushes.beta[push]), np.degrees(pushes.gamma[push])
+        return Push(
+            float(beta_deg), float(gamma_deg), "zx"[component], float(self.y[worst]), float(self.y[worst] - off[worst]),
+            float(np.sqrt(spread[worst])),
+        )  # fmt: skip
+
+
+class Push(NamedTuple):
+    """One number of a push beside what the other pushes and the known shape make it, N/cm^3."""
+
+    beta_deg: float
+    gamma_deg: float
+    component: str
+    found: float
+    expected: float
+    error: float
+
 
 def _root(covariance: FloatArray) -> FloatArray:
     """Rows whose products are a covariance: normal numbers times them have it."""
@@ -494,6 +518,8 @@ class Map:
     pushes : int
     known : str
         The media whose shape it has.
+    farthest : Push or None
+        The measured number that differs most from what the other pushes make it.
     confidence : float
 
     Examples
@@ -516,6 +542,7 @@ class Map:
     dof: int
     pushes: int
     known: str
+    farthest: Push | None = None
     confidence: float = 0.95
 
     @cached_property
@@ -616,7 +643,16 @@ class Map:
         """
         import pandas as pd
 
-        columns: dict[str, object] = {
+        return pd.DataFrame(self.columns())
+
+    def columns(self) -> dict[str, npt.NDArray[np.generic]]:
+        """`table` without pandas.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray, shape (n,)
+        """
+        columns: dict[str, npt.NDArray[np.generic]] = {
             "beta_deg": np.degrees(self.beta), "gamma_deg": np.degrees(self.gamma),
         }  # fmt: skip
         ends = interval(self.draws, self.confidence)
@@ -624,7 +660,7 @@ class Map:
             for end, values in zip(("", "_lo", "_hi"), (self.alpha, *ends), strict=True):
                 columns[column(component, end)] = values[place]
         columns["source"] = np.where(self.measured, "measured", "estimated")
-        return pd.DataFrame(columns)
+        return columns
 
 
 LEAST_WORK = 0.02
