@@ -232,7 +232,8 @@ def _scale_pushes(
     if (worst := found.farthest) and found.belongs < NOT_ALIKE:
         warn(
             "warning: this medium does not belong to those whose shape is known: pushes lie so far from "
-            f"it once in {1 / max(found.belongs, 1e-9):.3g} media that do. Farthest is (beta, gamma) = "
+            f"it once in {1 / max(found.belongs, 1e-9):.3g} media that do. alpha_x is {found.horizontal:.2g} "
+            f"times as strong beside alpha_z as in the known media. Farthest from the shape is (beta, gamma) = "
             f"({worst.beta_deg:g}, {worst.gamma_deg:g}) deg, alpha_{worst.component}: found "
             f"{worst.found:.3g}, expected by the other pushes {worst.expected:.3g} +- {worst.error:.2g} "
             "N/cm^3. A wet, cohesive or angular medium, a wrong sign or angle; estimated alpha is not "
@@ -274,8 +275,9 @@ def _map_as_text(found: Map, routine: ScaledMedium | None, how: str, level: str)
         )
     if found.dof > 0:
         agree = (
-            f"The pushes agree with the shape of the known media: chi^2 = {found.distance:.3g} for "
-            f"{found.dof}; as far or farther in {100 * found.belongs:.2g} % of media that belong."
+            f"Agreement with the shape of the known media: chi^2 = {found.distance:.3g} for {found.dof}, alpha_x "
+            f"{found.horizontal:.2g} times as strong beside alpha_z; as far or farther in "
+            f"{100 * found.belongs:.2g} % of media that belong."
         )
     else:
         agree = "One number tells how strong the medium is, not whether it has the shape of the known media."

@@ -43,7 +43,7 @@ DRAWS, SEED = 1000, 2013
 _MOST_DRAWN = 20
 """So many times the wanted draws are made at most to find enough that are passive."""
 
-NOT_ALIKE = 0.01
+NOT_ALIKE = 0.05
 """A medium whose pushes lie so far from the shape by chance less often than this does not belong."""
 
 
@@ -106,6 +106,30 @@ class Shapes:
     def name(self) -> str:
         """The known media, for people."""
         return ", ".join(self.profiles)
+
+    @cached_property
+    def _horizontal(self) -> tuple[float, float]:
+        """Standard deviation of log(alpha_x over alpha_z): between known media, and what K allows it.
+
+        Sizes as root mean squares over the published grid.
+        """
+        z, x = np.split(self.of_media(*_GRID), 2, axis=1)
+        known = np.log(np.sqrt((x**2).mean(axis=1) / (z**2).mean(axis=1)))
+        mean, prior = self.moments(*_GRID)
+        free = np.diag(prior) > _NONE
+        whole = _Given(
+            mean[free], prior[np.ix_(free, free)], mean[free], np.zeros((free.sum(),) * 2)
+        )
+        allowed = whole.horizontal(np.arange(mean.size)[free] >= mean.size // 2, 1.0)[1]
+        return float(known.std(ddof=1)) * np.sqrt(1 + 1 / known.size), allowed
+
+    def horizontal_error(self, seen: float) -> float:
+        """Standard deviation of log(alpha_x over alpha_z) of a medium that belongs.
+
+        `seen`: of its estimate from some pushes, as far as K allows it.
+        """
+        known, allowed = self._horizontal
+        return float(np.sqrt(known**2 + max(seen**2 - allowed**2, 0.0)))
 
     def of_media(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
         """Alpha of each known medium over its size, shape (media, 2 n): z, then x."""
@@ -368,9 +392,14 @@ def estimate(
     parts.append(_root(np.where(np.outer(told, told), errors, 0.0)) @ noise)
     spread = np.concatenate(parts).reshape(-1, 2, count)
     expected = float(weights @ sizes)
+    horizontal, seen_error = given.horizontal(np.flatnonzero(told) >= every, expected)
+    off = (
+        abs(np.log(horizontal)) / shapes.horizontal_error(seen_error) if horizontal > 0 else np.inf
+    )
     return Map(
         name, *nodes, best.reshape(2, count), spread, measured, expected, given.distance(expected),
-        y[told].size - 1, every, shapes.name, given.farthest(pushes, told, expected), confidence,
+        y[told].size - 1, every, shapes.name, given.farthest(pushes, told, expected), horizontal,
+        float(off), confidence,
     )  # fmt: skip
 
 
@@ -442,6 +471,25 @@ class _Given:
         """Squared distance of the numbers from the shape of this size: chi^2 where the medium belongs."""
         rest = (self._y - size * self._mean) ** 2 / (1 + size**2 * self._values)
         return float(rest.sum())
+
+    def horizontal(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
+        """Strength of alpha_x relative to alpha_z, as the known media have it 1, and error of its logarithm.
+
+        Generalised least squares with one factor for each component; NaN where one was not seen.
+        """
+        if is_x.all() or not is_x.any():
+            return float("nan"), float("nan")
+        design = np.stack([np.where(is_x, 0.0, self.mean), np.where(is_x, self.mean, 0.0)], axis=1)
+        scale = np.sqrt(1 + size**2 * self._values)
+        weighted = self._whiten @ design / scale[:, None]
+        covariance = np.linalg.pinv(weighted.T @ weighted)
+        z, x = (float(factor) for factor in covariance @ weighted.T @ (self._y / scale))
+        if min(z, x) <= 0:
+            return 0.0, float("nan")
+        variance = (
+            covariance[0, 0] / z**2 + covariance[1, 1] / x**2 - 2 * covariance[0, 1] / (z * x)
+        )
+        return x / z, float(np.sqrt(max(variance, 0.0)))
 
     def farthest(self, pushes: Pushes, told: npt.NDArray[np.bool_], size: float) -> Push:
         """The number that differs most from what the others make it, in units of its error."""
@@ -520,6 +568,10 @@ class Map:
         The media whose shape it has.
     farthest : Push or None
         The measured number that differs most from what the other pushes make it.
+    horizontal : float
+        How strong alpha_x is beside alpha_z, relative to the known media; NaN where one was not measured.
+    horizontal_off : float
+        How many standard deviations of media that belong the logarithm of that is from 0.
     confidence : float
 
     Examples
@@ -543,6 +595,8 @@ class Map:
     pushes: int
     known: str
     farthest: Push | None = None
+    horizontal: float = float("nan")
+    horizontal_off: float = float("nan")
     confidence: float = 0.95
 
     @cached_property
@@ -590,10 +644,18 @@ class Map:
 
     @property
     def belongs(self) -> float:
-        """How often a medium of the known shape has pushes that lie as far from it: NaN for one number."""
-        from scipy.special import gammaincc
+        """How often a medium of the known shape has pushes that lie as far from it: NaN for one number.
 
-        return float(gammaincc(self.dof / 2, self.distance / 2)) if self.dof > 0 else float("nan")
+        By their distance from the shape, and by the strength of alpha_x beside alpha_z.
+        """
+        from scipy.special import erfc, gammaincc
+
+        if not self.dof:
+            return float("nan")
+        chances = [float(gammaincc(self.dof / 2, self.distance / 2))]
+        if not np.isnan(self.horizontal_off):
+            chances.append(float(erfc(self.horizontal_off / np.sqrt(2))))
+        return min(len(chances) * min(chances), 1.0)
 
     @property
     def profile(self) -> TableProfile:
