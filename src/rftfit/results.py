@@ -17,7 +17,14 @@ from rftfit.measure.alpha import NO_PUSH, QUANTITIES, cell_at, column, window_of
 from rftfit.measure.checks import marks_of
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
-from rftfit.model.profiles import KINDS, DepthOnlyProfile, FourierProfile, Profile, scaled_generic
+from rftfit.model.profiles import (
+    KINDS,
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    TableProfile,
+    scaled_generic,
+)
 from rftfit.model.scaling import (
     MediumFit,
     Reference,
@@ -27,6 +34,7 @@ from rftfit.model.scaling import (
     reference_of,
     scale,
 )
+from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shapes, pushes_of
 from rftfit.outputs.dictionary import column_of, describe
 from rftfit.store import read_csv, read_parquet
 
@@ -310,6 +318,26 @@ class Results(Tables):
         fits = self.fits(method)
         return reference_of(list(fits.values()), self.config, method)
 
+    def shapes(self, medium: str) -> Shapes:
+        """Known media whose shape a medium of this campaign is taken to have.
+
+        Parameters
+        ----------
+        medium : str
+            It is not among them itself, nor is the published medium that it is.
+
+        Returns
+        -------
+        Shapes
+        """
+        known = published_shapes([self.config.media[medium].published_as or ""]).profiles
+        if self.config.maps.own_media:
+            for one in self.laboratory:
+                own = TableProfile.from_table(self.alpha_table(one), one)
+                if one != medium and not own.reason and one not in self.marks:
+                    known |= {one: own}
+        return Shapes(known)
+
     def __getitem__(self, medium: str) -> Medium:
         return Medium(self, choose("medium", medium, self.media))
 
@@ -367,7 +395,7 @@ class Medium:
     @property
     def kinds(self) -> tuple[str, ...]:
         """Kinds of profile that it can have: a natural sand is known by one cell of its table."""
-        return KINDS if self.name in self.results.laboratory else ("table", "generic")
+        return KINDS if self.name in self.results.laboratory else ("table", "map", "generic")
 
     def coefficients(self, method: str | None = None) -> FloatArray:
         """Nine coefficients; a dropped term is 0.
@@ -434,6 +462,27 @@ class Medium:
             why = f"no alpha at (0, 90) deg: {cell['reason']}" if np.isnan(alpha) else str(error)
             raise InputError(f"{self.name}: {why}") from error
 
+    def map(self) -> Map:
+        """Alpha in every direction: what was pushed, completed by the shape that known media share.
+
+        Returns
+        -------
+        Map
+
+        Raises
+        ------
+        InputError
+            If no push has a number that tells of the medium.
+        """
+        table, config = self.alpha, self.results.config
+        try:
+            return estimate(
+                pushes_of(table, config), self.results.shapes(self.name), nodes_of(table),
+                confidence=config.fit.confidence, name=self.name,
+            )  # fmt: skip
+        except ValueError as error:
+            raise InputError(f"{self.name}: {error}") from error
+
     def profile(
         self, kind: str = "table", method: str | None = None, *, draws: bool = True
     ) -> Profile:
@@ -442,7 +491,8 @@ class Medium:
         Parameters
         ----------
         kind : str, optional
-            ``table``: alpha as measured, interpolated. ``fourier``: its nine terms. ``generic``: its
+            ``table``: alpha as measured, interpolated. ``map``: completed by the shape that known media
+            share. ``fourier``: its nine terms. ``generic``: its
             zeta times the generic nine; that of a natural sand is scaled from its one penetration
             test. ``depth_only``: the baseline without angles.
         method : str, optional
@@ -460,7 +510,7 @@ class Medium:
         InputError
             If there is no such kind or method.
         """
-        allowed = "a natural sand is known by one penetration test" if len(self.kinds) < 4 else ""
+        allowed = "" if self.kinds == KINDS else "a natural sand is known by one penetration test"
         choose("profile", kind, self.kinds, allowed)
         table, config = self.alpha, self.results.config
         found: Profile
@@ -468,6 +518,13 @@ class Medium:
             found = self._fourier(method, draws=draws)
         elif kind == "generic":
             found = self._generic(method, draws=draws)
+        elif kind == "map":
+            try:
+                found = self.map().profile
+            except InputError as error:
+                nothing = np.full((7, 13), np.nan)
+                found = TableProfile(nothing, nothing, name=f"map of {self.name}")
+                found.reason = str(error)
         else:
             name = f"measured table of {self.name}"
             found = measured = measured_profile(table, config, name, draws=draws)

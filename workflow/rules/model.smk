@@ -18,6 +18,23 @@ rule symmetry:
         STAGE
 
 
+rule maps:
+    # Complete alpha in every direction by the shape that known media share.
+    input:
+        PLAN.inputs("maps"),
+    output:
+        update(PLAN.outputs("maps")),
+    log:
+        "results/logs/maps.log",
+    conda:
+        "../envs/rftfit.yaml"
+    params:
+        stage="maps",
+        state=PLAN.state("maps"),
+    shell:
+        STAGE
+
+
 rule fourier:
     # Fit the nine Fourier terms.
     input:

@@ -561,6 +561,16 @@ class Fourier(Model):
     seed: int = key(2013, "seed of the bootstrap: same seed, same intervals", ge=0)
 
 
+class Maps(Model):
+    """Alpha in every direction from the pushes that there are."""
+
+    own_media: bool = key(
+        False,
+        "media of this campaign that were pushed in every direction are known shapes for its others, "
+        "beside the published ones",
+    )
+
+
 class Figures(Model):
     """What the figures show."""
 
@@ -679,6 +689,7 @@ class Config(Model):
     fit: Fit = key(Fit(), "which part of a stroke is fitted")
     errors: Errors = key(Errors(), "errors that no single log shows")
     fourier: Fourier = key(Fourier(), "the nine-term fit")
+    maps: Maps = key(Maps(), "alpha in every direction from the pushes that there are")
     figures: Figures = key(Figures(), "what the figures show")
     publication: Publication = key(Publication(), "who makes the results known, and when")
     robot: RobotRuns | None = key(None, "a legged robot on one of the media; default: no robot")

@@ -149,15 +149,20 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
 def predicted_curves(medium: Medium) -> pd.DataFrame:
     """Predict the force on all legs in one medium by every profile that it has.
 
-    A natural sand has the generic one alone, and none where its penetration test gives no number,
-    which the penetration table says. A medium without a nine-term fit has no profile that needs one.
+    A natural sand has the map and the generic one, and none where its penetration test gives no number,
+    which the penetration table says. A medium without a nine-term fit has no profile that needs one, and
+    one that was pushed in every direction no map.
     """
     import pandas as pd
 
     config, sand = medium.results.config, medium.name in medium.results.sands
     legs = {name: one for name, one in config.intruders.items() if isinstance(one, Leg)}
     parts = []
-    for kind in ("generic",) if sand else medium.kinds:
+    # a medium that was pushed in every direction has its table for a map
+    whole = not sand and not medium.profile("table", draws=False).reason
+    for kind in medium.kinds:
+        if kind == ("table" if sand else "map" if whole else ""):
+            continue
         profile = medium.profile(kind)
         if profile.reason and kind not in ("table", "depth_only"):
             continue
@@ -169,7 +174,8 @@ def predicted_curves(medium: Medium) -> pd.DataFrame:
     # no profile of a table without a number, or without errors, has an interval
     curves = pd.concat(parts, ignore_index=True).reindex(columns=PREDICTED_COLUMNS)
     if sand:
-        curves.loc[curves["reason"] == "", "reason"] = medium.results.reference().note
+        own = (curves["reason"] == "") & (curves["profile"] == "generic")
+        curves.loc[own, "reason"] = medium.results.reference().note
     return curves
 
 

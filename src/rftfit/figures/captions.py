@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 PROFILES = {
     "table": "measured table",
+    "map": "map",
     "fourier": "nine-term fit",
     "generic": "generic \N{MULTIPLICATION SIGN} \N{GREEK SMALL LETTER ZETA}",
     "depth_only": "depth-only",

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 PROFILE_LOOKS: dict[str, tuple[str, Any, str]] = {
     "table": (style.OKABE_ITO["blue"], "-", "o"),
+    "map": (style.OKABE_ITO["orange"], (0, (6, 1)), "v"),
     "fourier": (style.OKABE_ITO["vermillion"], (0, (4, 1.2)), "s"),
     "generic": (style.OKABE_ITO["reddish purple"], (0, (5, 1.2, 1, 1.2)), "^"),
     "depth_only": (style.OKABE_ITO["bluish green"], (0, (1, 1)), "D"),

@@ -36,7 +36,7 @@ def _legged(campaign: Campaign) -> tuple[str, ...]:
 # One medium, by every model
 
 
-PROFILES = ("table", "fourier", "depth_only")
+PROFILES = ("table", "map", "fourier", "depth_only")
 _SKETCH_CM, _PANEL_CM, _BETWEEN_CM, _TOP_CM = 2.75, 4.3, 0.3, 0.85
 _BEYOND = 2.5
 """A baseline that is larger than all else by this factor would flatten the rest: it is cut off."""
@@ -83,6 +83,8 @@ def legs(results: Results, medium: str) -> Figure:
     dots = {"marker": "o", "markersize": 2, "linestyle": ""}
     entries = {"measured": style.line(leg_panels.MEASURED, **dots)}
     for profile in PROFILES:
+        if profile == "map" and rows_of(predicted, profile=profile).empty:
+            continue
         colour, line, _ = PROFILE_LOOKS[profile]
         entries[f"predicted by {PROFILE_TITLES[profile]}"] = style.line(colour, linestyle=line)
     entries[f"{style.level(results)} interval of a prediction"] = style.patch(
@@ -107,6 +109,8 @@ def _draw_models(
     baseline = np.zeros(1)
     for profile in PROFILES:
         rows = rows_of(predicted, profile=profile)
+        if profile == "map" and rows.empty:
+            continue  # a medium that was pushed in every direction has none
         if not leg_panels.has_force(rows, component):
             title = PROFILE_TITLES[profile]
             notes.append(f"{title}: no prediction{leg_panels.why_missing(rows)}")
@@ -157,7 +161,7 @@ def legs_by_medium(results: Results) -> Figure:
 
 def _sand_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     titles = results.campaign.titles
-    found = {m: captions.peaks_by_leg(results, m, ["generic"]) for m in results.sands}
+    found = {m: captions.peaks_by_leg(results, m, ["map", "generic"]) for m in results.sands}
     return {"peaks": "; ".join(f"{titles[m]}, {text}" for m, text in found.items() if text)}
 
 
@@ -168,20 +172,27 @@ def _sand_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG
     media=only_if(lambda campaign: campaign.with_legs("natural_sand")),
     paper="Fig. S12",
     section="Natural sands",
-    caption="""Forces on the legs in the natural sands, measured, and predicted from one penetration test by the \
-scaling routine, with {level} intervals.
+    caption="""Forces on the legs in the natural sands, measured, and predicted from one penetration test: by the \
+map, with {level} intervals, and by the paper's scaling routine (thin lines; they alone are in Fig. S12).
 Good: lines as near to the dots as in the laboratory media.
 Error of the predicted peak lift: {peaks}.""",
     numbers=_sand_numbers,
 )
 def legs_in_sands(results: Results) -> Figure:
     """Draw F_z and F_x on every leg in every natural sand, measured and predicted."""
-    return _draw_media(results, results.sands, "generic")
+    return _draw_media(results, results.sands, "map", "generic")
 
 
-def _draw_media(results: Results, media: Sequence[str], profile: str) -> Figure:
-    """Draw one row of panels for each medium; every panel has its own range of forces."""
+_BESIDE: dict[str, Any] = {"linestyle": (0, (1, 1)), "linewidth": 0.7}
+
+
+def _draw_media(results: Results, media: Sequence[str], profile: str, beside: str = "") -> Figure:
+    """Draw one row of panels for each medium; every panel has its own range of forces.
+
+    `beside`: A second profile, without its intervals.
+    """
     predicted, measured = leg_panels.curves(results)
+    others = rows_of(predicted, profile=beside)
     tables = rows_of(predicted, profile=profile), measured
     names = leg_panels.leg_order(table[table["medium"].isin(list(media))] for table in tables)
     columns = Columns(names, left=1.5, gap=0.75, widest=7.2)
@@ -196,7 +207,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str) -> Figure:
             axes = style.axes_cm(page, left, top, width, _ROW_PANEL_CM)
             leg_panels.theta_axes(axes, name=row == len(media) - 1)
             ours, theirs = (rows_of(table, medium=medium, leg=leg) for table in tables)
-            _draw_leg(axes, ours, theirs)
+            _draw_leg(axes, ours, theirs, rows_of(others, medium=medium, leg=leg))
             axes.set_title(_peaks(ours, theirs), fontsize=5, loc="left", pad=2)
             if column == 0:
                 axes.set_ylabel("force (N)")
@@ -211,6 +222,9 @@ def _draw_media(results: Results, media: Sequence[str], profile: str) -> Figure:
         entries[f"{word}, measured"] = style.line(style.PALE_COLOURS[c], **dots)
         line = style.line(style.COMPONENT_COLOURS[c], linestyle=_LINES[c])
         entries[f"{word}, predicted by {PROFILE_TITLES[profile]}"] = line
+        if beside:
+            line = style.line(style.COMPONENT_COLOURS[c], **_BESIDE)
+            entries[f"{word}, by {PROFILE_TITLES[beside]}"] = line
     entries[f"{style.level(results)} interval of a prediction"] = style.patch(
         facecolor="#888888", alpha=0.4
     )
@@ -218,7 +232,9 @@ def _draw_media(results: Results, media: Sequence[str], profile: str) -> Figure:
     return page
 
 
-def _draw_leg(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame) -> None:
+def _draw_leg(
+    axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, beside: pd.DataFrame
+) -> None:
     seen, notes = [], []
     missing = [c for c in "zx" if not leg_panels.has_force(measured, c)]
     if missing:
@@ -237,6 +253,10 @@ def _draw_leg(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame) -> No
             leg_panels.add_predicted(axes, predicted, c, style.COMPONENT_COLOURS[c], _LINES[c])
             names = [f"force_{c}_{part}N" for part in ("", "lo_", "hi_")]
             seen.append(predicted[names].to_numpy(float).ravel())
+        if leg_panels.has_force(beside, c):
+            theta, force = leg_panels.broken(beside, f"force_{c}_N")
+            axes.plot(theta, force, color=style.COMPONENT_COLOURS[c], **_BESIDE)
+            seen.append(force)
     leg_panels.force_range(axes, seen, notes)
 
 

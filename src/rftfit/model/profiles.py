@@ -26,8 +26,12 @@ if TYPE_CHECKING:
 
     IndexArray = npt.NDArray[np.signedinteger]
 
-KINDS = ("table", "fourier", "generic", "depth_only")
-"""Profiles of a medium: alpha as measured, its nine terms, zeta times the generic nine, depth-only."""
+KINDS = ("table", "map", "fourier", "generic", "depth_only")
+"""Profiles of a medium: alpha as measured; completed by the shape that known media share; its nine terms;
+zeta times the generic nine; depth-only."""
+
+PUBLISHED_KINDS = tuple(kind for kind in KINDS if kind != "map")
+"""Of the published media, which were pushed in every direction."""
 
 FOURIER, TABLE, DEPTH_ONLY = range(3)
 """Tags of `Pack.kind`."""
@@ -654,7 +658,7 @@ def published_medium(medium: str, kind: str = "table") -> Profile:
     0.35
     """
     choose("medium", medium, MEDIA, "published media")
-    choose("profile", kind, KINDS)
+    choose("profile", kind, PUBLISHED_KINDS)
     table = TableProfile.published(medium)
     found: Profile = table
     if kind == "fourier":

@@ -20,11 +20,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from rftfit.conventions import mirror
-from rftfit.measure.alpha import SAME_DIRECTION_DEG, column
-from rftfit.model.draws import interval
+from rftfit.measure.alpha import SAME_DIRECTION_DEG, both, column, directions, flagged
+from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import PAPER_RULE, vertical_penetration
+from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import pandas as pd
 
+    from rftfit.campaign.config import Config
     from rftfit.conventions import FloatArray
 
     Angles = tuple[FloatArray, FloatArray]
@@ -310,6 +312,34 @@ def estimate_map(
         found.covariance[np.ix_(both, both)],
     )  # fmt: skip
     return estimate(found, shapes, confidence=confidence, name=name)
+
+
+def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
+    """The cells of an alpha table as pushes, with their errors and what these share."""
+    beta_deg = table["beta_deg"].to_numpy(float)
+    alpha = np.stack(both(table))
+    if config.fit.flagged == "leave_out":
+        alpha = np.where(flagged(table), np.nan, alpha)
+    # a plate at -90 degrees is the one at 90
+    twice = (beta_deg == -90) & table["gamma_deg"].isin(table.loc[beta_deg == 90, "gamma_deg"])
+    use = np.isfinite(alpha).any(axis=0) & ~twice.to_numpy(bool)
+    gamma_deg = table["gamma_deg"].to_numpy(float)
+    if not errors_known(table):
+        return Pushes.of(beta_deg[use], gamma_deg[use], alpha[:, use])
+    draws = np.concatenate([part[:, use] for part in draws_of(table, config)], axis=1)
+    covariance = np.atleast_2d(np.cov(draws, rowvar=False))
+    beta, gamma = directions(table)
+    return Pushes(beta[use], gamma[use], alpha[:, use], covariance)
+
+
+_MOST_NODES = 400
+
+
+def nodes_of(table: pd.DataFrame) -> Angles:
+    """Nodes of a medium's map: the published grid, with the lines of its own grid where it has one."""
+    own = grid(*(table[name].unique() for name in ("beta_deg", "gamma_deg")))
+    whole = rectangle(*directions(table)) is not None and own[0].size <= _MOST_NODES
+    return own if whole else _GRID
 
 
 def estimate(

@@ -40,8 +40,10 @@ CURVE_DIGITS = 6
 
 
 def profiles(results: Results, medium: str) -> dict[str, Profile]:
-    """Profiles of a medium whose numbers are known; of a natural sand the generic one only."""
+    """Profiles of a medium whose numbers are known; of a natural sand the map and the generic one."""
     found: dict[str, Profile] = {}
+    if len(whole := results.table(f"maps/{medium}.csv")):
+        found["map"] = TableProfile.from_table(whole, f"map of {results[medium].title}")
     if results[medium].settings.role == "laboratory":
         found["table"] = table = TableProfile.from_table(
             results[medium].alpha, results[medium].title

@@ -70,7 +70,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
     def peak(leg: str) -> Column:
         def cell(row: Row) -> Cell:
-            profile = "generic" if row["sand"] else "table"
+            profile = "map" if row["sand"] else "table"
             return Cell(lift.get((row["medium"], leg, profile), "not measured"))
 
         name = name_of(leg)

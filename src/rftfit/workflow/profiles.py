@@ -15,6 +15,7 @@ from rftfit.compare.coefficients import (
     penetration_row,
     sand_row,
 )
+from rftfit.errors import InputError
 from rftfit.measure.alpha import both, column, directions
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x"), "checks"]
+MAP_COLUMNS = [
+    "medium", "beta_deg", "gamma_deg", *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi")),
+    "source", "known_media", "chance_if_it_belongs", "horizontal", "checks",
+]  # fmt: skip
 TERM_COLUMNS = ["medium", "term", "kept_by_bic", "one_of_the_nine"]
 
 
@@ -43,6 +48,23 @@ def symmetry(results: Results) -> pd.DataFrame:
         parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))
     nothing = pd.DataFrame(columns=SYMMETRY_COLUMNS)
     return pd.concat(parts, ignore_index=True) if parts else nothing
+
+
+def maps(results: Results, medium: str) -> pd.DataFrame:
+    """Complete alpha of a medium in every direction by the shape that known media share.
+
+    A direction that was pushed keeps what was measured there.
+    """
+    import pandas as pd
+
+    try:
+        found = results[medium].map()
+    except InputError:
+        return pd.DataFrame(columns=MAP_COLUMNS)  # the table says why it has no number
+    return found.table().assign(
+        medium=medium, known_media=found.known, chance_if_it_belongs=found.belongs,
+        horizontal=found.horizontal, checks=results.marks.get(medium, ""),
+    )[MAP_COLUMNS]  # fmt: skip
 
 
 def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -82,6 +82,11 @@ STAGES = (
         reads=("alpha/{laboratory}.csv",), writes=("alpha_extended.csv",),
     ),
     Stage(
+        "maps", f"{_PROFILES}:maps", each="media", settings=("fit", "fourier", "maps", "media"),
+        reads=("checks/{media}.csv", "alpha/{laboratory}.csv", "alpha/{sands}.csv"),
+        writes=("maps/{medium}.csv",),
+    ),
+    Stage(
         "fourier", f"{_PROFILES}:fourier", settings=("fit", "fourier", "media"),
         reads=("checks/{media}.csv", "alpha/{laboratory}.csv"),
         writes=("fourier/media.csv", "fourier/terms.csv"),
@@ -93,7 +98,7 @@ STAGES = (
     ),
     Stage(
         "legs_predicted", f"{_VALIDATE}:legs_predicted",
-        settings=("arm", "fit", "errors", "fourier", "intruders", "media"),
+        settings=("arm", "fit", "errors", "fourier", "intruders", "maps", "media"),
         reads=("checks/{media}.csv", "alpha/{laboratory}.csv", "alpha/{sands}.csv", "legs/{media}.csv"),
         writes=("predicted.csv", "leg_errors.csv", "leg_sensitivity.csv"),
     ),
@@ -152,7 +157,7 @@ STAGES = (
     Stage(
         "page", "rftfit.page.page:page", settings=(ALL,), rows=True,
         reads=("checks/{media}.csv", "alpha/{media}.csv", "runs/{media}.csv", "fits/{media}.csv",
-               "legs/{media}.csv",
+               "legs/{media}.csv", "maps/{media}.csv",
                "coefficients.csv", "penetration.csv", "reproduction.csv", "ledger.csv",
                "predicted.csv", "leg_errors.csv", "leg_sensitivity.csv", "sands.csv", "sand_correction.csv",
                "robot/speed.csv", "robot/errors.csv", "robot/optimum.csv", "robot/frames.json"),

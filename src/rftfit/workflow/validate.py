@@ -53,7 +53,7 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     behind = {(one.name, *key): told for one in media for key, told in errors_of_peaks(one).items()}
     compared = leg_errors(measured, everything, spread, results.config.fit.confidence, behind)
     # a curve from the published media says so in this table too
-    silent = compared["medium"].isin(results.sands)
+    silent = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
     note = results.reference().note if silent.any() else ""
     compared.loc[silent, "reason"] = _with_note(compared.loc[silent, "reason"], note)
     shapes = leg_sensitivity(media, measured, compared)
