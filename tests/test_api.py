@@ -122,7 +122,7 @@ def test_a_medium_of_a_campaign(results: rftfit.Results) -> None:
     assert float(down[0]) == pytest.approx(alpha[0][DOWN])
 
 
-@pytest.mark.parametrize("kind", ["table", "fourier", "generic", "depth_only"])
+@pytest.mark.parametrize("kind", ["table", "map", "fourier", "generic", "depth_only"])
 def test_draws_are_made_when_wanted(results: rftfit.Results, kind: str) -> None:
     medium = results["poppy_LP"]
     assert medium.profile(kind, draws=False).spread is None
@@ -141,8 +141,10 @@ def test_a_sand_is_scaled_from_its_test(results: rftfit.Results) -> None:
     assert sand.chi == by_hand.chi
     profile = sand.profile("generic")
     assert isinstance(profile.spread, ScaledMedium)
-    assert sand.kinds == ("table", "generic")
-    with pytest.raises(rftfit.RftfitError, match="profile: found 'fourier'; allowed: table, gen"):
+    assert sand.kinds == ("table", "map", "generic")
+    with pytest.raises(
+        rftfit.RftfitError, match="profile: found 'fourier'; allowed: table, map, gen"
+    ):
         sand.profile("fourier")
     np.testing.assert_array_equal(sand.coefficients(), by_hand.coefficients)
 

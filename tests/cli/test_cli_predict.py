@@ -378,7 +378,7 @@ def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
 
     nine = ("--medium", "poppy_LP", "--profile", "fourier")
     assert "did you mean 'poppy_LP'?" in why("--medium", "poppy_lp")
-    assert "allowed: table, generic" in why("--medium", "sand", *nine[2:])
+    assert "allowed: table, map, generic" in why("--medium", "sand", *nine[2:])
     assert "method: found 'lsqq'; allowed: lsq, dft-index; did you mean 'lsq'?" in why(
         *nine, "--method", "lsqq"
     )

@@ -163,7 +163,7 @@ def test_plates_in_one_medium(plates: Folder) -> None:
     assert 'id="legs"' not in html
     assert 'id="sands"' not in html
     assert "published five media" not in html
-    assert set(live["profiles"]["poppy_LP"]) == {"table", "fourier", "generic", "depth_only"}
+    assert set(live["profiles"]["poppy_LP"]) == {"table", "map", "fourier", "generic", "depth_only"}
 
 
 def test_a_grid_with_a_hole_is_not_usable_by_the_transform(

@@ -14,6 +14,7 @@ from rftfit.cli.example import example
 from rftfit.cli.init import init
 from rftfit.cli.inspect_log import inspect_log
 from rftfit.cli.output import say
+from rftfit.cli.plan import plan
 from rftfit.cli.predict import predict
 from rftfit.cli.reenact import reenact
 from rftfit.cli.run import run
@@ -55,6 +56,7 @@ app.command("verify", epilog="Example: rftfit verify results/coefficients.csv")(
 app.command("diff", epilog="Example: rftfit diff results_before results")(diff)
 app.command("example", epilog="Example: rftfit example cmu-sand")(example)
 app.command("scale", epilog="Example: rftfit scale --alpha 0.9 --se 0.02 --output sand.csv")(scale)
+app.command("plan", epilog="Example: rftfit plan --leg c_leg --pushes field.csv --pairs")(plan)
 app.command(
     "predict",
     epilog="Example: rftfit predict --leg c_leg --medium poppy_LP\n\n"

@@ -262,6 +262,24 @@ def usual_error(
     return np.hypot(percent / 100 * alpha, least_percent / 100 * largest)
 
 
+def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
+    """Pushes of a table as `estimate_map` takes it; the order of its rows makes no difference."""
+    nothing = np.full(len(pushes), np.nan)
+
+    def numbers(quantity: str) -> list[FloatArray]:
+        names = [column(c, quantity) for c in "zx"]
+        return [pushes[own].to_numpy(float) if own in pushes else nothing for own in names]
+
+    beta_deg, gamma_deg = (pushes[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
+    found = Pushes.of(beta_deg, gamma_deg, np.stack(numbers("")), np.stack(numbers("_se")))
+    order = np.lexsort([found.alpha[1], found.alpha[0], gamma_deg, beta_deg])
+    both = np.concatenate([order, order.size + order])
+    return Pushes(
+        found.beta[order], found.gamma[order], found.alpha[:, order],
+        found.covariance[np.ix_(both, both)],
+    )  # fmt: skip
+
+
 def estimate_map(
     pushes: pd.DataFrame, shapes: Shapes | None = None, confidence: float = 0.95, name: str = ""
 ) -> Map:
@@ -296,22 +314,7 @@ def estimate_map(
     >>> round(rftfit.estimate_map(one).zeta[0], 1)
     0.8
     """
-    nothing = np.full(len(pushes), np.nan)
-
-    def numbers(quantity: str) -> list[FloatArray]:
-        names = [column(c, quantity) for c in "zx"]
-        return [pushes[own].to_numpy(float) if own in pushes else nothing for own in names]
-
-    beta_deg, gamma_deg = (pushes[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
-    found = Pushes.of(beta_deg, gamma_deg, np.stack(numbers("")), np.stack(numbers("_se")))
-    # rows in any order give the same numbers
-    order = np.lexsort([found.alpha[1], found.alpha[0], gamma_deg, beta_deg])
-    both = np.concatenate([order, order.size + order])
-    found = Pushes(
-        found.beta[order], found.gamma[order], found.alpha[:, order],
-        found.covariance[np.ix_(both, both)],
-    )  # fmt: skip
-    return estimate(found, shapes, confidence=confidence, name=name)
+    return estimate(sorted_pushes(pushes), shapes, confidence=confidence, name=name)
 
 
 def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:

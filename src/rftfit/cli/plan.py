@@ -1,0 +1,307 @@
+"""``rftfit plan``: which pushes to make next."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import rftfit
+from rftfit.cli.output import check_target, count, say, table
+from rftfit.cli.predict import make_motion, make_outline
+from rftfit.cli.scale import number_of
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from rftfit.conventions import FloatArray
+    from rftfit.model.planning import Plan, Target
+    from rftfit.model.shapes import Map
+
+MARK = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm"
+"""How the first line of such rows begins: only these are overwritten unasked."""
+
+TARGETS = ("map", "zeta", "legs", "robot")
+_DEPTHS_CM = (2.54, 5.08, 7.62)
+_MOST = 60
+
+
+def plan(
+    target: Annotated[
+        str | None,
+        typer.Option(
+            help="What is to be known: map (default), zeta, legs (the three model legs), robot (the "
+            "paper's, at 2 Hz); or a body, by the options of rftfit predict."
+        ),
+    ] = None,
+    leg: Annotated[
+        str | None, typer.Option(help="Model leg: c_leg, flat_leg or reversed_c_leg.")
+    ] = None,
+    outline: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Any outline: csv with x_cm, z_cm.")
+    ] = None,
+    width: Annotated[
+        float | None, typer.Option(parser=number_of, metavar="cm", help="Width of the outline.")
+    ] = None,
+    hip: Annotated[
+        float | None,
+        typer.Option(parser=number_of, metavar="cm", help="Height that it turns about; default 2."),
+    ] = None,
+    path: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Move it along a path: csv with t_s, x_cm, z_cm, angle_deg."
+        ),
+    ] = None,
+    pushes: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="What was pushed already: as for rftfit scale --pushes."),
+    ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="What was pushed already: a medium of a campaign's results."
+        ),
+    ] = None,
+    medium: Annotated[str | None, typer.Option(metavar="NAME", help="Medium of --results.")] = None,
+    beta: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DEG,DEG",
+            help="Angles of the plate that the rig can hold; default: the paper's.",
+        ),
+    ] = None,
+    gamma: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DEG,DEG",
+            help="Angles of the path that the rig can make; default: the paper's.",
+        ),
+    ] = None,
+    pairs: Annotated[
+        bool, typer.Option("--pairs", help="The way back along each path is measured too.")
+    ] = False,
+    depths: Annotated[
+        int, typer.Option(min=1, max=20, help="Runs that a horizontal direction takes.")
+    ] = 3,
+    error_percent: Annotated[
+        float,
+        typer.Option(
+            parser=number_of, metavar="PERCENT", help="Standard error of a push, of its alpha."
+        ),
+    ] = 5.0,
+    number: Annotated[int, typer.Option("--count", min=1, max=_MOST, help="Pushes to plan.")] = 8,
+    confidence: Annotated[
+        float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
+    ] = 0.95,
+    output: Annotated[
+        Path, typer.Option(metavar="FILE", help="File of the rows for a run sheet.")
+    ] = Path("plan.csv"),
+    figure: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also a figure: png, svg or pdf.")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print JSON instead of a text for people.")
+    ] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
+    ] = False,
+) -> None:
+    """Choose which pushes to make next, so that a force, zeta or the whole map is known best.
+
+    Prints the pushes in their order, with the half width of the target's interval after each, and writes
+    rows for a run sheet.
+    """
+    from rftfit.model.shapes import grid
+    from rftfit.store import write_text
+
+    if not 0.5 < confidence < 1:
+        raise InputError(f"--confidence: found {confidence:g}; allowed: above 0.5 and below 1")
+    if not 0 < error_percent <= 100:
+        raise InputError(f"--error-percent: found {error_percent:g}; allowed: above 0, up to 100")
+    check_target(output, MARK, "rows of the run sheet", force, (pushes, outline, path))
+    if figure is not None and figure.suffix not in (".png", ".svg", ".pdf"):
+        raise InputError(
+            f"--figure: found '{figure}'; allowed: a name that ends in .png, .svg or .pdf"
+        )
+    wanted = _wanted(target, leg, outline, width, hip, path)
+    betas, gammas = _angles("--beta", beta), _angles("--gamma", gamma)
+    nodes = grid(betas, gammas)
+    known = _known(pushes, results, medium, nodes, confidence)
+    directions = tuple(
+        (b, g)
+        for b, g in _degrees(nodes)
+        if (not betas or any(abs(b - one) < 0.5 for one in betas))
+        and (not gammas or any(abs(g - one) < 0.5 for one in gammas))
+    )
+    rig = rftfit.Rig(directions, pairs, depths, error_percent)
+    try:
+        found = rftfit.plan(wanted, known, rig, number, confidence)
+    except ValueError as error:
+        raise InputError(str(error)) from error
+    say(_as_json(found, output) if as_json else _as_text(found, known))
+    write_text(output, _rows(found))
+    if figure is not None:
+        from rftfit.figures.style import content
+        from rftfit.store import write_bytes
+
+        write_bytes(figure, content(draw(found, known), figure.suffix[1:]))
+    if not as_json:
+        say(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
+
+
+def _degrees(nodes: tuple[FloatArray, FloatArray]) -> list[tuple[float, float]]:
+    from numpy import degrees
+
+    return [
+        (round(float(b), 4), round(float(g), 4)) for b, g in zip(*map(degrees, nodes), strict=True)
+    ]
+
+
+def _wanted(
+    target: str | None, leg: str | None, outline: Path | None, width: float | None, hip: float | None,
+    path: Path | None,
+) -> Target | str:  # fmt: skip
+    from rftfit.campaign.problems import choose
+    from rftfit.model.outlines import CURVATURES
+    from rftfit.model.planning import peaks
+
+    if leg is not None or outline is not None:
+        if target is not None:
+            raise InputError("found --target and a body; allowed: one of them")
+        return peaks([make_outline(leg, None, outline, width, 30)], make_motion(hip, path))
+    if path is not None or hip is not None or width is not None:
+        raise InputError("--hip, --path and --width belong to a body: --leg or --outline")
+    choose("--target", target or "map", TARGETS)
+    if target == "legs":
+        return peaks([rftfit.model_leg(name) for name in CURVATURES])
+    if target == "robot":
+        from rftfit.robot.config import paper_robot
+        from rftfit.robot.sweep import speed_target
+
+        return speed_target(paper_robot(), [(1.0, 2.0), (0.0, 2.0), (-1.0, 2.0)])
+    return target or "map"
+
+
+def _angles(option: str, text: str | None) -> tuple[float, ...]:
+    """Angles of a list on the command line, degrees."""
+    if text is None:
+        return ()
+    angles = tuple(number_of(part.strip()) for part in text.split(","))
+    if wrong := [one for one in angles if not abs(one) <= 90]:
+        raise InputError(f"{option}: found {wrong[0]:g}; allowed: -90 to 90 degrees")
+    return angles
+
+
+def _known(
+    pushes: Path | None, results: Path | None, medium: str | None,
+    nodes: tuple[FloatArray, FloatArray], confidence: float,
+) -> Map:  # fmt: skip
+    """What was measured already, on the nodes that the rig can push."""
+    from rftfit.campaign.tables import pushes_in
+    from rftfit.model.planning import blank
+    from rftfit.model.shapes import estimate, pushes_of, sorted_pushes
+
+    if (results is None) != (medium is None) or (results is not None and pushes is not None):
+        raise InputError(
+            "allowed: --pushes FILE, or --results DIR with --medium NAME, or none of them"
+        )
+    try:
+        if pushes is not None:
+            told = sorted_pushes(pushes_in(pushes))
+            return estimate(told, None, nodes, confidence=confidence, name=pushes.stem)
+        if results is not None:
+            campaign = rftfit.open(results)
+            own = campaign[str(medium)]
+            told = pushes_of(own.alpha, campaign.config)
+            return estimate(
+                told, campaign.shapes(own.name), nodes, confidence=confidence, name=own.name
+            )
+    except ValueError as error:
+        raise InputError(f"{pushes or medium}: {error}") from error
+    return blank(nodes=nodes)
+
+
+def _as_text(found: Plan, known: Map) -> str:
+    rows = []
+    for row in found.table().to_dict("records"):
+        where = ["now", "", ""]
+        if row["push"]:
+            way = "down and back" if row["way_back"] else ""
+            where = [f"({row['beta_deg']:g}, {row['gamma_deg']:.4g})", way, f"{row['runs']}"]
+        rows.append([str(row["push"]), *where, f"{row['half_width_percent']:.1f} %"])
+    head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
+    width = [100 * step.typical for step in found.steps]
+    told = ""
+    for limit in (30, 20, 15, 10, 5):
+        if width[0] > limit and min(width) <= limit:
+            enough = next(i for i, one in enumerate(width) if one <= limit)
+            told = f"\n{count(enough, 'push').replace('pushs', 'pushes')} are enough for {found.target} within {limit} %."
+    have = f"{known.pushes} made already" if known.pushes else "none made yet"
+    return (
+        f"Pushes for {found.target}, {have}\n\n{table(head, rows)}\n\n"
+        f"Half width of the {100 * found.confidence:g} % interval, relative, root mean square over "
+        f"{', '.join(found.parts)}.{told}"
+    )
+
+
+def _as_json(found: Plan, output: Path) -> str:
+    rows = found.table().to_dict("records")
+    for row in rows:
+        row |= {name: None for name in ("beta_deg", "gamma_deg") if row["push"] == 0}
+    content = {"target": found.target, "parts": list(found.parts), "confidence": found.confidence}
+    return json.dumps(content | {"pushes": rows, "run_sheet_rows": str(output)}, indent=2)
+
+
+def _rows(found: Plan) -> str:
+    """Rows of a run sheet; medium, intruder and logs are left to be filled in."""
+    lines = [f"{MARK},force_log,motion_log"]
+    for number, step in enumerate(found.steps[1:], start=1):
+        beta, gamma = step.directions[0]
+        ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
+        if gamma == 0:
+            ways = [("horizontal", f"{depth:g}") for depth in _DEPTHS_CM[: step.runs]]
+            ways += [("horizontal", "")] * (step.runs - len(ways))
+        elif len(step.directions) > 1:
+            ways = [("intrusion", ""), ("extraction", "")]
+        for part, (direction, depth) in enumerate(ways, start=1):
+            name = f"plan{number:02d}" + (f"_{part}" if len(ways) > 1 else "")
+            lines.append(f"{name},plate,,,{direction},{beta:g},{gamma:.6g},{depth},,")
+    return "\n".join(lines) + "\n"
+
+
+def draw(found: Plan, known: Map) -> Figure:
+    """Half width over the number of pushes, and where they lie."""
+    import numpy as np
+
+    from rftfit.figures import style
+    from rftfit.figures.maps import angle_axes
+
+    page = style.new_figure(15.0, 7.2)
+    left = style.axes_cm(page, 1.5, 0.9, 5.6, 4.9)
+    width = [100 * step.typical for step in found.steps]
+    left.plot(range(len(width)), width, "o-", color=style.OKABE_ITO["blue"], markersize=3)
+    left.set(xlabel="further pushes", ylabel="half width (%)", yscale="log")
+    left.set_yticks(
+        [v for v in (1, 2, 5, 10, 20, 50, 100, 200) if min(width) / 2 < v < 2 * max(width)]
+    )
+    left.yaxis.set_major_formatter("{x:g}")
+    left.minorticks_off()
+    style.text_cm(page, 1.5, 0.3, f"{found.target}", va="top", weight="bold")
+    right = style.axes_cm(page, 9.0, 0.9, 5.6, 4.9)
+    angle_axes(right)
+    if known.measured.any():
+        at = np.degrees(known.gamma[known.measured]), np.degrees(known.beta[known.measured])
+        right.plot(*at, "s", color="#888888", markersize=4, label="pushed already")
+    for number, step in enumerate(found.steps[1:], start=1):
+        for way, (beta, gamma) in enumerate(step.directions):
+            right.plot(gamma, beta, "o", markersize=9, fillstyle="none" if way else "full",
+                       color=style.OKABE_ITO["sky blue"])  # fmt: skip
+            right.text(gamma, beta, str(number), ha="center", va="center", fontsize=6)
+    style.text_cm(
+        page, 9.0, 0.3, "where they lie (open: the way back; squares: made already)", va="top"
+    )
+    return page
