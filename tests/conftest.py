@@ -7,6 +7,9 @@ import shutil
 import time
 from pathlib import Path
 
+# two workers share two processors: threads of linear algebra would wait for one another
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign

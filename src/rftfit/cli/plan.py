@@ -290,18 +290,18 @@ def draw(found: Plan, known: Map) -> Figure:
     )
     left.yaxis.set_major_formatter("{x:g}")
     left.minorticks_off()
-    style.text_cm(page, 1.5, 0.3, f"{found.target}", va="top", weight="bold")
+    style.text_cm(page, 1.5, 0.1, found.target, va="top", weight="bold")
     right = style.axes_cm(page, 9.0, 0.9, 5.6, 4.9)
     angle_axes(right)
     if known.measured.any():
         at = np.degrees(known.gamma[known.measured]), np.degrees(known.beta[known.measured])
-        right.plot(*at, "s", color="#888888", markersize=4, label="pushed already")
+        right.plot(*at, "s", color="#888888", markersize=4, clip_on=False)
     for number, step in enumerate(found.steps[1:], start=1):
         for way, (beta, gamma) in enumerate(step.directions):
             right.plot(gamma, beta, "o", markersize=9, fillstyle="none" if way else "full",
-                       color=style.OKABE_ITO["sky blue"])  # fmt: skip
+                       color=style.OKABE_ITO["sky blue"], clip_on=False)  # fmt: skip
             right.text(gamma, beta, str(number), ha="center", va="center", fontsize=6)
-    style.text_cm(
-        page, 9.0, 0.3, "where they lie (open: the way back; squares: made already)", va="top"
-    )
+    style.text_cm(page, 9.0, 0.1, "where they lie", va="top", weight="bold")
+    told = "open: on the way back; square: pushed already"
+    style.text_cm(page, 9.0, 0.5, told, va="top", fontsize=6)
     return page
