@@ -38,7 +38,7 @@ def test_half_widths_are_those_of_the_conditional_covariance() -> None:
 
     moved = ZETA.numbers(draws, start) / ZETA.numbers(start.alpha, start)
     assert found.steps[3].half_width[0] == pytest.approx(
-        1.95996 * np.sqrt((moved**2).sum()), rel=1e-6
+        1.95996 * np.sqrt((moved**2).sum()), rel=1e-4
     )
 
 
@@ -51,7 +51,7 @@ def test_what_is_promised_is_found(target: str) -> None:
     mean, covariance = published_shapes().moments(*NODES)
     values, vectors = np.linalg.eigh(covariance)
     root, random = (vectors * np.sqrt(np.maximum(values, 0))).T, np.random.default_rng(7)
-    ratios = []
+    ratios: list[float] = []
     while len(ratios) < 30:
         alpha = 0.2 * (mean + random.standard_normal(len(root)) @ root).reshape(2, -1)
         work = alpha[0] * np.sin(NODES[1]) + alpha[1] * np.cos(NODES[1])

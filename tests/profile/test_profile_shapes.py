@@ -172,8 +172,9 @@ def test_order_of_rows_and_ignorance_change_nothing() -> None:
     np.testing.assert_array_equal(one.alpha, other.alpha)
     np.testing.assert_array_equal(one.draws, other.draws)
     # pushes of which nothing is known, off the nodes, tell nothing
-    first, _ = Pushes.of([0], [90], [[0.35], [0.0]], 0.01), None
-    many = Pushes.of([0, 40, 50], [90, 20, -30], [[0.35, 9, 9], [0, 9, 9]], [[0.01, 1e6, 1e6]] * 2)
+    first = Pushes.of([0], [90], [[0.35], [0.0]], 0.01)
+    alpha = np.array([[0.35, 9, 9], [0, 9, 9]])
+    many = Pushes.of([0, 40, 50], [90, 20, -30], alpha, np.tile([0.01, 1e6, 1e6], (2, 1)))
     alone, together = (estimate(pushes, size=0.13) for pushes in (first, many))
     np.testing.assert_allclose(together.alpha, alone.alpha, atol=1e-6)
 
@@ -209,6 +210,7 @@ def test_a_medium_that_does_not_belong_is_told_so() -> None:
         node(30, 18),
         node(0, 45),
         node(60, -18),
+        *range(2, COUNT, 10),
     ]
     beta, gamma = NODES
     for medium in MEDIA:

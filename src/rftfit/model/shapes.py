@@ -45,7 +45,7 @@ DRAWS, SEED = 1000, 2013
 _MOST_DRAWN = 20
 """So many times the wanted draws are made at most to find enough that are passive."""
 
-NOT_ALIKE = 0.05
+NOT_ALIKE = 0.03
 """A medium whose pushes lie so far from the shape by chance less often than this does not belong."""
 
 
