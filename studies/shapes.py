@@ -1,6 +1,6 @@
 """How well a few pushes tell a whole medium: the published media, left out one by one and by material.
 
-    python studies/shapes.py             the tables of docs/theory/map.md, five minutes
+    python studies/shapes.py             the tables of docs/theory/map.md, ten minutes
     python studies/shapes.py --choose 600    look ten minutes for a better variation, and print it
 
 A medium is estimated from pushes that `rftfit.plan` chose, with mean and covariance made without it, and
@@ -19,13 +19,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import rftfit
+from rftfit.compare.legs import extreme, measured_peak
 from rftfit.model.fourier import evaluate, fit_lsq
 from rftfit.model.planning import blank
 from rftfit.model.prediction import find_peaks
 from rftfit.model.profiles import TableProfile
-from rftfit.model.scaling import generic, vertical_penetration
-from rftfit.model.shapes import Pushes, Shapes, Variation, estimate, grid, published_shapes
-from rftfit.reference import LEGS, MEDIA, SANDS
+from rftfit.model.scaling import Reference, generic, vertical_penetration
+from rftfit.model.scaling import published as published_reference
+from rftfit.model.shapes import (
+    NOT_ALIKE,
+    Pushes,
+    Shapes,
+    Variation,
+    estimate,
+    grid,
+    published_shapes,
+    usual_error,
+)
+from rftfit.reference import LEGS, MEDIA, SANDS, load
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -112,12 +123,17 @@ def few_pushes() -> None:
             found = estimate(pushed(alpha, places[:count]), shapes)
             peaks = legs(found, alpha)
             rows.setdefault((case, count), []).append(
-                (*score(found, alpha), *(float(np.mean([abs(p[i]) for p in peaks])) for i in range(3)))
+                (
+                    *score(found, alpha),
+                    *(float(np.mean([abs(p[i]) for p in peaks])) for i in range(3)),
+                )
             )
         beside.setdefault(case, []).append(others(alpha, shapes))
     for case in ("medium", "material"):
         print(f"\none {case} left out: mean over the five media\n")
-        print("| pushes | rms error % | coverage % (least) | half width % | peaks: error % | coverage % | half width % |")
+        print(
+            "| pushes | rms error % | coverage % (least) | half width % | peaks: error % | coverage % | half width % |"
+        )
         print("|---|---|---|---|---|---|---|")
         for count in COUNTS:
             own = np.array(rows[case, count])
@@ -126,18 +142,24 @@ def few_pushes() -> None:
                 f"| {count} | {mean[0]:.1f} | {mean[1]:.0f} ({own[:, 1].min():.0f}) | {mean[3]:.1f} | {mean[4]:.0f} | "
                 f"{100 * mean[5]:.0f} | {mean[6]:.0f} |"
             )
-        names = ("nine terms, all 78", "generic nine terms, one push", "mean shape scaled, one push")
+        names = (
+            "nine terms, all 78",
+            "generic nine terms, one push",
+            "mean shape scaled, one push",
+        )
         told = np.mean(beside[case], axis=0)
         print("; ".join(f"{name}: {value:.1f} %" for name, value in zip(names, told, strict=True)))
 
 
 def others(alpha: FloatArray, shapes: Shapes) -> tuple[float, float, float]:
-    """rms error, % of the largest alpha, of nine terms, of generic nine terms and of the mean shape."""
+    """Rms error, % of the largest alpha, of nine terms, of generic nine terms and of the mean shape."""
     down = int(np.flatnonzero((BETA_DEG.round() == 0) & (GAMMA_DEG.round() == 90))[0])
     own = np.stack(evaluate(fit_lsq(*NODES, *alpha), *NODES))
     known = [np.stack(p.alpha(*NODES)) for p in shapes.profiles.values()]
     fits = np.stack([fit_lsq(*NODES, *one) for one in known])
-    chi = np.mean([one[0, down] / vertical_penetration(fit) for one, fit in zip(known, fits, strict=True)])
+    chi = np.mean(
+        [one[0, down] / vertical_penetration(fit) for one, fit in zip(known, fits, strict=True)]
+    )
     paper = alpha[0, down] / chi * np.stack(evaluate(generic(fits), *NODES))
     mean = shapes.moments(*NODES)[0].reshape(2, -1)
     scaled = mean * alpha[0, down] / mean[0, down]
@@ -171,15 +193,169 @@ def interval_score(variation: Variation) -> float:
     return float(np.mean(scores))
 
 
+def planned(shapes: Shapes, count: int) -> list[int]:
+    """Nodes of a plan for the whole map that starts from nothing."""
+    own = list(zip(BETA_DEG.round(3), GAMMA_DEG.round(3), strict=True))
+    steps = rftfit.plan("map", blank(shapes), count=count).steps[1:]
+    return [own.index((round(b, 3), round(g, 3))) for s in steps for b, g in s.directions]
+
+
+def against_chance(count: int = 6, trials: int = 100) -> None:
+    """Print the error after planned pushes beside the median of pushes at random."""
+    random = np.random.default_rng(2013)
+    print(
+        f"\nrms error, % of the largest alpha, after {count} pushes: planned, median of {trials} at random"
+    )
+    for case, medium, shapes in cases():
+        alpha = truth(medium)
+
+        def error(places: list[int], alpha: FloatArray = alpha, shapes: Shapes = shapes) -> float:
+            return score(estimate(pushed(alpha, places), shapes), alpha)[0]
+
+        chance = [
+            error([*random.choice(BETA_DEG.size, count, replace=False)]) for _ in range(trials)
+        ]
+        print(
+            f"| {case} | {medium} | {error(planned(shapes, count)):.1f} | {np.median(chance):.1f} |"
+        )
+
+
+def from_the_prior(media: int = 1000) -> None:
+    """Print coverage, false alarms and kept promises of media that are drawn from the prior."""
+    shapes, random = published_shapes(), np.random.default_rng(2013)
+    mean, covariance = shapes.moments(*NODES)
+    values, vectors = np.linalg.eigh(covariance)
+    root = (vectors * np.sqrt(np.maximum(values, 0))).T
+    places = planned(shapes, 30)
+    promised = [step.typical for step in rftfit.plan("map", blank(shapes), count=30).steps]
+    print(
+        f"\n{media} media from the prior that take energy: coverage %, told not to belong %, width found over promised"
+    )
+    for count in (1, 2, 4, 6, 8, 12, 16, 30):
+        covered, alarms, ratios = [], [], []
+        while len(covered) < media:
+            alpha = 0.2 * (mean + random.standard_normal(len(root)) @ root).reshape(2, -1)
+            work = alpha[0] * np.sin(NODES[1]) + alpha[1] * np.cos(NODES[1])
+            if work.min() < -0.02 * np.abs(alpha).max():
+                continue
+            noise = usual_error(alpha)
+            seen = alpha + noise * random.standard_normal(alpha.shape)
+            own = places[:count]
+            pushes = Pushes.of(BETA_DEG[own], GAMMA_DEG[own], seen[:, own], noise[:, own])
+            try:
+                found = estimate(pushes, shapes)
+            except ValueError:
+                covered.append(0.0)
+                continue
+            covered.append(score(found, alpha)[1])
+            alarms.append(found.belongs < NOT_ALIKE)
+            if len(ratios) < 100:
+                ratios.append(rftfit.plan("map", found, count=1).steps[0].typical / promised[count])
+        near = np.quantile(np.abs(np.log(ratios)), 0.9)
+        print(
+            f"| {count} | {np.mean(covered):.1f} | {100 * np.mean(alarms):.1f} | {np.median(ratios):.2f}, nine of ten "
+            f"within {100 * np.expm1(near):.0f} % |"
+        )
+
+
+def natural_sands() -> None:
+    """Print peaks on the three legs in the three sands, from one push: map and generic beside measured."""
+    slopes = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}  # Fig. S11, N/cm^3
+    measured = load("fig_s12")
+    misses, shapes_off = [], {"map": [], "generic": []}
+    print("\n| sand | leg | component | measured N | map (interval) | generic |")
+    print("|---|---|---|---|---|---|")
+    for sand in SANDS:
+        found = estimate(Pushes.of([0], [90], [[slopes[sand]], [0.0]], 0.05 * slopes[sand]))
+        paper = rftfit.scale(slopes[sand], 0.05 * slopes[sand]).profile
+        for name in LEGS:
+            own = measured[(measured["medium"] == sand) & (measured["leg"] == name)]
+            theta = own["theta_deg"].to_numpy(float)
+            curves = {
+                kind: rftfit.predict(profile, rftfit.model_leg(name), rftfit.rotation(theta))
+                for kind, profile in (("map", found.profile), ("generic", paper))
+            }
+            for c in "zx":
+                force = own[f"force_{c}_N"].to_numpy(float)
+                peak = measured_peak(theta, force, c).force_N
+                row = curves["map"].iloc[extreme(curves["map"][f"force_{c}_N"].to_numpy(), c)]
+                value, lo, hi = (row[f"force_{c}{end}_N"] for end in ("", "_lo", "_hi"))
+                theirs = curves["generic"][f"force_{c}_N"].to_numpy()
+                other = theirs[extreme(theirs, c)]
+                inside = lo <= peak <= hi
+                misses.append((abs(value - peak) / peak, abs(other - peak) / peak, inside))
+                for kind, curve in curves.items():
+                    off = curve[f"force_{c}_N"].to_numpy() - force
+                    shapes_off[kind].append(np.sqrt(np.mean(off**2)) / abs(peak))
+                print(
+                    f"| {sand} | {name} | {c} | {peak:.2f} | {value:.2f} ({lo:.2f} to {hi:.2f})"
+                    f"{'' if inside else ' missed'} | {other:.2f} |"
+                )
+    ours, theirs, inside = np.array(misses, dtype=float).T
+    print(
+        f"peaks off by {100 * np.median(ours):.0f} % (map) and {100 * np.median(theirs):.0f} % (generic) in the median, at most "
+        f"{100 * ours.max():.0f} and {100 * theirs.max():.0f} %; {int(inside.sum())} of {inside.size} inside; curves, rms over "
+        f"peak: {100 * np.mean(shapes_off['map']):.0f} and {100 * np.mean(shapes_off['generic']):.0f} %"
+    )
+
+
+def robot() -> None:
+    """Print how near the speeds of Fig. 4C are, from one push, both poppy seeds out of the reference."""
+    alpha = truth("poppy_LP")
+    down = int(np.flatnonzero((BETA_DEG.round() == 0) & (GAMMA_DEG.round() == 90))[0])
+    shapes = published_shapes(without=("poppy_LP", "poppy_CP"))
+    others = reference_without(("poppy_LP", "poppy_CP"))
+    one = {
+        "table": TableProfile.published("poppy_LP"),
+        "map from one push": estimate(pushed(alpha, [down]), shapes).profile,
+        "map from six pushes": estimate(pushed(alpha, planned(shapes, 6)), shapes).profile,
+        "generic from one push": rftfit.scale(float(alpha[0, down]), 0.005, others).profile,
+    }
+    points = load("fig_4c")
+    points = points[points["speed_cm_per_s"] > 1]
+    for name, profile in one.items():
+        errors = []
+        for row in points.itertuples():
+            curvature, frequency = row.curvature_times_Rprime, row.stride_frequency_Hz
+            ours = rftfit.simulate(profile, frequency, curvature).speed_cm_per_s
+            errors.append(abs(ours / row.speed_cm_per_s - 1))
+        off = np.nan_to_num(np.array(errors), nan=np.inf)
+        print(
+            f"{name}: {100 * np.mean(off <= 0.2):.0f} % of {off.size} speeds within 20 %, {100 * np.mean(off <= 0.35):.0f} % "
+            f"within 35 %, median {100 * np.median(off):.0f} %"
+        )
+
+
+def reference_without(left_out: tuple[str, ...]) -> Reference:
+    """The published media less some, for the paper's routine."""
+    whole = published_reference()
+    rest = [i for i, name in enumerate(whole.media) if name not in left_out]
+    scaled = whole.scaled[rest]
+    media = tuple(whole.media[i] for i in rest)
+    return Reference(
+        f"without {', '.join(left_out)}", media, whole.chi[rest], scaled.mean(axis=0), scaled
+    )
+
+
+PARTS = {
+    "few": few_pushes, "chance": against_chance, "prior": from_the_prior, "sands": natural_sands,
+    "robot": robot,
+}  # fmt: skip
+
+
 def main() -> int:
     """Print the tables, or search."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("parts", nargs="*", choices=[[], *PARTS], help="default: all")
     parser.add_argument("--choose", type=float, metavar="SECONDS")
     options = parser.parse_args()
     if options.choose:
         choose(options.choose)
         return 0
-    few_pushes()
+    for name in options.parts or PARTS:
+        PARTS[name]()
     return 0
 
 
