@@ -235,14 +235,14 @@ def strokes(
                 z0 += 0.002 * (-1) ** number * (1 if sign > 0 else 20)
                 rows.append(
                     {
-                        "run_id": f"{way}{gamma}{number}", "flags": "", "direction": way, "n_points": 0,
+                        "run_id": f"{way}{gamma}{number}", "flags": "", "direction": way,
                         "gamma_deg": sign * gamma, "depth_to_cm": 7.0, "alpha_z_N_per_cm3": slope,
                         "alpha_z_se_N_per_cm3": 0.001, "free_slope_z_N_per_cm3": slope,
-                        "intercept_z_N_per_cm2": -z0 * slope,
+                        "intercept_z_N_per_cm2": -z0 * slope, "exponent_z": 1.1,
+                        "power_misfit_z_ratio": 1.5,
                     }
                 )  # fmt: skip
-    empty = pd.DataFrame({"run_id": pd.Series(dtype=str), "why": pd.Series(dtype=int)})
-    return {"fits": pd.DataFrame(rows), "tared": empty, "windows": empty}
+    return {"fits": pd.DataFrame(rows)}
 
 
 def settings(role: str = LABORATORY) -> Any:
@@ -265,6 +265,22 @@ def settings(role: str = LABORATORY) -> Any:
 def test_where_stress_begins(start: float, late: float, verdict: str, named: str) -> None:
     found = check_surface(settings(), "m", strokes(start, late))
     assert (found.verdict, found.sentence[: len(named)]) == (verdict, named)
+
+
+@pytest.mark.parametrize(
+    ("misfit", "named"),
+    [
+        (0.5, "Stress grows as about depth^1.10"),
+        (
+            [0.5, 1.5] * 12,
+            "Stress grows as about depth^1.10, not in proportion to it, or the surface",
+        ),
+        (math.nan, "The surface is wrong"),
+    ],
+)
+def test_what_an_offset_comes_from_is_what_the_fits_say(misfit: Any, named: str) -> None:
+    fits = strokes(0.3)["fits"].assign(power_misfit_z_ratio=misfit)
+    assert check_surface(settings(), "m", {"fits": fits}).sentence.startswith(named)
 
 
 def test_surface_and_lag_together_are_both_named() -> None:

@@ -14,6 +14,8 @@ import yaml
 from campaigns import FEW, Folder, make_campaign
 
 from rftfit.measure.checks import _surface_or_curve
+from rftfit.measure.fits import RunFit, _other_laws
+from rftfit.measure.laws import other_laws
 from rftfit.results import open_results
 from rftfit.workflow.run_stage import run_stage
 
@@ -239,14 +241,14 @@ def test_stress_that_is_no_line() -> None:
     noise = np.random.default_rng(1)
     depth = np.linspace(2, 8, 600)
     for power, named in ((1.2, "Stress grows as about depth^1.2"), (1.0, "The surface is wrong")):
-        curves = [
-            pd.DataFrame({
-                "depth_cm": depth,
-                "force_z_N": (depth - (0.3 if power == 1 else 0)) ** power + noise.normal(0, 0.05, 600),
-            })
-            for _ in range(5)
-        ]  # fmt: skip
-        assert _surface_or_curve(curves, "it").startswith(named)
+        pushes = []
+        for _ in range(5):
+            stress = (depth - (0.3 if power == 1 else 0)) ** power + noise.normal(0, 0.05, 600)
+            fit = RunFit(0, 90, laws=other_laws(depth, stress[None], 5), line=np.ones(1))
+            _, exponent, _, misfit = _other_laws(fit)
+            pushes.append((exponent[0], misfit[0]))
+        table = pd.DataFrame(pushes, columns=["exponent_z", "power_misfit_z_ratio"])
+        assert _surface_or_curve(table, "it").startswith(named)
 
 
 def test_copies_of_a_log_are_no_repeats(lab: Lab) -> None:

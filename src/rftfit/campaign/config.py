@@ -404,9 +404,9 @@ class Grid(Model):
 
     def same(self, one: Direction, other: Direction) -> bool:
         """Whether two directions are one cell; plates at -90 and 90 degrees are one and the same."""
-        beta = abs((one[0] - other[0] + 90) % 180 - 90)
         # a little more, so that 0.5 is within 0.5 however it is rounded
-        return max(beta, abs(one[1] - other[1])) <= self.angle_tolerance_deg + 1e-6
+        most = self.angle_tolerance_deg + 1e-6
+        return abs(one[1] - other[1]) <= most and abs((one[0] - other[0] + 90) % 180 - 90) <= most
 
 
 Law = Literal["through_zero", "free_intercept", "power"]

@@ -509,7 +509,7 @@ def check_surface(config: Config, medium: str, tables: Tables) -> Check:
             f"{abs(late) / speed:.1g} s ({found}): look at the clocks and filters of both."
         )
     if is_off or (abs(down) > max(_OFF_CM, _SIGMAS * down_se) and not is_late):
-        said.append(_surface_or_curve(_curves(tables, "intrusion"), found))
+        said.append(_surface_or_curve(known[pushes], found))
     return _judged("surface", not said, found, allowed, " ".join(said))
 
 
@@ -537,53 +537,29 @@ def _median(values: FloatArray) -> tuple[float, float]:
     return middle, 1.2533 * scatter / math.sqrt(values.size)
 
 
-def _curves(tables: Tables, direction: str) -> list[pd.DataFrame]:
-    """Fitted samples of the runs of a direction; the steep ones of those that are not level."""
-    fits, tared = tables["fits"], tables["tared"]
-    good = tables["windows"]["why"].to_numpy() == RowStatus.GOOD
-    own = fits[(fits["direction"] == direction) & (fits["n_points"] > 0)]
-    own = own[(own["gamma_deg"].abs() >= 45) | (direction == "horizontal")]
-    where = split_runs(tared)
-    return [tared.iloc[where[name]][good[where[name]]] for name in own["run_id"] if name in where]
-
-
-def _surface_or_curve(curves: Sequence[pd.DataFrame], found: str) -> str:
+def _surface_or_curve(pushes: pd.DataFrame, found: str) -> str:
     """Say what an offset of the stress comes from: an error of the surface, curvature, or either."""
-    fitted = np.array([_compare(one) for one in curves if len(one) >= 30][:40]).reshape(-1, 3)
+    misfit = pushes["power_misfit_z_ratio"].dropna().to_numpy(float)
     surface = f"the surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
-    share = float(np.mean(fitted[:, 0] < fitted[:, 1])) if len(fitted) >= _FEW_RUNS else 0.5
-    if share >= _SAME_MODEL or not len(fitted):
+    share = float(np.mean(misfit > 1)) if misfit.size >= _FEW_RUNS else 0.5
+    if share >= _SAME_MODEL or not misfit.size:
         return f"{surface[0].upper()}{surface[1:]}."
-    curved = f"Stress grows as about depth^{np.median(fitted[:, 2]):.2f}, not in proportion to it"
+    curved = (
+        f"Stress grows as about depth^{pushes['exponent_z'].median():.2f}, not in proportion to it"
+    )
     if share <= 1 - _SAME_MODEL:
         return f"{curved} ({found}): a line through zero depends on its window."
     return f"{curved}, or {surface}. These logs do not tell the two apart."
 
 
-_BINS = 40
-_POWERS = np.arange(0.5, 2.51, 0.01)
-
-
-def _compare(curve: pd.DataFrame) -> tuple[float, float, float]:
-    """Misfit of a line with a free start and of a power of depth through zero; the power."""
-    depth, force = (curve[name].to_numpy(float) for name in ("depth_cm", "force_z_N"))
-    place = (depth - depth.min()) / max(np.ptp(depth), 1e-9)
-    bins = np.minimum((place * _BINS).astype(int), _BINS - 1)
-    count = np.bincount(bins, minlength=_BINS)
-    sums = (np.bincount(bins, one, _BINS) for one in (depth, force))
-    depth, force = (one[count > 0] / count[count > 0] for one in sums)
-    line = np.polyval(np.polyfit(depth, force, 1), depth)
-    shapes = np.maximum(depth, 1e-9) ** _POWERS[:, None]
-    size = shapes @ force / np.sum(shapes**2, axis=1)
-    misfit = np.sum((force - size[:, None] * shapes) ** 2, axis=1)
-    best = int(misfit.argmin())
-    return float(np.sum((force - line) ** 2)), float(misfit[best]), float(_POWERS[best])
-
-
 def check_steadiness(tables: Tables) -> Check:
     """Whether the stress of horizontal runs stays the same over the part that is averaged."""
     changes = []
-    for curve in _curves(tables, "horizontal"):
+    fits, tared, where = tables["fits"], tables["tared"], split_runs(tables["tared"])
+    good = tables["windows"]["why"].to_numpy() == RowStatus.GOOD
+    level = fits.loc[(fits["direction"] == "horizontal") & (fits["n_points"] > 0), "run_id"]
+    for own in (where[name] for name in level if name in where):
+        curve = tared.iloc[own][good[own]]
         force = curve[["force_z_N", "force_x_N"]].to_numpy(float).T
         force = force[np.abs(force.mean(axis=1)).argmax()]
         path = curve["path_cm"].to_numpy(float)

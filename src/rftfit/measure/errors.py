@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,8 +61,13 @@ def half_width(parts: Iterable[Part], confidence: float) -> float:
     and covering at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
     """
     return math.sqrt(
-        sum((float(student_quantile(confidence, part.dof)) * part.sd) ** 2 for part in parts)
+        sum((_quantile(confidence, part.dof) * part.sd) ** 2 for part in parts if part.sd)
     )
+
+
+@lru_cache(maxsize=512)
+def _quantile(confidence: float, dof: float) -> float:
+    return float(student_quantile(confidence, dof))
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ _OF_COMPONENT = (
     "alpha_{}_dof", "alpha_{}_ols_se_N_per_cm3", "alpha_{}_startup_N_per_cm3",
     "alpha_{}_tare_N_per_cm3", "alpha_{}_curvature_N_per_cm3", "alpha_{}_rod_N_per_cm3",
     "intercept_{}_N_per_cm2", "free_slope_{}_N_per_cm3", "free_stress_{}_percent", "exponent_{}",
-    "power_stress_{}_percent", "nonlinear_{}_p", "nonlinear_{}_ratio",
+    "power_stress_{}_percent", "power_misfit_{}_ratio", "nonlinear_{}_p", "nonlinear_{}_ratio",
 )  # fmt: skip
 FIT_COLUMNS = [
     "run_id", "medium", "beta_deg", "gamma_deg", "direction", "mirrored", "tare_run", "depth_from_cm",
@@ -435,17 +435,25 @@ def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
         ledger.add(run, run.force_log, *fate, good)
 
 
-def _other_laws(fit: RunFit) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Stress by a line with a free intercept, exponent, and stress by a power: percent of the line's."""
+def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
+    """Stress by a line with a free intercept, exponent, and stress by a power: percent of the line's.
+
+    Last the misfit of the power relative to that of the line with a free intercept.
+    """
     if fit.laws is None:
-        return (np.full(2, np.nan),) * 3
+        return (np.full(2, np.nan),) * 4
     line = np.where(fit.line == 0, np.nan, fit.line)
     free, power = (
         100 * (np.array([one.alpha for one in fit.laws[law]]) / line - 1)
         for law in ("free_intercept", "power")
     )
     exponent = np.array([one.exponent for one in fit.laws["power"]])
-    return free, exponent, np.where(np.isnan(exponent), np.nan, power)
+    left, of_line = (
+        np.array([one.rest @ one.rest for one in fit.laws[law]])
+        for law in ("power", "free_intercept")
+    )
+    misfit = left / np.where(of_line > 0, of_line, np.nan)
+    return free, exponent, np.where(np.isnan(exponent), np.nan, power), misfit
 
 
 def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:

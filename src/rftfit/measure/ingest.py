@@ -349,13 +349,15 @@ def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obj
     facts: dict[str, object] = {
         "readings": hashlib.sha256(channels.tobytes()).hexdigest()[:16] if moves else ""
     }
-    for name, values in zip(_CHANNELS, channels[:, in_stroke], strict=True):
-        ends = np.append(np.flatnonzero(np.diff(values)), values.size - 1)
-        lengths = np.diff(ends, prepend=-1)
+    for name, readings in zip(_CHANNELS, channels, strict=True):
+        values = readings[in_stroke]
+        changes = np.flatnonzero(values[1:] != values[:-1]) + 1
+        starts = np.concatenate([[0], changes, [values.size]])
+        lengths = starts[1:] - starts[:-1]
         longest = int(lengths.argmax())
         facts |= {
             f"{name}_low_N": values.min(), f"{name}_high_N": values.max(),
-            f"{name}_held_N": values[ends[longest]],
+            f"{name}_held_N": values[starts[longest]],
             f"{name}_held": lengths[longest] / values.size,
         }  # fmt: skip
     return facts

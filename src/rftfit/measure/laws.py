@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.slopes import Slope, combine_dof, level_path, weighted_sum_variance
+from rftfit.measure.slopes import Slope, combine_dof, free_intercept, weighted_sum_variance
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -43,42 +44,37 @@ def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | No
 
     `depth`: shape (n,), cm. `stress`: shape (k, n), N/cm^2. `at_cm`: Where the laws are compared.
     """
-    if level_path(depth):
+    intercept, slope = free_intercept(depth, stress)
+    if np.isnan(slope).all():
         return None
-    line = np.stack([np.ones_like(depth), depth])
-    weights = _weights(line)
-    at = np.array([1 / at_cm, 1.0]) @ weights
-    return {
-        "free_intercept": [Fitted(float(at @ one), at, line, one - weights @ one @ line) for one in stress],
-        "power": [_power(depth, one, at_cm) for one in stress],
-    }  # fmt: skip
-
-
-def _weights(design: FloatArray) -> FloatArray:
-    """What each sample does to each of two parameters in least squares, shape (2, n)."""
-    square = design @ design.T
-    scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
-    # a component that is not felt has no exponent: a little more than 1, so that there is a solution
-    square = square / np.outer(scale, scale) + 1e-12 * np.eye(2)
-    weights: FloatArray = np.linalg.solve(square, design / scale[:, None]) / scale[:, None]
-    return weights
+    line, centred = np.stack([np.ones_like(depth), depth]), depth - depth.mean()
+    gain = (1 / depth.size + (at_cm - depth.mean()) * centred / (centred @ centred)) / at_cm
+    lines = [
+        Fitted(float(start / at_cm + rise), gain, line, one - start - rise * depth)
+        for start, rise, one in zip(intercept, slope, stress, strict=True)
+    ]
+    return {"free_intercept": lines, "power": [_power(depth, one, at_cm) for one in stress]}
 
 
 def _power(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
     """Fit stress = alpha at (depth / at)^p by Gauss and Newton."""
-    ratio, p = np.maximum(depth, 1e-6) / at_cm, 1.0
+    log, p, step = np.log(np.maximum(depth, 1e-6) / at_cm), 1.0, 0.0
+    shape, bent, _ = rows = np.stack([log, log, stress])
     for _ in range(_STEPS):
-        shape = ratio**p
-        size = float(shape @ stress) / float(shape @ shape)
-        design = np.stack([shape, size * shape * np.log(ratio)])
-        weights = _weights(design)
-        rest = stress - size * shape
-        step = float(weights[1] @ rest)
+        np.multiply(np.exp(p * log, out=shape), log, out=bent)
+        (square, across, with_shape), (_, of_log, with_log) = (rows[:2] @ rows.T).tolist()
+        size, alone = with_shape / square, of_log - across**2 / square
+        # a component that is not felt has no exponent
+        step = (with_log - size * across) / (size * alone) if size else 0.0
         if abs(step) < _SMALL or not _LEAST_P < p < _MOST_P:
             break
-        p += float(np.clip(step, -0.5, 0.5))
-    known = _LEAST_P < p < _MOST_P and abs(step) < 0.1
-    return Fitted(size / at_cm, weights[0] / at_cm, design, rest, p if known else float("nan"))
+        p += min(max(step, -0.5), 0.5)
+    fits = _LEAST_P < p < _MOST_P and abs(step) < 0.1
+    gain = (of_log * shape - across * bent) / (square * alone * at_cm)
+    return Fitted(
+        size / at_cm, gain, np.stack([shape, size * bent]), stress - size * shape,
+        p if fits else math.nan,
+    )  # fmt: skip
 
 
 def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> Slope:

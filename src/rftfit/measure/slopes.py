@@ -318,7 +318,7 @@ def fit_slope(
     parts = np.vstack([scatter / power**2, shift * lever**2, moved**2, curvature**2])
     dofs = np.vstack([np.full(alpha.size, count), shift_dof, given, given])
     se = np.sqrt(parts.sum(axis=0))
-    intercept, free_slope = _free_intercept(depth, stress)
+    intercept, free_slope = free_intercept(depth, stress)
     # run and tare were recorded with the same noise; without a tare there is one zero only
     tare = (scatter / power**2 / 2 + zero_variance[1:].sum(axis=0) * lever**2) * (len(shift) > 2)
     return Slope(
@@ -338,7 +338,7 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
     if depth.size < 2:
         se = np.full(alpha.size, np.nan)
     unknown = np.full((2, alpha.size), np.nan)
-    intercept, free_slope = _free_intercept(depth, stress) if depth.size > 2 else unknown
+    intercept, free_slope = free_intercept(depth, stress) if depth.size > 2 else unknown
     dof = np.full(alpha.size, max(depth.size - 1.0, 1.0))
     nothing = np.zeros(alpha.size)
     lever = float(depth.sum() / (depth @ depth))
@@ -348,7 +348,8 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
     )  # fmt: skip
 
 
-def _free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
+def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Intercept and slope of each line with a free intercept; NaN along a level path."""
     centred = depth - depth.mean()
     spread = float(centred @ centred)
     if level_path(depth):
@@ -370,7 +371,7 @@ def _offset(
     `noise`: shape (k,); Variance of a sum over that of its weights, (N/cm^2)^2. `shift`: shape (k,);
     Variance of what moves all samples alike, (N/cm^2)^2.
     """
-    if level_path(depth):
+    if np.isnan(slope).all():
         return intercept, intercept  # NaN
     spread = float(depth.var()) * depth.size
     variance = noise * (1 / depth.size + float(depth.mean()) ** 2 / spread) + shift
