@@ -65,6 +65,17 @@ def alpha(found: RunFit) -> np.ndarray:
     return found.slope.alpha
 
 
+def test_a_natural_sand_is_fitted_to_the_end_of_its_linear_regime(paper_config: Config) -> None:
+    test = run(medium="yuma", beta=0.0, gamma=90.0)
+    bent = ALPHA_Z * DOWN + 0.5 * np.clip(DOWN - 3, 0, None)
+    for end in (None, 1.5, 6.0):
+        found = fit_run(test, stroke(DOWN, bent), paper_config, end)
+        assert found.depth_to_cm == pytest.approx(end or paper_config.media["yuma"].linear_to_cm)
+        assert (alpha(found)[0] > 1.1 * ALPHA_Z) == (end == 6)
+    short = fit_run(test, stroke(np.linspace(0, 0.3, 60)), paper_config).reason
+    assert short.startswith("window too short: it covers 0.30 cm of depth, 0.38 cm wanted")
+
+
 def test_intrusion(paper_config: Config) -> None:
     found = fit_run(run(), stroke(DOWN), paper_config)
     np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.campaign.config import Fit, Plate
 from rftfit.compare import sands
 from rftfit.compare.sands import bend_of, linear_end
 from rftfit.measure.errors import SurfaceError
@@ -63,20 +59,21 @@ def test_published_sands() -> None:
 
 def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
     """As the alpha table has them; a wider one than the logs alone give, whatever the window."""
-    depth = np.linspace(0.5, 3.0, 300)
-    noise = np.random.default_rng(2).normal(0, 0.003, depth.size)
-    plate = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
-    campaign: Any = SimpleNamespace(config=SimpleNamespace(fit=Fit(), table=None))
-    words = (depth, 0.7 * depth + noise, (np.zeros((1, 1)), np.ones((1, 1))), np.array([1.2, 1.3]))
+    fit = {"alpha_z_N_per_cm3": 0.7, "alpha_z_se_N_per_cm3": 0.01, "alpha_z_dof": 1e6, "reason": "",
+           "lever_per_cm": 0.5, "nonlinear_z_ratio": 0.02}  # fmt: skip
     cell = {"beta_deg": 0.0, "gamma_deg": 90.0, "alpha_z_N_per_cm3": 0.7,
             "run_to_run_z_N_per_cm3": 0.028, "alpha_z_rod_N_per_cm3": 0.021}  # fmt: skip
     others = sands._of_any_window(pd.DataFrame([cell]))
     assert others == pytest.approx(0.05)
-    alone = sands._slope(campaign, plate, *words, SurfaceError())
-    whole = sands._slope(campaign, plate, *words, SurfaceError(), others)
-    own, half = (
-        float(str(row["hi"])) - float(str(row["alpha_z_N_per_cm3"])) for row in (alone, whole)
-    )
-    assert half == pytest.approx(np.hypot(own, 1.96 * 0.05 * 0.7), rel=0.01)
+    words = (0.95, np.array([1.2, 1.3]), SurfaceError(run=0.1))
+    alone, whole = (sands._slope(fit, *words, other) for other in (0.0, others))
+    own, half = (float(str(row["hi"])) - 0.7 for row in (alone, whole))
+    assert own == pytest.approx(1.96 * np.hypot(0.01, 0.1 * 0.5 * 0.7), rel=1e-3)
+    assert half == pytest.approx(np.hypot(own, 1.96 * 0.05 * 0.7), rel=1e-3)
     # nothing is known of a sand without a usable test
     assert sands._of_any_window(pd.DataFrame([cell | {"gamma_deg": 45.0}])) == 0
+
+
+def test_a_fit_that_was_refused_has_its_reason_and_no_number() -> None:
+    row = sands._slope({"reason": "too few points"}, 0.95, np.array([1.2, 1.3]), SurfaceError())
+    assert row == {"reason": "too few points"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,16 +19,8 @@ from rftfit.measure.errors import (
     half_width,
     spread_of_beds,
 )
-from rftfit.measure.fits import linear_window, too_short
-from rftfit.measure.ledger import RowStatus
-from rftfit.measure.slopes import (
-    GIVEN_DOF,
-    combine_dof,
-    fit_few,
-    fit_slope,
-    student_quantile,
-    zero_intercept,
-)
+from rftfit.measure.fits import Row, fit_medium
+from rftfit.measure.slopes import GIVEN_DOF, combine_dof, student_quantile, zero_intercept
 from rftfit.measure.strokes import split_runs
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.scaling import scale_new_medium
@@ -38,9 +30,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.campaign.config import AnyPlate
     from rftfit.campaign.load import Campaign
-    from rftfit.campaign.sheet import Run
     from rftfit.conventions import FloatArray
 
 SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3", "lo", "hi", "bend",
@@ -85,72 +75,54 @@ def linear_end(depth: FloatArray, stress: FloatArray, bend: float = BEND) -> flo
 
 
 def penetration_rows(
-    campaign: Campaign,
-    tared: pd.DataFrame,
-    runs: pd.DataFrame,
-    fits: pd.DataFrame,
-    alpha: pd.DataFrame,
-    chi: FloatArray,
+    campaign: Campaign, medium: str, tables: Mapping[str, pd.DataFrame], chi: FloatArray
 ) -> list[dict[str, object]]:
     """Slope and zeta of every penetration test of a natural sand over its linear regime.
 
     Two rows a test, one for the stated and one for the detected regime; one with the reason for a
-    test that has no tared stroke. `tared`, `runs`, `fits` and `alpha` are the sand's tables of the
-    earlier stages, `chi` that of the reference media.
+    test that has no tared stroke. `tables`: ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the
+    sand. `chi`: Of the reference media.
     """
-    surface, others = errors_of(fits, campaign.config)[1], _of_any_window(alpha)
-    facts = {str(row["run_id"]): row for row in runs.to_dict("records")}
+    config, tared = campaign.config, tables["tared"]
+    facts = {str(row["run_id"]): row for row in tables["runs"].to_dict("records")}
+    tests = [
+        run for run in map(campaign.by_id.__getitem__, sorted(facts))
+        if (run.kind, run.direction, run.beta_deg, run.gamma_deg) == ("plate", "intrusion", 0, 90)
+    ]  # fmt: skip
     where = split_runs(tared)
+    depth, force = (tared[name].to_numpy(float) for name in ("depth_cm", "force_z_N"))
+    parts = {run.run_id: where[run.run_id] for run in tests if run.run_id in where}
+    ends = {name: linear_end(depth[part], force[part]) for name, part in parts.items()}
+    detected = tables["fits"]
+    if ends:
+        detected = fit_medium(campaign, medium, tables["runs"], tared, tables["tares"], ends)[0]
+    stated = dict.fromkeys(ends, config.media[medium].linear_to_cm or math.nan)
+    windows = {"stated": (stated, tables["fits"]), "detected": (ends, detected)}
+    fits = {key: table.set_index("run_id").to_dict("index") for key, (_, table) in windows.items()}
+    surface, others = errors_of(tables["fits"], config)[1], _of_any_window(tables["alpha"])
     rows: list[dict[str, object]] = []
     lost: list[dict[str, object]] = []
-    for name in sorted(facts):
-        run = campaign.by_id[name]
-        if (run.kind, run.direction, run.beta_deg, run.gamma_deg) != ("plate", "intrusion", 0, 90):
+    for run in tests:
+        place: dict[str, object] = {"medium": medium, "run_id": run.run_id}
+        if run.run_id not in ends:
+            reason = facts[run.run_id]["reason"]
+            if campaign.numbers:
+                reason = reason or "a slope from a table: no curve of stress against depth"
+            reason = reason or f"it has no stroke, or its tare {run.tare_run} is of no use"
+            lost.append({**place, "window": "stated", "reason": reason})
             continue
-        if name in where:
-            rows += _windows(campaign, run, tared.iloc[where[name]], facts, chi, surface, others)
-            continue
-        reason = facts[name]["reason"]
-        if campaign.numbers:
-            reason = reason or "a slope from a table: no curve of stress against depth"
-        reason = reason or f"it has no stroke, or its tare {run.tare_run} is of no use"
-        lost.append({"medium": run.medium, "run_id": name, "window": "stated", "reason": reason})
+        for window, (to_cm, _) in windows.items():
+            end, fit = to_cm[run.run_id], fits[window][run.run_id]
+            row = {**place, "window": window, "linear_to_cm": end, "reason": _NO_REGIME}
+            if end > 0:
+                row |= _slope(fit, config.fit.confidence, chi, surface, others)
+            if campaign.holds_tare(run):
+                row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))
+            rows.append(row)
     return rows + lost
 
 
-def _windows(
-    campaign: Campaign,
-    run: Run,
-    samples: pd.DataFrame,
-    facts: Mapping[str, Any],
-    chi: FloatArray,
-    surface: SurfaceError,
-    others: float,
-) -> list[dict[str, object]]:
-    """Fit one penetration test over the stated and over the detected linear regime."""
-    plate = campaign.config.intruders[run.intruder]
-    assert plate.shape != "leg"
-    depth = samples["depth_cm"].to_numpy(float)
-    stress = samples["force_z_N"].to_numpy(float) / plate.area_cm2
-    pair = [facts[name] for name in (run.run_id, run.tare_run) if name]
-    variance = np.array([[fact["zero_var_z_N2"]] for fact in pair], dtype=float)
-    zero = (variance / plate.area_cm2**2, np.array([[fact["zero_dof"]] for fact in pair]))
-    stated = campaign.config.media[run.medium].linear_to_cm
-    ends = {"stated": math.nan if stated is None else stated, "detected": linear_end(depth, stress)}
-    rows = []
-    for window, end in ends.items():
-        row: dict[str, object] = {"medium": run.medium, "run_id": run.run_id, "window": window}
-        inside = linear_window(depth, end, campaign.config.fit) == RowStatus.GOOD
-        # without an end, which is NaN then, there is no window
-        part = np.isfinite(stress) & (depth > 0) & (depth <= end) & inside
-        samples_of = depth[part], stress[part]
-        row |= {"linear_to_cm": end} | _slope(
-            campaign, plate, *samples_of, zero, chi, surface, others
-        )
-        if campaign.holds_tare(run):
-            row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))
-        rows.append(row)
-    return rows
+_NO_REGIME = "no linear regime with enough samples"
 
 
 def _of_any_window(alpha: pd.DataFrame) -> float:
@@ -163,33 +135,24 @@ def _of_any_window(alpha: pd.DataFrame) -> float:
 
 
 def _slope(
-    campaign: Campaign,
-    plate: AnyPlate,
-    depth: FloatArray,
-    stress: FloatArray,
-    zero: tuple[FloatArray, FloatArray],
-    chi: FloatArray,
-    surface: SurfaceError,
-    others: float = 0.0,
+    fit: Row, confidence: float, chi: FloatArray, surface: SurfaceError, others: float = 0.0
 ) -> dict[str, object]:
-    """Slope over one linear regime, and zeta from it."""
-    fit = campaign.config.fit
-    of_table = campaign.config.table is not None
-    if depth.size < (3 if of_table else fit.min_points):
-        return {"reason": "no linear regime with enough samples"}
-    if not of_table and (short := too_short(depth, plate, fit)):
-        return {"reason": short}
-    slope = fit_few(depth, stress[None]) if of_table else fit_slope(depth, stress[None], *zero)
-    alpha, se = float(slope.alpha[0]), float(slope.se[0])
-    moved = alpha * slope.lever
-    parts = [Part(se, float(slope.dof[0])), Part(moved * surface.run, surface.dof)]
+    """Slope over one linear regime with the errors of a single test, and zeta from it.
+
+    `fit`: Row of the table of fits. `others`: Of `_of_any_window`.
+    """
+    if fit["reason"]:
+        return {"reason": fit["reason"]}
+    alpha, se = float(fit[column("z")]), float(fit[column("z", "_se")])
+    moved = alpha * float(fit["lever_per_cm"])
+    parts = [Part(se, float(fit["alpha_z_dof"])), Part(moved * surface.run, surface.dof)]
     parts += [Part(moved * surface.session), Part(alpha * others)]
-    half = half_width(parts, fit.confidence) if math.isfinite(se) else math.nan
-    row = {"alpha_z_N_per_cm3": alpha, "lo": alpha - half, "hi": alpha + half}
-    row["bend"] = bend_of(depth, stress)
-    se = half / float(student_quantile(fit.confidence, GIVEN_DOF))
+    half = half_width(parts, confidence) if math.isfinite(se) else math.nan
+    row = {column("z"): alpha, "lo": alpha - half, "hi": alpha + half}
+    row["bend"] = float(fit["nonlinear_z_ratio"])
+    se = half / float(student_quantile(confidence, GIVEN_DOF))
     try:
-        scaled = scale_new_medium(alpha, se, chi, np.zeros(9), fit.confidence)
+        scaled = scale_new_medium(alpha, se, chi, np.zeros(9), confidence)
     except ValueError as error:
         return {**row, "reason": str(error)}
     ends = {"zeta": scaled.zeta, "zeta_lo": scaled.zeta_lo, "zeta_hi": scaled.zeta_hi}

@@ -24,7 +24,7 @@ from rftfit.measure.strokes import split_runs
 from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     import numpy.typing as npt
     import pandas as pd
@@ -186,12 +186,15 @@ def filed_under(run: Run) -> tuple[float, float, float]:
     return run.beta_deg, run.gamma_deg, 1.0
 
 
-def fit_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
-    """Fit alpha_z and alpha_x of one plate run in its window, or say why it must not give a number."""
+def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None = None) -> RunFit:
+    """Fit alpha_z and alpha_x of one plate run in its window, or say why it must not give a number.
+
+    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it.
+    """
     plate = config.intruders[run.intruder]
     assert plate.shape != "leg"
     beta_deg, gamma_deg, sign_x = filed_under(run)
-    window = _window(run, stroke, plate, config)
+    window = _window(run, stroke, plate, config, linear_to_cm)
     wanted = window == RowStatus.GOOD
     usable = wanted & (stroke.why == RowStatus.GOOD)
     why = np.where(stroke.why == RowStatus.GOOD, window, stroke.why)
@@ -284,11 +287,14 @@ def _main_cause(
     return (text,)
 
 
-def _window(run: Run, stroke: Stroke, plate: AnyPlate, config: Config) -> np.ndarray:
+def _window(
+    run: Run, stroke: Stroke, plate: AnyPlate, config: Config, linear_to_cm: float | None
+) -> np.ndarray:
     beta = math.radians(run.beta_deg)
     medium = config.media[run.medium]
     if medium.role == "natural_sand" or config.table:
-        return linear_window(stroke.depth, medium.linear_to_cm or math.inf, config.fit)
+        end = linear_to_cm or medium.linear_to_cm or math.inf
+        return linear_window(stroke.depth, end, config.fit)
     if run.direction == "horizontal":
         return horizontal_window(stroke.path, stroke.x, plate, beta, config.container, config.fit)
     why = slanted_window(stroke.depth, stroke.x, plate, beta, config.container, config.fit)
@@ -324,9 +330,16 @@ def curved(
 
 
 def fit_medium(
-    campaign: Campaign, medium: str, status: pd.DataFrame, tared: pd.DataFrame, tares: pd.DataFrame
+    campaign: Campaign,
+    medium: str,
+    status: pd.DataFrame,
+    tared: pd.DataFrame,
+    tares: pd.DataFrame,
+    linear_to_cm: Mapping[str, float] | None = None,
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Fit every plate run of a medium, from the tables of the ingest and tare stages.
+
+    `linear_to_cm`: By run, of a natural sand: end of its linear regime, if not the stated one.
 
     Returns a row per plate run of the sheet, also of those that give no alpha; for the rows of
     `tared`, the `RowStatus` by which they were fitted or not; the rows of the strokes handed on.
@@ -360,7 +373,7 @@ def fit_medium(
             pair = [facts[name] for name in (run.run_id, run.tare_run) if name in facts]
             samples = {name: values[part] for name, values in columns.items()}
             stroke = _stroke(samples, force[:, part], rods[:, part], pair, flags)
-            fit = fit_run(run, stroke, campaign.config)
+            fit = fit_run(run, stroke, campaign.config, (linear_to_cm or {}).get(run.run_id))
             why[part] = fit.why
             _account(ledger, run, stroke, fit)
         rows.append(_row(run, fit, campaign.config.fit.confidence, fact["note"]))

@@ -104,9 +104,11 @@ STAGES = (
     ),
     Stage(
         "natural_sands", f"{_VALIDATE}:natural_sands", rows=True,
-        settings=("surface", "fit", "errors", "fourier", "intruders", "media", "table"),
-        reads=("runs/{sands}.csv", "fits/{sands}.csv", "alpha/{sands}.csv", "tared/{sands}.parquet",
-               "penetration.csv", "legs/{sands}.csv", "predicted.csv", "checks/{media}.csv"),
+        settings=("force_log", "transducer", "surface", "fit", "errors", "fourier", "intruders",
+                  "media", "table"),
+        reads=("runs/{sands}.csv", "tares/{sands}.csv", "fits/{sands}.csv", "alpha/{sands}.csv",
+               "tared/{sands}.parquet", "penetration.csv", "legs/{sands}.csv", "predicted.csv",
+               "checks/{media}.csv"),
         writes=("sands.csv", "sand_correction.csv"),
     ),
     Stage(

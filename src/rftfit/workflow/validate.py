@@ -75,9 +75,12 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         chi, note = published(method).chi, published(method).note
     rows = []
     for medium in results.sands:
-        tared, fits = results.table(f"tared/{medium}.parquet"), results.table(f"fits/{medium}.csv")
-        runs, alpha = results[medium].runs, results[medium].alpha
-        rows += penetration_rows(results.campaign, tared, runs, fits, alpha, chi)
+        tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
+        tables |= {
+            "tared": results.table(f"tared/{medium}.parquet"),
+            "alpha": results[medium].alpha,
+        }
+        rows += penetration_rows(results.campaign, medium, tables, chi)
     tests = pd.DataFrame(rows, columns=SAND_COLUMNS)
     tests["reason"] = _with_note(tests["reason"], note)
     curves = results.table("predicted.csv")
