@@ -67,7 +67,8 @@ def leg_prediction(profile: Profile, leg: Leg, config: Config) -> pd.DataFrame:
     if "force_z_lo_N" not in forces:
         return forces
     wide = float(student_quantile(level, GIVEN_DOF))
-    moved = shape_errors(profile, leg, config)
+    best = {c: forces[name].to_numpy(float) for c, name in names.items()}
+    moved = shape_errors(profile, leg, config, best)
     for c, name in names.items():
         lo, hi = (f"force_{c}_{end}_N" for end in ("lo", "hi"))
         # a leg that is moved a little may reach cells that are missing
@@ -82,23 +83,24 @@ def _turned(leg: Leg, config: Config, hip_cm: float = 0.0) -> Motion:
     return rotation(None, leg.hip_height_cm + hip_cm, config.arm.leg_speed_rad_per_s)
 
 
-def shape_errors(profile: Profile, leg: Leg, config: Config) -> dict[str, dict[str, FloatArray]]:
+def shape_errors(
+    profile: Profile, leg: Leg, config: Config, best: Mapping[str, FloatArray]
+) -> dict[str, dict[str, FloatArray]]:
     """Change of the force against theta, N, by one standard deviation of hip height and arc.
 
-    The surface that the axle stands above is as well known as that of the plates, where that is stated.
+    `best`: By component, the force on the leg as stated. The surface that the axle stands above is as well known as that of the plates, where that is stated.
     """
     errors, arc = config.errors, arc_of(leg)
     surface = (errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0)
     hip_cm = math.hypot(errors.hip_cm, *(one / 10 for one in surface))
     plain, motion = leg_outline(leg), _turned(leg, config)
     longer = leg_outline(leg, arc_deg=arc * (1 + errors.arc_percent / 100)) if arc else plain
-    best = forces_on(profile, plain, motion.poses)
     found = {
         "hip": forces_on(profile, plain, _turned(leg, config, hip_cm).poses),
         "arc": forces_on(profile, longer, motion.poses),
     }
     return {
-        name: {"z": one.force_z_N - best.force_z_N, "x": one.force_x_N - best.force_x_N}
+        name: {"z": one.force_z_N - best["z"], "x": one.force_x_N - best["x"]}
         for name, one in found.items()
     }
 
@@ -123,7 +125,7 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
         if not np.isfinite(forces["z"]).all():
             continue
         at = {c: extreme(force, c) for c, force in forces.items()}
-        shown[name] = (leg_outline(leg), motion.poses, at, shape_errors(profile, leg, config))
+        shown[name] = leg_outline(leg), motion.poses, at, shape_errors(profile, leg, config, forces)
         without = forces_on(sound, leg_outline(leg), motion.poses)
         for c, left in (("z", without.force_z_N), ("x", without.force_x_N)):
             rests[name, c] = 100 * (1 - float(left[at[c]] / forces[c][at[c]]))
