@@ -109,7 +109,7 @@ def test_the_surface_is_judged_by_the_offsets() -> None:
     assert np.mean([one.run for one in exact]) < 0.005
     # what says nothing of the surface, or is told, does not count
     blind = surface_error(np.full(60, 3.0), np.full(60, 0.5), UNKNOWN)
-    assert (blind.run, blind.session, blind.runs) == (PRIOR_CM, 0.0, 0)
+    assert (blind.run, blind.session) == (PRIOR_CM, 0.0)
     told = surface_error(np.full(60, 3.0), noise, Errors(surface_run_mm=1, surface_session_mm=2))
     assert (told.run, told.session) == (0.1, 0.2)
     assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > PRIOR_CM

@@ -220,15 +220,11 @@ class SurfaceError:
     """Standard deviations of the free surface, cm.
 
     `run`: From run to run, with `dof`. `session`: Common to all runs of a medium.
-    `median`: Of the offsets that lines with a free intercept show; NaN where none does.
-    `runs`: How many show one.
     """
 
     run: float = 0.0
     session: float = 0.0
     dof: float = GIVEN_DOF
-    median: float = math.nan
-    runs: int = 0
 
 
 def surface_error(
@@ -247,9 +243,9 @@ def surface_error(
     clear = np.isfinite(offset) & (se <= _CLEAR_CM)
     offset, noise = offset[clear], se[clear] ** 2
     n = int(offset.size)
-    median = float(np.median(offset)) if n else math.nan
     run, session, dof = 0.0, 0.0, GIVEN_DOF
     if given and n >= PRIOR_RUNS:
+        median = float(np.median(offset))
         # as a robust standard deviation: some directions are curved for reasons of their own
         scatter = 1.4826 * float(np.median(np.abs(offset - median)))
         run = math.sqrt(max(scatter**2 - float(np.median(noise)), 0.0))
@@ -264,7 +260,7 @@ def surface_error(
         run, dof = errors.surface_run_mm / 10, GIVEN_DOF
     if errors.surface_session_mm is not None:
         session = errors.surface_session_mm / 10
-    return SurfaceError(run, session, dof, median, n)
+    return SurfaceError(run, session, dof)
 
 
 def errors_of(fits: pd.DataFrame, config: Config) -> tuple[Errors, SurfaceError]:
