@@ -18,6 +18,7 @@ from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 from rftfit.measure.checks import (
     COLUMNS,
+    GIVES_BACK,
     check_axes,
     check_rods,
     check_size,
@@ -68,6 +69,18 @@ def turned(table: pd.DataFrame, angle_deg: float) -> pd.DataFrame:
     return table.assign(
         alpha_z_N_per_cm3=cosine * z + sine * x, alpha_x_N_per_cm3=side * (cosine * x - sine * z)
     )
+
+
+def test_a_single_run_that_gives_energy_back_is_flagged() -> None:
+    table = on_grid("poppy_LP", "few")
+    table["run_ids"] = [f"run{place}" for place in range(len(table))]
+    at = int(np.flatnonzero((table["beta_deg"] == 30) & (table["gamma_deg"] == 90))[0])
+    assert not axes(table)["work"].runs
+    table.loc[at, ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
+    work = axes(table)["work"]
+    assert (work.verdict, work.runs) == ("passed", ((f"run{at}", GIVES_BACK),))
+    table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
+    assert (axes(table)["work"].verdict, axes(table)["work"].runs) == ("failed", ())
 
 
 @pytest.mark.parametrize("grid", GRID_NAMES)

@@ -47,6 +47,8 @@ CHECKS: dict[str, tuple[str, str]] = {
 """What becomes of a medium that fails a check, and what the check asks, in few words."""
 assert tuple(CHECKS) == get_args(CheckName)
 
+GIVES_BACK = "the medium gives energy back: look at the direction and the angles of this run"
+
 NO_SCALE = (
     "The scale of the force was not checked: a wrong unit passes unless expected_alpha is stated."
 )
@@ -89,7 +91,7 @@ def _judged(
     check: CheckName, good: bool, found: str, allowed: str, sentence: str, *runs: tuple[str, str]
 ) -> Check:
     if good:
-        return Check(check, PASSED, found, allowed)
+        return Check(check, PASSED, found, allowed, runs=runs)
     return Check(check, FAILED, found, allowed, sentence, runs)
 
 
@@ -140,7 +142,7 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, str
 def marked(alpha: pd.DataFrame, checks: Sequence[Check], mark: str) -> pd.DataFrame:
     """Add the mark of its medium to an alpha table, and flags to the cells of single bad runs."""
     alpha = alpha.assign(checks=mark)
-    said = dict(pair for one in checks if one.verdict in (FAILED, ACCEPTED) for pair in one.runs)
+    said = dict(pair for one in checks for pair in one.runs)
     flags = [
         "; ".join([*filter(None, [own]), *(f"{run}: {said[run]}" for run in runs.split() if run in said)])
         for own, runs in zip(alpha["flags"], alpha["run_ids"], strict=True)
@@ -289,7 +291,12 @@ def check_axes(alpha: pd.DataFrame, where: str, *, swapped: bool = False) -> lis
     worst = int((done / least).argmin())
     found = f"{given}, the lowest D = {done[worst]:.3g} N/cm^3"
     allowed = f"D of {-least[worst]:.3g} N/cm^3 or more in all but {_CELLS - 1} cells"
-    work = _judged("work", cells.resists, found, allowed, said)
+    back = alpha[np.isfinite(both(alpha)).all(axis=0)][done < -least]
+    # where the axes are wrong it is all runs, and said once
+    alone = " ".join(back.get("run_ids", ())).split() if cells.resists else []
+    work = _judged(
+        "work", cells.resists, found, allowed, said, *((run, GIVES_BACK) for run in alone)
+    )
     return [work, _symmetry(cells, other), _up_down(cells, other)]
 
 

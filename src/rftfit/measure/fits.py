@@ -36,10 +36,6 @@ if TYPE_CHECKING:
 
 
 NOT_LINEAR = "not linear"
-PULLED_DOWN = (
-    "alpha_z is negative on the way straight down, as if the medium pulled: does a push from below come "
-    "out positive (transducer.axes)?"
-)
 SEVERAL_PLATES = "plates in this medium"
 NO_FORCE_X = "alpha_x was not measured: the config states a constant for its channel"
 SHORTEST_WINDOW = 0.1
@@ -239,9 +235,6 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         stroke.depth_sd, startup,
     )  # fmt: skip
     flags = stroke.flags + _linearity_flags(run, slope, float(depth.max()), plate, config)
-    straight_down = run.direction == "intrusion" and run.gamma_deg == 90
-    if straight_down and slope.interval(config.fit.confidence)[1][0] < 0:
-        flags += (PULLED_DOWN,)
     rod = np.zeros(2)
     if stroke.tare is not None:
         rod = zero_intercept(depth, stroke.tare[:, usable] / plate.area_cm2)[0] * [1.0, sign_x]

@@ -6,8 +6,16 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rftfit.measure.checks import ACCEPTED, CHECKS, FAILED, NO_SCALE, NOT_CHECKED, PASSED
-from rftfit.measure.fits import PULLED_DOWN, flags_of_all, without
+from rftfit.measure.checks import (
+    ACCEPTED,
+    CHECKS,
+    FAILED,
+    GIVES_BACK,
+    NO_SCALE,
+    NOT_CHECKED,
+    PASSED,
+)
+from rftfit.measure.fits import flags_of_all, without
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.page.cells import records
 
@@ -31,7 +39,7 @@ _EXPECTED = {
 """Reasons for which rows of every good run are dropped."""
 
 _GRAVEST_FIRST = (
-    PULLED_DOWN,
+    GIVES_BACK,
     "saturated",
     "motion log begins or ends",
     "lacks",
