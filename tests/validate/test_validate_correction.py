@@ -67,6 +67,7 @@ def test_two_legs_cannot_be_cross_validated() -> None:
     assert table[["rms_cv_N", "gain_cv_percent"]].isna().all(axis=None)
     assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
     assert not table["earns_its_place"].any()
+    assert set(table["reason"]) == {"2 of 3 legs: none can be left out"}
 
 
 def test_no_predicted_force_is_left_as_it_is() -> None:

@@ -50,6 +50,8 @@ def test_every_table_is_marked(whole: Folder) -> None:
         table = whole.table(f"alpha/{medium}.csv")
         assert set(table["checks"].astype(object).fillna("")) == {mark}
         assert table["alpha_z_N_per_cm3"].notna().all()
+        legs = whole.table(f"legs/{medium}.csv")
+        assert set(legs["checks"].astype(object).fillna("")) == {mark}
     for name in (
         "fourier/media.csv",
         "coefficients.csv",

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3", "lo", "hi", "bend",
                 "zeta", "zeta_lo", "zeta_hi", "reason"]  # fmt: skip
 CORRECTION_COLUMNS = ["medium", "model", "factor_z", "factor_x", "rms_fit_N", "rms_cv_N",
-                      "gain_cv_percent", "earns_its_place"]  # fmt: skip
+                      "gain_cv_percent", "earns_its_place", "reason"]  # fmt: skip
 
 BEND = 0.10
 """Largest bend of a regime that is called linear: see `bend_of`."""
@@ -168,7 +168,7 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
     """Fit factors on the scaled generic profile in every natural sand, and cross-validate them.
 
     `measured` and `predicted` are leg curves of the natural sands and their predictions by the
-    scaled generic profile. With fewer than three legs there is no cross-validation: NaN.
+    scaled generic profile. With fewer than three legs there is no cross-validation.
     """
     import pandas as pd
 
@@ -190,7 +190,8 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
             gain = 1 - crossed / unchanged if unchanged else math.nan
             worth = bool(model != "none" and gain >= WORTH)
             rms = _rms(legs, [factors] * len(legs))
-            rows.append((medium, model, *factors, rms, crossed, 100 * gain, worth))
+            reason = "" if len(legs) >= 3 else f"{len(legs)} of 3 legs: none can be left out"
+            rows.append((medium, model, *factors, rms, crossed, 100 * gain, worth, reason))
     return pd.DataFrame(rows, columns=CORRECTION_COLUMNS)
 
 

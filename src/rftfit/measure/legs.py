@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 STEP_DEG = 1.0
 LEG_COLUMNS = ["medium", "leg", "run_id", "theta_deg", "force_z_N", "force_x_N", "samples",
-               "zero_se_z_N", "zero_se_x_N", "flags"]  # fmt: skip
+               "zero_se_z_N", "zero_se_x_N", "flags", "checks"]  # fmt: skip
 
 
 def leg_curves(
@@ -54,6 +54,7 @@ def leg_curves(
                 zero_se_z_N=np.sqrt(sum(fact["zero_var_z_N2"] for fact in pair)),
                 zero_se_x_N=np.sqrt(sum(fact["zero_var_x_N2"] for fact in pair)),
                 flags=NO_TARE_FLAG if campaign.holds_tare(run) else "",
+                checks="",
             )
         )
     nothing = pd.DataFrame(columns=LEG_COLUMNS)

@@ -309,7 +309,11 @@ def corrections(results: Results) -> Table:
             number_column("RMS error, fitted, N", "rms_fit_N", 2),
             number_column("RMS error, cross-validated, N", "rms_cv_N", 2),
             number_column("Gain", "gain_cv_percent", show=percent),
-            text_column("Earns its place", lambda row: "yes" if row["earns_its_place"] else "no"),
+            text_column(
+                "Earns its place",
+                lambda row: "yes" if row["earns_its_place"] else "no",
+                note="reason",
+            ),
         ],
         records(results.table("sand_correction.csv")),
     )

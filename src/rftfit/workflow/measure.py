@@ -90,7 +90,8 @@ def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Average the tared force of every leg run of a medium over steps of theta: curves, counts."""
     runs, tared = results.table(f"runs/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     curves, book = leg_curves(results.campaign, medium, runs, tared)
-    return curves, book.table()
+    mark = marks_of(results.table(f"checks/{medium}.csv"), results.config.media).get(medium, "")
+    return curves.assign(checks=mark), book.table()
 
 
 def ledger(results: Results) -> pd.DataFrame:

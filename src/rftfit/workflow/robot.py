@@ -186,7 +186,7 @@ def _sweep_tables(
     best = optima(whole, best_at, results.config.fit.confidence, widths)
     means = [mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
     errors = speed_errors(measured, pd.concat(means, ignore_index=True), widths)
-    return whole, results.marked(best), results.marked(errors)
+    return results.marked(whole), results.marked(best), results.marked(errors)
 
 
 # --- The force profiles that the robot runs on, from the tables of the earlier stages.

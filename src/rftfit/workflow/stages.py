@@ -73,8 +73,8 @@ STAGES = (
                   "media"),
     ),
     Stage(
-        "legs", f"{_MEASURE}:legs", each="media", rows=True, settings=("fit",),
-        reads=("runs/{medium}.csv", "tared/{medium}.parquet"),
+        "legs", f"{_MEASURE}:legs", each="media", rows=True, settings=("fit", "media"),
+        reads=("checks/{medium}.csv", "runs/{medium}.csv", "tared/{medium}.parquet"),
         writes=("legs/{medium}.csv", "ledger/legs/{medium}.csv"),
     ),
     Stage(

@@ -85,7 +85,8 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     tests["reason"] = _with_note(tests["reason"], note)
     curves = results.table("predicted.csv")
     measured = results.joined("legs/{medium}.csv", results.sands)
-    return results.marked(tests), corrections(measured, curves[curves["profile"] == "generic"])
+    tried = corrections(measured, curves[curves["profile"] == "generic"])
+    return results.marked(tests), results.marked(tried)
 
 
 def _with_note(reasons: pd.Series[str], note: str) -> list[str]:
