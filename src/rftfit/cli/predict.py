@@ -188,7 +188,8 @@ def predict(
             + ("; --profile generic needs the cell (0, 90) only" if needs_less else "")
         )
     _warn_of(forces, unknown)
-    for limit in rftfit.beyond_measured(source, body, motion):
+    config = rftfit.open(results).config if results else None
+    for limit in rftfit.beyond_measured(source, body, motion, config):
         warn(f"warning: {limit}")
     # after the numbers are out: a folder that cannot be written must not hide them
     write_text(output, table_text(forces, notes))

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from rftfit.campaign.config import Config
     from rftfit.conventions import FloatArray
     from rftfit.model.forces import Forces
     from rftfit.model.motion import Motion
@@ -143,7 +144,9 @@ _NOTICED = 0.1
 """Part of the force on a body that is worth a word."""
 
 
-def beyond_measured(profile: Profile, outline: Outline, motion: Motion | None = None) -> list[str]:
+def beyond_measured(
+    profile: Profile, outline: Outline, motion: Motion | None = None, config: Config | None = None
+) -> list[str]:
     """Where a prediction leaves what was measured, or what the model is for.
 
     Parameters
@@ -153,12 +156,15 @@ def beyond_measured(profile: Profile, outline: Outline, motion: Motion | None = 
     outline : Outline
     motion : Motion, optional
         Default: the rotation of the paper's trials.
+    config : Config, optional
+        Its container, in whose middle the motion is taken to be, and `fit.wall_clearance_cm`.
+        Default: a bed without walls.
 
     Returns
     -------
     list of str
         A sentence for each limit that is left: deeper or shallower than the window, faster than
-        quasi-static. The share is that of depth times area, summed over all poses.
+        quasi-static, near walls or bottom. The share is that of depth times area, summed over all poses.
 
     Examples
     --------
@@ -194,6 +200,17 @@ def beyond_measured(profile: Profile, outline: Outline, motion: Motion | None = 
             f"faster than quasi-static: up to {fastest:.0f} cm/s ({100 * part:.0f} % of depth times area "
             f"above {QUASI_STATIC_CM_PER_S:g} cm/s), where the inertia of the grains counts too"
         )
+    if config is not None:
+        box, clear = config.container, config.fit.wall_clearance_cm
+        x = centre[..., 0]
+        aside = np.abs(x - (x[load > 0].max() + x[load > 0].min()) / 2)
+        near = (depth > box.depth_cm - clear) | (aside > box.length_cm / 2 - clear)
+        near |= outline.width_cm > box.width_cm - 2 * clear
+        if (part := float(np.nansum(load[near])) / total) > _NOTICED:
+            found.append(
+                f"near the container: {100 * part:.0f} % of depth times area lies within {clear:g} cm of "
+                "its walls or bottom, even in its middle; alpha was measured farther from them"
+            )
     return found
 
 

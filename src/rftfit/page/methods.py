@@ -348,7 +348,7 @@ def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
         found = {}
         for name, leg in legs.items():
             motion = rotation(None, leg.hip_height_cm, speed)
-            if limits := beyond_measured(profile, leg_outline(leg), motion):
+            if limits := beyond_measured(profile, leg_outline(leg), motion, results.config):
                 found[name_of(name)] = limits
         if found:
             first, limits = next(iter(found.items()))

@@ -1,0 +1,51 @@
+"""Where a prediction leaves what was measured."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rftfit
+
+PLATE = rftfit.Outline(np.array([[0.0, 0.0, 1.0, 0.0, 1.0]]), width_cm=2.0)
+
+
+def limits(
+    path: list[tuple[float, float]], window: tuple[float, float] = (1, 9), **box: float
+) -> list[str]:
+    """What is said of a plate along a path (x, z), by the first words; without a box without walls."""
+    x, z = np.array(path).T
+    motion = rftfit.path(np.arange(len(path)), x, z, np.zeros(len(path)))
+    profile = rftfit.published_medium("poppy_LP")
+    profile.window = window
+    size = {"length_cm": 24.0, "width_cm": 22.0, "depth_cm": 15.0} | box
+    config: Any = SimpleNamespace(
+        container=SimpleNamespace(**size), fit=SimpleNamespace(wall_clearance_cm=6.0)
+    )
+    found = rftfit.beyond_measured(profile, PLATE, motion, config if box else None)
+    return [one.partition(":")[0] for one in found]
+
+
+DOWN = [(0.0, -depth) for depth in (2.0, 4.0, 6.0)]
+
+
+@pytest.mark.parametrize(
+    ("path", "words", "said"),
+    [
+        (DOWN, {}, []),
+        (DOWN, {"depth_cm": 15.0}, []),
+        (DOWN, {"depth_cm": 10.0}, ["near the container"]),
+        (DOWN, {"width_cm": 13.0}, ["near the container"]),
+        ([(x - 50, -3.0) for x in (-8.0, 0.0, 8.0)], {"length_cm": 24.0}, ["near the container"]),
+        ([(x - 50, -3.0) for x in (-5.0, 0.0, 5.0)], {"length_cm": 24.0}, []),
+        (DOWN, {"window": (1.0, 5.0)}, ["deeper than measured"]),
+        (DOWN, {"window": (3.0, 9.0)}, ["nearer to the surface than measured"]),
+        ([(0.0, -0.2), (0.0, -80.0)], {"window": (0.0, 99.0)}, ["faster than quasi-static"]),
+        ([(0.0, 1.0), (0.0, 2.0)], {}, []),
+    ],
+)
+def test_each_limit_is_told(path: Any, words: Any, said: list[str]) -> None:
+    assert limits(path, **words) == said
