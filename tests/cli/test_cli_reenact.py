@@ -200,7 +200,7 @@ def test_stopped_half_way(
 
     before = contents(campaign)
     with monkeypatch.context() as patch:
-        patch.setattr("rftfit.lab.enact.reenact", stop)
+        patch.setattr("rftfit.lab.enact.write_all", stop)
         assert rftfit(*QUICK).code == 130
     assert sorted(contents(campaign / "raw/paper")) == [MARKER, LOG]
     assert rftfit(*QUICK, "--if-missing").code == 0

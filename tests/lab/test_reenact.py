@@ -16,6 +16,7 @@ from campaigns import FEW
 from rftfit.errors import InputError, OutputError
 from rftfit.lab import FAULTS, plan_runs, reenact
 from rftfit.lab.enact import run_logs
+from rftfit.lab.marker import MARKER
 from rftfit.lab.rig import DEFAULT_RUNS
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def runs(config: Config) -> dict[str, Run]:
 
 
 def _contents(folder: Path) -> dict[str, bytes]:
-    files = (path for path in folder.rglob("*") if path.is_file())
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != MARKER)
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
@@ -48,6 +49,10 @@ def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
     summary = reenact(config, one, one / "runs.csv", workers=1, **few)
     reenact(config, two, two / "runs.csv", workers=2, **few)
     reenact(config, part, part / "runs.csv", media=["yuma"], workers=1)
+    said = (one / MARKER).read_text(encoding="utf-8")
+    assert "seed 2013, media: poppy_LP, faults: none, grid: " in said
+    assert f"{(one / 'runs.csv').stat().st_size} runs.csv\n" in said
+    assert said == (two / MARKER).read_text(encoding="utf-8")
     first = _contents(one)
     assert first == _contents(two)
     air = {name: data for name, data in _contents(part).items() if name.startswith("air/")}

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rftfit import __version__
 from rftfit.campaign.problems import choose
 from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError
@@ -144,11 +143,10 @@ def _write(
     from rftfit.lab.dialects import WRITERS, dialect_of
     from rftfit.lab.disturb import described, sizes_of
     from rftfit.lab.enact import planned as plan
-    from rftfit.lab.marker import MARKER, clear, find_earlier, write_marker
+    from rftfit.lab.marker import MARKER, clear, find_earlier
     from rftfit.lab.plan import directions_of, media_of
-    from rftfit.lab.protocols import PAPER, PROTOCOLS
+    from rftfit.lab.protocols import PROTOCOLS
     from rftfit.lab.rig import resolve
-    from rftfit.lab.tracks import track_files
 
     if places.sheet.suffix.lower() != ".csv":
         raise InputError(
@@ -181,39 +179,15 @@ def _write(
     disturbed = described(sizes_of(disturb))
     earlier = find_earlier(places.raw, places.sheet)
 
-    made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, media: {', '.join(chosen)}, "
-    made_by += f"faults: {', '.join(faults) or 'none'}"
-    if grid:
-        made_by += f", grid: {grid}"
-    if protocol != PAPER:
-        made_by += f", protocol: {protocol}"
-    if read != "rig":
-        made_by += f", dialect: {read}"
-    made_by += "" if tare else ", no tare"
-    made_by += "" if legs else ", no legs"
-    if spread:
-        made_by += f", run-to-run spread: {spread:g} N/cm^3"
-    if disturbed:
-        made_by += f", disturbed: {disturbed}"
-    logs = [
-        places.raw / name
-        for run in runs
-        for name in (run.force_log, run.motion_log, run.zero_log)
-        if name
-    ]
-    if places.config.robot is not None and places.config.robot.medium in chosen:
-        logs += track_files(places.config, places.raw, seed)
     clear(earlier)
     if earlier:
         say(f"{count(len(earlier), 'file')} of the earlier re-enactment cleared.")
     say(f"Writing the logs of {count(len(runs), 'run')} into {_from_root(places, places.raw)} ...")
-    write_marker(places.raw, [*logs, places.sheet], made_by, complete=False)
     done = enact(
         places.config, places.raw, places.sheet,
         seed=seed, media=media, directions=directions, faults=faults, workers=workers, spread=spread,
         disturb=disturb, protocol=protocol, tare=tare, legs=legs,
     )  # fmt: skip
-    write_marker(places.raw, [*logs, places.sheet], made_by, complete=True)
     say(
         f"{count(done.n_runs, 'run')}, {count(done.n_files, 'file')}, {megabytes(done.bytes)}, "
         f"{done.seconds:.1f} s, seed {seed}; run sheet: {_from_root(places, places.sheet)}"

@@ -15,13 +15,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rftfit import __version__
 from rftfit.errors import OutputError, RftfitError
 from rftfit.lab.dialects import WRITERS, dialect_of
 from rftfit.lab.disturb import NOTHING, described, sizes_of
+from rftfit.lab.marker import write_marker
 from rftfit.lab.plan import media_of, plan_runs
 from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, in_one_log, with_files, without
 from rftfit.lab.rig import Fault, damage_bytes, damage_recording, record, resolve
-from rftfit.lab.tracks import write_tracks
+from rftfit.lab.tracks import track_files, write_tracks
 from rftfit.lab.write import force_columns, head_of, motion_columns, sheet_text
 from rftfit.store import write_bytes, write_text
 from rftfit.store.environment import child_environment
@@ -88,7 +90,7 @@ def reenact(
     tare: bool = True,
     legs: bool = True,
 ) -> Summary:
-    """Write the logs that the paper's lab would have recorded, and their run sheet.
+    """Write the logs that the paper's lab would have recorded, their run sheet, and what says so.
 
     The granular force in them is the published measurement: Table S5 times depth times area for
     plates, Figs. S5 and S12 for legs, Fig. S11 for sand penetration.
@@ -118,6 +120,22 @@ def reenact(
         protocol,
         sizes,
     )
+    logs = [
+        raw / name for run in runs for name in (run.force_log, run.motion_log, run.zero_log) if name
+    ]
+    if config.robot is not None and config.robot.medium in chosen:
+        logs += track_files(config, raw, seed)
+    facts = {
+        "media": ", ".join(chosen), "faults": ", ".join(faults) or "none",
+        "grid": ",".join(f"{beta:g}:{gamma:g}" for beta, gamma in directions or ()),
+        "protocol": "" if protocol == PAPER else protocol,
+        "dialect": "" if (dialect := dialect_of(config)) == "rig" else dialect,
+        "tare": "" if tare else "none", "legs": "" if legs else "none",
+        "run-to-run spread": f"{spread:g} N/cm^3" if spread else "", "disturbed": described(sizes),
+    }  # fmt: skip
+    made_by = ", ".join(f"{name}: {fact}" for name, fact in facts.items() if fact)
+    made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, {made_by}"
+    write_marker(raw, [*logs, sheet], made_by, complete=False)
     n_files, n_bytes = write_all(job, workers)
     if config.robot is not None and config.robot.medium in chosen:
         tracks = write_tracks(config, raw, seed)
@@ -127,6 +145,7 @@ def reenact(
     text = sheet_text(runs, tares, described(sizes))
     # last, so that a sheet never names logs that were not written
     write_text(sheet, text)
+    write_marker(raw, [*logs, sheet], made_by, complete=True)
     seconds = time.perf_counter() - began
     return Summary(
         sum(run.cycles for run in runs),
