@@ -17,6 +17,7 @@ from rftfit.robot.intervals import (
     BEST,
     SPEED,
     WIDTH_COLUMNS,
+    bent,
     best_width,
     coarser,
     each_draw,
@@ -75,6 +76,21 @@ def test_widths_grow_with_the_errors_of_alpha() -> None:
     ratios = [two.half / one.half for one, two in zip(small, large, strict=True)]
     assert ratios == pytest.approx([2, 2], rel=0.05)
     assert all(0.001 < width.half < 2 for width in large)
+
+
+def test_widths_hold_what_another_arc_does() -> None:
+    robot, draws = paper_robot(), each_draw(nine_draws(0.002, 2), 2)
+    exact, small, large = (
+        speed_widths(robot, NINE, draws, [Condition(5.0, 0.8)], 0.95, arc_percent=size)[0].half
+        for size in (0.0, 1.0, 2.0)
+    )
+    near = bent(Condition(5.0, 0.8), 0.01)
+    assert math.asin(near.curvature_times_R) == pytest.approx(1.01 * math.asin(0.8))
+    own, moved = speeds_of(coarser(robot), [NINE], [Condition(5.0, 0.8), near])[0]
+    assert small == pytest.approx(math.hypot(exact, 1.96 * (moved - own)), rel=1e-3)
+    assert exact < small < large
+    assert bent(Condition(5.0, 0.0), 0.01).curvature_times_R == 0
+    assert 0.99 < bent(Condition(5.0, 1.0), 0.01).curvature_times_R < 1
 
 
 def test_the_coarser_step_changes_no_width() -> None:

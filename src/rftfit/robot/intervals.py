@@ -1,4 +1,4 @@
-"""How far the speed and best curvature of the robot depend on the errors of alpha.
+"""How far the speed and best curvature of the robot depend on the errors of alpha and of its legs' arc.
 
 A speed is nearly linear in alpha and depends on dozens of its cells, so its error is close to normal:
 a few draws of alpha give its width, with Student's t for as many degrees of freedom. Speeds of the
@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, best_curvature, run_all
@@ -44,6 +45,7 @@ WIDTH_COLUMNS = [
 
 SPEED, BEST = "speed", "best curvature"
 
+_OTHER_ARC = "with the arc of the legs off by its error there is no steady speed"
 _AT_END = "the fastest curvature lies at the end of those that were tried"
 
 
@@ -117,13 +119,36 @@ def speed_widths(
     conditions: Sequence[Condition],
     confidence: float,
     threads: int | None = None,
+    arc_percent: float = 0.0,
 ) -> list[Width]:
     """Half widths of the intervals of the speed (cm/s) in each condition.
 
-    `draws`: of the profile, under the errors of alpha.
+    `draws`: of the profile, under the errors of alpha. `arc_percent`: Standard deviation of the arc
+    that all legs have in common.
     """
-    found = speeds_of(coarser(robot), [profile, *draws], conditions, threads)
-    return [half_width(column[1:], float(column[0]), confidence) for column in found.T]
+    longer = coarser(robot)
+    found = speeds_of(longer, [profile, *draws], conditions, threads)
+    widths = [half_width(column[1:], float(column[0]), confidence) for column in found.T]
+    if not arc_percent:
+        return widths
+    other = [bent(condition, arc_percent / 100) for condition in conditions]
+    moved = speeds_of(longer, [profile], other, threads)[0] - found[0]
+    wide = float(student_quantile(confidence, GIVEN_DOF))
+    return [
+        Width(
+            math.hypot(one.half, wide * off), one.draws, one.reason or _OTHER_ARC * math.isnan(off)
+        )
+        for one, off in zip(widths, moved.tolist(), strict=True)
+    ]
+
+
+def bent(condition: Condition, share: float) -> Condition:
+    """Return a condition with the arc of its legs longer by this share, between hip and tip as stated.
+
+    A half circle, than which none is longer, becomes shorter by it.
+    """
+    curvature = math.sin(math.asin(condition.curvature_times_R) * (1 + share))
+    return replace(condition, curvature_times_R=curvature)
 
 
 def best_width(

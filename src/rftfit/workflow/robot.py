@@ -433,7 +433,8 @@ def robot_intervals(results: Results, threads: int) -> pd.DataFrame:
     # without a nine-term fit there is no generic profile
     profiles = {name: one for name, one in every.items() if isinstance(one.spread, Profile)}
     measured = results.table("robot/measured.csv")
-    found = widths(robot, profiles, measured, results.config.fit.confidence, threads)
+    level, arc = results.config.fit.confidence, results.config.errors.arc_percent
+    found = widths(robot, profiles, measured, level, threads, arc)
     found.insert(0, "medium", section.medium)
     return found[WIDTH_COLUMNS]
 
@@ -444,11 +445,12 @@ def widths(
     measured: pd.DataFrame,
     confidence: float,
     threads: int | None = None,
+    arc_percent: float = 0.0,
 ) -> pd.DataFrame:
     """Half widths for every measured condition, and of the best curvature, on each profile.
 
     `profiles`: By name; the spread of each is a stack of draws. `measured`: Measured conditions. `threads`: Default:
-    one for each core. Returns columns `rftfit.robot.intervals.WIDTH_COLUMNS` without the medium.
+    one for each core. `arc_percent`: Of `speed_widths`. Returns columns `rftfit.robot.intervals.WIDTH_COLUMNS` without the medium.
     """
     import pandas as pd
 
@@ -461,7 +463,7 @@ def widths(
         assert isinstance(stack, Profile)
         bare.spread = None  # the processes need not carry it
         draws = each_draw(stack, DRAWS)
-        found = speed_widths(robot, bare, draws, conditions, confidence, threads)
+        found = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
         rows += [
             (name, SPEED, at.curvature_times_R, at.frequency_Hz, w.half, w.draws, w.reason)
             for at, w in zip(conditions, found, strict=True)

@@ -118,7 +118,7 @@ STAGES = (
     ),
     Stage(
         "robot_sweep", f"{_ROBOT}:robot_sweep", robot=True, parallel=True,
-        settings=("fit", "fourier", "media", "robot"),
+        settings=("fit", "errors", "fourier", "media", "robot"),
         reads=("checks/{media}.csv", "alpha/{laboratory}.csv", "robot/measured.csv"),
         writes=("robot/runs_table.csv", "robot/runs_generic.csv", "robot/runs_depth_only.csv",
                 "robot/intervals.csv", "robot/speed.csv", "robot/optimum.csv", "robot/errors.csv"),
