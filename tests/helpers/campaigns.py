@@ -53,14 +53,17 @@ class Folder:
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr
 
-    def run_here(self, last: str = "provenance", made: Folder | None = None) -> None:
+    def run_here(
+        self, last: str = "provenance", made: Folder | None = None, *, drawn: bool = True
+    ) -> None:
         """Run the stages up to one in this process: the same results, without starting Python for each.
 
-        Figures are drawn once, as svg: their png and pdf are those of `made`, or empty.
+        Figures are drawn once, as svg, or are put together without being drawn: what is not drawn
+        is that of `made`, or empty.
         """
         stages = Plan(self.config).default
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(style, "save", partial(_sketch, self, made))
+            patch.setattr(style, "save", partial(_sketch, self, made, drawn))
             for stage in stages[: stages.index(last) + 1]:
                 run_stage(self.config, stage)
 
@@ -110,10 +113,12 @@ class Folder:
         }
 
 
-def _sketch(folder: Folder, made: Folder | None, figure: Figure, base: Path, about: str) -> None:
+def _sketch(
+    folder: Folder, made: Folder | None, drawn: bool, figure: Figure, base: Path, about: str
+) -> None:
     for ending in style.FORMATS:
         target = base.with_name(f"{base.name}.{ending}")
-        content = style.content(figure, ending, about) if ending == "svg" else b""
+        content = style.content(figure, ending, about) if drawn and ending == "svg" else b""
         if made is not None and ending != "svg":
             content = (made.root / target.relative_to(folder.root)).read_bytes()
         write_bytes(target, content)

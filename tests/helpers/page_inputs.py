@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import math
+import shutil
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -95,6 +99,16 @@ def write(results: Results, name: str, table: pd.DataFrame) -> None:
 
 def page_results(folder: Path, *, nasty: bool = False, robot: bool = False) -> Results:
     """The paper's five media and one sand, with legs; with the robot, if wanted."""
+    campaign = _page_results(nasty, robot)
+    shutil.copytree(campaign.root, folder, dirs_exist_ok=True)
+    return Results(replace(campaign, root=folder, raw=folder / "raw", sheet=folder / "runs.csv"))
+
+
+@cache
+def _page_results(nasty: bool, robot: bool) -> Campaign:
+    made = TemporaryDirectory()
+    atexit.register(made.cleanup)
+    folder = Path(made.name)
     changes: dict[str, Any] = {}
     if nasty:
         media = dict(paper_config().media)
@@ -113,7 +127,7 @@ def page_results(folder: Path, *, nasty: bool = False, robot: bool = False) -> R
     write(results, "leg_sensitivity.csv", shapes)
     if robot:
         write_robot(results)
-    return Results(results.campaign)
+    return results.campaign
 
 
 @cache

@@ -77,6 +77,7 @@ class Output:
         return any(_matches(name, path) for name in alternatives(self.file))
 
 
+@cache
 def alternatives(pattern: str) -> tuple[str, ...]:
     """Write out the braces of a pattern.
 
@@ -88,11 +89,16 @@ def alternatives(pattern: str) -> tuple[str, ...]:
 
 
 def _matches(pattern: str, text: str) -> bool:
+    return _regex(pattern).fullmatch(text) is not None
+
+
+@cache
+def _regex(pattern: str) -> re.Pattern[str]:
     fixed, words = _ANY.split(pattern), _ANY.findall(pattern)
     regex = re.escape(fixed[0])
     for word, rest in zip(words, fixed[1:], strict=True):
         regex += {"<path>": ".+", "<number>": "[0-9]+"}.get(word, "[^/]+") + re.escape(rest)
-    return re.fullmatch(regex, text) is not None
+    return re.compile(regex)
 
 
 @cache

@@ -188,7 +188,8 @@ def code_digest(*modules: str) -> str:
     return total.hexdigest()[:_LENGTH]
 
 
-def closure(*modules: str) -> list[str]:
+@cache
+def closure(*modules: str) -> tuple[str, ...]:
     """List modules of this package and all they import from it.
 
     Returns sorted.
@@ -201,7 +202,7 @@ def closure(*modules: str) -> list[str]:
             seen.add(name)
             waiting += [other for other in _imports(name) if other not in seen]
     # a module of another package may be gone by now
-    return sorted(name for name in seen if _path(name) is not None)
+    return tuple(sorted(name for name in seen if _path(name) is not None))
 
 
 def module_digests(*modules: str) -> dict[str, str]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import re
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rftfit.errors import InputError
@@ -11,7 +13,6 @@ from rftfit.store.files import atomic_path, write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     import pandas as pd
 
@@ -143,7 +144,8 @@ def read_csv(source: str | Path, kind_of: Callable[[str], str] | None = None) ->
     import pandas as pd
 
     try:
-        names = pd.read_csv(source, encoding="utf-8", nrows=0).columns
+        content = Path(source).read_bytes().decode("utf-8-sig")
+        names = next(csv.reader(io.StringIO(content, newline="")), [])
         kinds = {name: kind_of(name) if kind_of else "" for name in names}
         text = {
             name
@@ -151,8 +153,7 @@ def read_csv(source: str | Path, kind_of: Callable[[str], str] | None = None) ->
             if kind in ("text", "yes or no") or (not kind and name in TEXT_COLUMNS)
         }
         table = pd.read_csv(
-            source,
-            encoding="utf-8",
+            io.StringIO(content, newline=""),
             # a run may be called 007 or NA: what is text stays the text it is
             dtype=dict.fromkeys(text, str),
             keep_default_na=False,
@@ -164,7 +165,7 @@ def read_csv(source: str | Path, kind_of: Callable[[str], str] | None = None) ->
         if table.empty:
             # without rows nothing tells numbers from words: in a join these would turn the others' type
             table = table.astype({name: float for name in names if name not in text})
-        return unguard_table(table)
+        return unguard_table(table) if "'" in content else table
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as a table: {error}") from error
 

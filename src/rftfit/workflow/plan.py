@@ -7,8 +7,8 @@ its record (`rftfit.workflow.records`) names the files, digests and contents tha
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,8 +29,9 @@ from rftfit.workflow.sources import (
 from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES, Stage
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from rftfit.figures.registry import Declared
     from rftfit.logs.registry import Origin
 
 _READS_LOGS = "rftfit.logs.registry"
@@ -44,7 +45,7 @@ class Task:
     `key`: Medium, or figure; empty for a single task.
     `run`: ``module:function``.
     `reads`, `writes`: From the campaign's folder.
-    `depends`: Digest of everything else that its results depend on, by what it is.
+    `state`: Finds `depends`.
     """
 
     stage: str
@@ -53,10 +54,33 @@ class Task:
     medium: str = ""
     reads: tuple[str, ...] = ()
     writes: tuple[str, ...] = ()
-    depends: dict[str, str] = field(default_factory=dict, compare=False)
+    state: Callable[[], dict[str, str]] = field(default=dict, compare=False, repr=False)
 
     def __str__(self) -> str:
         return f"{self.stage} {self.key}".rstrip()
+
+    def __getstate__(self) -> dict[str, object]:
+        # a process that does the task needs its files only
+        return {name: value for name, value in self.__dict__.items() if name != "state"}
+
+    @cached_property
+    def depends(self) -> dict[str, str]:
+        """Digest of everything else that its results depend on, by what it is.
+
+        Found when it is first asked for: a job asks for that of its own stage.
+        """
+        return self.state()
+
+
+def _with_stages(task: Task, found: Mapping[str, Sequence[Task]]) -> dict[str, str]:
+    """What a task depends on that tells what all earlier tasks depend on, whatever their results."""
+    others = [
+        [str(other), other.depends]
+        for name, tasks in found.items()
+        if name not in ON_DEMAND
+        for other in tasks
+    ]
+    return task.depends | {"stages": digest_of(others)}
 
 
 class Plan:
@@ -110,15 +134,10 @@ class Plan:
                 media = ()
             tasks = [self._task(stage, medium, written) for medium in media]
             if "*" in stage.reads:
-                # it tells what all others depend on, also where their results come out the same
-                others = [
-                    [str(task), task.depends]
-                    for name, done in found.items()
-                    if name not in ON_DEMAND
-                    for task in done
+                earlier = found.copy()
+                tasks = [
+                    replace(task, state=partial(_with_stages, task, earlier)) for task in tasks
                 ]
-                for task in tasks:
-                    task.depends["stages"] = digest_of(others)
             add(stage.name, tasks)
         return found
 
@@ -128,6 +147,13 @@ class Plan:
         return [name for name in self.stages if name not in ON_DEMAND]
 
     def _task(self, stage: Stage, medium: str, written: dict[str, str]) -> Task:
+        return Task(
+            stage.name, medium, stage.run, medium,
+            self._filled(stage.reads, medium, written), self._filled(stage.writes, medium, None),
+            partial(self._stage_depends, stage, medium),
+        )  # fmt: skip
+
+    def _stage_depends(self, stage: Stage, medium: str) -> dict[str, str]:
         depends = {"code": self.code(stage.run, logs=stage.logs)}
         if stage.settings:
             sections = () if ALL in stage.settings else stage.settings
@@ -139,30 +165,29 @@ class Plan:
             depends["logs"] = digest_of(sorted(self.logs(medium).items()))
         if stage.robot:
             depends["robot files"] = digest_of(sorted(self.robot_digests.items()))
-        return Task(
-            stage.name, medium, stage.run, medium,
-            self._filled(stage.reads, medium, written), self._filled(stage.writes, medium, None),
-            depends,
-        )  # fmt: skip
+        return depends
 
     def _figure_tasks(self, written: dict[str, str]) -> dict[str, list[Task]]:
         groups: dict[str, list[Task]] = {}
         for figure in figures():
             for medium in figure.media(self.campaign):
                 name = figure.file(medium)
-                depends = {"code": self.code(figure.run)}
-                if figure.settings:
-                    depends["settings"] = settings_digest(self.campaign.config, figure.settings)
-                if figure.logs:
-                    depends["logs"] = digest_of(sorted(self.logs(medium).items()))
                 task = Task(
                     figure.group, name, figure.run, medium,
                     self._filled(("checks/{media}.csv", *figure.reads), medium, written),
                     tuple(f"{FOLDER}/{name}.{ending}" for ending in ("png", "pdf", "svg")),
-                    depends,
+                    partial(self._figure_depends, figure, medium),
                 )  # fmt: skip
                 groups.setdefault(figure.group, []).append(task)
         return groups
+
+    def _figure_depends(self, figure: Declared, medium: str) -> dict[str, str]:
+        depends = {"code": self.code(figure.run)}
+        if figure.settings:
+            depends["settings"] = settings_digest(self.campaign.config, figure.settings)
+        if figure.logs:
+            depends["logs"] = digest_of(sorted(self.logs(medium).items()))
+        return depends
 
     def _filled(
         self, patterns: Sequence[str], medium: str, written: dict[str, str] | None

@@ -27,21 +27,21 @@ def run_stage(config: Path, stage: str, threads: int = 1) -> int:
 
     Returns how many tasks were done; the others were up to date already.
     """
-    # the process may have run a stage on other settings or tables before
-    _results.cache_clear()
     plan = Plan(config)
     if stage not in plan.stages:
         raise InputError(f"no stage {stage!r}; allowed: {', '.join(plan.stages)}")
     tasks = plan.stages[stage]
     records = plan.records(stage)
     waiting = [task for task in tasks if plan.findings(task)]
+    # as they are before the work: a log may change meanwhile
+    depends = {task.key: task.depends for task in waiting}
     for task in waiting:
         _check_inputs(plan, task)
     known = {task.key for task in tasks}
     records.tasks = {key: one for key, one in records.tasks.items() if key in known}
-    for task, written in _finished(config, waiting, threads):
+    for task, written in _finished(plan, waiting, threads):
         reads = plan.digests(task.reads)
-        records.tasks[task.key] = Record(task.depends, reads, written)
+        records.tasks[task.key] = Record(depends[task.key], reads, written)
         records.save()
     if not waiting:
         records.save()
@@ -67,19 +67,22 @@ def _check_inputs(plan: Plan, task: Task) -> None:
 
 
 def _finished(
-    config: Path, tasks: Sequence[Task], threads: int
+    plan: Plan, tasks: Sequence[Task], threads: int
 ) -> Iterator[tuple[Task, dict[str, str]]]:
     """Do tasks, on several processes where there are several of both; the first error ends them."""
     workers = min(threads, len(tasks))
     if workers < 2:
+        from rftfit.results import Results
+
+        results = Results(plan.campaign)
         for task in tasks:
-            yield task, do_task(config, task, threads)
+            yield task, do_task(results, plan.config, task, threads)
         return
     pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin)
     # child processes are told which process to outlive not
     os.environ["RFTFIT_PARENT"] = str(os.getpid())
     with pool:
-        waiting = {pool.submit(do_task, config, task, 1): task for task in tasks}
+        waiting = {pool.submit(_in_child, plan.config, task): task for task in tasks}
         try:
             for done in as_completed(waiting):
                 yield waiting[done], done.result()
@@ -99,11 +102,15 @@ def _results(config: Path) -> Results:
     return Results(load_campaign(config))
 
 
-def do_task(config: Path, task: Task, threads: int) -> dict[str, str]:
+def _in_child(config: Path, task: Task) -> dict[str, str]:
+    return do_task(_results(config), config, task, 1)
+
+
+def do_task(results: Results, config: Path, task: Task, threads: int) -> dict[str, str]:
     """Do one task. Returns the SHA-256 of what it wrote, by path from the campaign's folder."""
     from rftfit.store.digests import sha256_of
 
-    results = _results(config).only(task.reads)
+    results = results.only(task.reads)
     module, _, name = task.run.partition(":")
     function = getattr(importlib.import_module(module), name)
     words: dict[str, Any] = {}
