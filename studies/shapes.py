@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -232,7 +233,9 @@ def from_the_prior(media: int = 1000) -> None:
         f"\n{media} media from the prior that take energy: coverage %, told not to belong %, width found over promised"
     )
     for count in (1, 2, 4, 6, 8, 12, 16, 30):
-        covered, alarms, ratios = [], [], []
+        covered: list[float] = []
+        alarms: list[bool] = []
+        ratios: list[float] = []
         while len(covered) < media:
             alpha = 0.2 * (mean + random.standard_normal(len(root)) @ root).reshape(2, -1)
             work = alpha[0] * np.sin(NODES[1]) + alpha[1] * np.cos(NODES[1])
@@ -262,7 +265,8 @@ def natural_sands() -> None:
     """Print peaks on the three legs in the three sands, from one push: map and generic beside measured."""
     slopes = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}  # Fig. S11, N/cm^3
     measured = load("fig_s12")
-    misses, shapes_off = [], {"map": [], "generic": []}
+    misses: list[tuple[float, float, bool]] = []
+    shapes_off: dict[str, list[float]] = {"map": [], "generic": []}
     print("\n| sand | leg | component | measured N | map (interval) | generic |")
     print("|---|---|---|---|---|---|")
     for sand in SANDS:
@@ -315,10 +319,10 @@ def robot() -> None:
     points = points[points["speed_cm_per_s"] > 1]
     for name, profile in one.items():
         errors = []
-        for row in points.itertuples():
-            curvature, frequency = row.curvature_times_Rprime, row.stride_frequency_Hz
+        columns = ("curvature_times_Rprime", "stride_frequency_Hz", "speed_cm_per_s")
+        for curvature, frequency, measured in points[[*columns]].to_numpy(float):
             ours = rftfit.simulate(profile, frequency, curvature).speed_cm_per_s
-            errors.append(abs(ours / row.speed_cm_per_s - 1))
+            errors.append(abs(ours / measured - 1))
         off = np.nan_to_num(np.array(errors), nan=np.inf)
         print(
             f"{name}: {100 * np.mean(off <= 0.2):.0f} % of {off.size} speeds within 20 %, {100 * np.mean(off <= 0.35):.0f} % "
@@ -337,6 +341,83 @@ def reference_without(left_out: tuple[str, ...]) -> Reference:
     )
 
 
+def picture(path: Path) -> None:
+    """Draw mean shape, and its standard deviation, with no push, one and six."""
+    from rftfit.figures import style
+    from rftfit.figures.maps import angle_axes
+    from rftfit.store import write_bytes
+
+    alpha, shapes = truth("poppy_LP"), published_shapes(without=("poppy_LP", "poppy_CP"))
+    places = planned(shapes, 6)
+    down = int(np.flatnonzero((BETA_DEG.round() == 0) & (GAMMA_DEG.round() == 90))[0])
+    start = blank(shapes)
+    size = float(np.sqrt(np.mean(alpha**2)))
+    rows = {
+        "no push, size known": (
+            start.alpha * size,
+            np.sqrt((start.factor[1:] ** 2).sum(axis=0)) * size,
+        )
+    }
+    for name, own in (("one push", [down]), ("six pushes", places)):
+        found = estimate(pushed(alpha, own), shapes)
+        rows[name] = (found.alpha, np.sqrt((found.factor**2).sum(axis=0)))
+    rows["measured"] = (alpha, np.full_like(alpha, np.nan))
+    fine = np.meshgrid(
+        np.radians(np.arange(-90, 91, 3)), np.radians(np.arange(-90, 91, 3)), indexing="ij"
+    )
+    page = style.new_figure(17.0, 16.8)
+    heads = (r"$\alpha_z$", "its s.d.", r"$\alpha_x$", "its s.d.")
+    largest = np.abs(alpha).max()
+    for row, (name, (mean, deviation)) in enumerate(rows.items()):
+        for column, values in enumerate((mean[0], deviation[0], mean[1], deviation[1])):
+            left, top = 1.7 + 3.85 * column, 1.3 + 3.7 * row
+            if np.isnan(values).all():
+                continue
+            axes = style.axes_cm(page, left, top, 3.0, 3.0)
+            angle_axes(axes, name_beta=column == 0, name_gamma=row == 3)
+            at = TableProfile(values, 0 * values, *NODES).alpha(*fine)[0]
+            if column == 2:
+                at = TableProfile(0 * values, values, *NODES).alpha(*fine)[1]
+            scale = {"vmin": -largest, "vmax": largest, "cmap": "RdBu_r"}
+            if column % 2:
+                scale = {"vmin": 0, "vmax": 0.25 * largest, "cmap": "Greys"}
+            axes.pcolormesh(
+                *(np.degrees(part) for part in fine[::-1]),
+                at,
+                shading="nearest",
+                rasterized=True,
+                **scale,
+            )
+            own = {"one push": [down], "six pushes": places}.get(name, [])
+            axes.plot(
+                GAMMA_DEG[own],
+                BETA_DEG[own],
+                "o",
+                color="#f0e442",
+                markeredgecolor="k",
+                markersize=4,
+                clip_on=False,
+            )
+            head = heads[column] if row == 0 else ""
+            style.text_cm(
+                page,
+                left,
+                top - 0.35,
+                f"{name}  {head}" if column == 0 else head,
+                va="center",
+                fontsize=6.5,
+            )
+    style.text_cm(
+        page,
+        1.7,
+        0.1,
+        f"colour: -{largest:.2f} to {largest:.2f} N/cm^3; grey: 0 to {0.25 * largest:.2f} N/cm^3",
+        va="top",
+        fontsize=6,
+    )
+    write_bytes(path, style.content(page, "png"))
+
+
 PARTS = {
     "few": few_pushes, "chance": against_chance, "prior": from_the_prior, "sands": natural_sands,
     "robot": robot,
@@ -350,7 +431,13 @@ def main() -> int:
     )
     parser.add_argument("parts", nargs="*", choices=[[], *PARTS], help="default: all")
     parser.add_argument("--choose", type=float, metavar="SECONDS")
+    parser.add_argument(
+        "--picture", type=Path, metavar="FILE", help="draw the prior and what pushes make of it"
+    )
     options = parser.parse_args()
+    if options.picture:
+        picture(options.picture)
+        return 0
     if options.choose:
         choose(options.choose)
         return 0
