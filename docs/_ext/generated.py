@@ -170,6 +170,15 @@ def robot() -> str:
     return f"## The robot's file\n\n{keys}\n## The robot's run sheet\n\n{columns}"
 
 
+def profile() -> str:
+    """Every key of a profile's file."""
+    from rftfit.campaign.schema import all_keys
+    from rftfit.model.profile_schema import ProfileFile
+
+    rows = [(f"`{'.'.join(key.path)}`", key.type, key.description) for key in all_keys(ProfileFile)]
+    return _table(("key", "type", "meaning"), rows)
+
+
 def disturbances() -> str:
     """Every disturbance of a re-enactment."""
     from rftfit.lab import DISTURBANCES
@@ -182,7 +191,8 @@ def disturbances() -> str:
 
 
 PAGES: dict[str, Callable[[], str]] = {
-    "api": api, "commands": commands, "disturbances": disturbances, "outputs": outputs, "robot": robot,
+    "api": api, "commands": commands, "disturbances": disturbances, "outputs": outputs,
+    "profile": profile, "robot": robot,
 }  # fmt: skip
 """What can be generated."""
 

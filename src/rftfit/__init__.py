@@ -44,11 +44,13 @@ __all__ = [
     "published_shapes",
     "published_table",
     "read_log",
+    "read_profile",
     "rotation",
     "run",
     "scale",
     "scaled_generic",
     "simulate",
+    "write_profile",
 ]  # fmt: skip
 
 _FOUND_IN = {
@@ -58,6 +60,7 @@ _FOUND_IN = {
     "model.outlines": ("Outline", "arc", "model_leg", "polyline"),
     "model.planning": ("Plan", "Rig", "plan"),
     "model.prediction": ("beyond_measured", "predict"),
+    "model.profile_file": ("read_profile", "write_profile"),
     "model.profiles": ("DepthOnlyProfile", "FourierProfile", "Profile", "TableProfile",
                        "published_medium", "scaled_generic"),
     "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale"),
@@ -79,6 +82,7 @@ if TYPE_CHECKING:
     from rftfit.model.outlines import Outline, arc, model_leg, polyline
     from rftfit.model.planning import Plan, Rig, plan
     from rftfit.model.prediction import beyond_measured, predict
+    from rftfit.model.profile_file import read_profile, write_profile
     from rftfit.model.profiles import (
         DepthOnlyProfile,
         FourierProfile,

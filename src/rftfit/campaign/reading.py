@@ -86,6 +86,12 @@ def read_model(path: Path, model: type[M], name: str = "") -> ModelFile[M]:
         )
     if file.data is None:
         return file
+    check_model(file, model)
+    return file
+
+
+def check_model(file: ModelFile[M], model: type[M]) -> None:
+    """Check the data of a file against its model; problems are in the order of the lines."""
     try:
         checked = model.model_validate(file.data)
     except ValidationError as error:
@@ -96,7 +102,6 @@ def read_model(path: Path, model: type[M], name: str = "") -> ModelFile[M]:
     else:
         file.model = None if file.problems else checked
     file.problems.sort(key=lambda problem: problem.place.line or 0)
-    return file
 
 
 def parse_yaml(text: str, file: ModelFile[Any]) -> None:
@@ -264,8 +269,11 @@ def _translate(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFi
     else:
         code = "wrong-type" if _TYPE_ERRORS.match(sort) else "out-of-range"
         if key is None and path and isinstance(path[-1], int):
-            # an entry of a list: the list's own words
-            key = next((k for k in keys_at(model, path[:-2]) if k.name == path[-2]), None)
+            # an entry of a list, or of a list of lists: the list's own words
+            names = path
+            while isinstance(names[-1], int):
+                names = names[:-1]
+            key = next((k for k in keys_at(model, names[:-1]) if k.name == names[-1]), None)
         message = str(detail["msg"]).lower()
         section = "a section with keys of its own" if "dictionary" in message else message
         text = (_described(key) if key else section) + _quotes(sort, value)

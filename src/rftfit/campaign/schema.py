@@ -146,10 +146,21 @@ def _follow(node: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
 
 def _type(node: dict[str, Any]) -> str:
     if node.get("type") == "array":
-        items = node.get("prefixItems") or [node["items"]]
+        items = _items(node)
         count = f"{len(items)} " if "prefixItems" in node else ""
-        return f"list of {count}{_type(items[0])}s"
+        return f"list of {count}{_several(items[0])}"
     return _TYPES.get(node.get("type", ""), "section")
+
+
+def _items(node: dict[str, Any]) -> list[dict[str, Any]]:
+    """Entries of a list, one for each place or one for all; X where they are X or nothing."""
+    items = node.get("prefixItems") or [node["items"]]
+    return [_follow(one, {}) if "anyOf" in one else one for one in items]
+
+
+def _several(node: dict[str, Any]) -> str:
+    kind = _type(node)
+    return f"lists{kind[4:]}" if kind.startswith("list") else f"{kind}s"
 
 
 def _default(field: dict[str, Any]) -> str:
@@ -169,8 +180,7 @@ def _allowed(node: dict[str, Any]) -> str:
     if "pattern" in node:
         return _PATTERNS[node["pattern"]]
     if node.get("type") == "array":
-        items = node.get("prefixItems") or [node["items"]]
-        what = f"{_type(items[0])}s"
+        items, what = _items(node), _several(_items(node)[0])
         count = f"{len(items)} {what}" if "prefixItems" in node else f"one or more {what}"
         return f"{count} in [ ], each {_allowed(items[0])}"
     kind = _type(node)

@@ -11,6 +11,7 @@ from rftfit.cli import main
 from rftfit.cli.check import check
 from rftfit.cli.diff import diff
 from rftfit.cli.example import example
+from rftfit.cli.export import export
 from rftfit.cli.init import init
 from rftfit.cli.inspect_log import inspect_log
 from rftfit.cli.output import say
@@ -57,6 +58,7 @@ app.command("diff", epilog="Example: rftfit diff results_before results")(diff)
 app.command("example", epilog="Example: rftfit example cmu-sand")(example)
 app.command("scale", epilog="Example: rftfit scale --alpha 0.9 --se 0.02 --output sand.csv")(scale)
 app.command("plan", epilog="Example: rftfit plan --leg c_leg --pushes field.csv --pairs")(plan)
+app.command("export", epilog="Example: rftfit export --medium poppy_LP --output profile.json")(export)
 app.command(
     "predict",
     epilog="Example: rftfit predict --leg c_leg --medium poppy_LP\n\n"

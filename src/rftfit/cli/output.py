@@ -92,7 +92,7 @@ def check_target(
     if any(other is not None and other.exists() and other.samefile(path) for other in inputs):
         raise InputError(f"{path}: this file is read; name another for the {what} with --output")
     if not ours and not force:
-        command = mark.removeprefix("# ").partition("written by ")[2]
+        command = mark.partition("written by ")[2] or "rftfit"
         raise InputError(
             f"{path}: this file is there and was not written by {command}, so it is left as it is; "
             "name another with --output, or add --force to overwrite it"

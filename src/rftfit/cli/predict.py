@@ -118,6 +118,10 @@ def predict(
     confidence: Annotated[
         float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
     ] = 0.95,
+    profile_file: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A medium that was handed on: as rftfit export writes it."),
+    ] = None,
     elements: Annotated[
         int, typer.Option(metavar="N", help="Straight elements that the outline is cut into.")
     ] = 30,
@@ -139,7 +143,7 @@ def predict(
     from rftfit.model.prediction import QUANTITIES, find_peaks
     from rftfit.store import write_text
 
-    check_choice(medium, profile, results, method, alpha, se)
+    check_choice(medium, profile, results, method, alpha, se, profile_file)
     inputs = AllAtOnce()
     with inputs.part():
         body = make_outline(leg, curvature, outline, width, elements)
@@ -148,9 +152,9 @@ def predict(
     with inputs.part():
         # a value that cannot be wrong where none was given: the level is checked in any case
         check_test(0.9 if alpha is None else alpha, se or 0.0, confidence)
-        source = make_profile(medium, profile, results, method, alpha, se or 0.0)
+        source = make_profile(medium, profile, results, method, alpha, se or 0.0, profile_file)
     inputs.check()
-    check_target(output, MARK, "forces", force, (outline, path))
+    check_target(output, MARK, "forces", force, (outline, path, profile_file))
     forces = rftfit.predict(source, body, motion, confidence)
     peaks = find_peaks(forces)
     unknown = int(forces[list(QUANTITIES)].isna().any(axis=1).sum())
@@ -199,17 +203,22 @@ def predict(
 
 def check_choice(
     medium: str | None, profile: str | None, results: Path | None, method: str | None,
-    alpha: float | None, se: float | None,
+    alpha: float | None, se: float | None, file: Path | None = None,
 ) -> None:  # fmt: skip
-    """Refuse words that do not go together; the medium is a published one, a campaign's, or a test."""
+    """Refuse words that do not go together; a medium is published, a campaign's, a test, or a file."""
     from rftfit.model.profiles import KINDS
 
-    if (medium is None) == (alpha is None):
-        found = "no medium" if alpha is None else "--medium and --alpha"
+    given = {"--medium": medium, "--alpha": alpha, "--profile-file": file}
+    named = [option for option, value in given.items() if value is not None]
+    if len(named) != 1:
         raise InputError(
-            f"found {found}; allowed: one of --medium NAME (published, or with --results DIR of a "
-            "campaign) and --alpha N/cm^3 (one penetration test)"
+            f"found {' and '.join(named) or 'no medium'}; allowed: one of --medium NAME (published, or "
+            "with --results DIR of a campaign), --alpha N/cm^3 (one penetration test) and "
+            "--profile-file FILE (written by rftfit export)"
         )
+    others = {"--profile": profile, "--results": results, "--method": method}
+    if file is not None and (found := [name for name, value in others.items() if value is not None]):
+        raise InputError(f"found {found[0]} with --profile-file; allowed: that file alone")
     if profile is not None:
         allowed = KINDS if alpha is None else ("generic",)
         more = "" if alpha is None else "one penetration test gives no other profile"
@@ -229,11 +238,13 @@ def check_choice(
 
 def make_profile(
     medium: str | None, kind: str | None, results: Path | None, method: str | None,
-    alpha: float | None, se: float = 0.0,
+    alpha: float | None, se: float = 0.0, file: Path | None = None,
 ) -> Profile:  # fmt: skip
     """Find the profile that was asked for, in words that `check_choice` has seen."""
     from rftfit.reference import MEDIA
 
+    if file is not None:
+        return rftfit.read_profile(file)
     if alpha is not None:
         return rftfit.scale(alpha, se, reference_in(results, method)).profile
     assert medium is not None

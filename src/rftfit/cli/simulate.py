@@ -193,6 +193,10 @@ def simulate(
             help="A medium known by one vertical penetration test: as for rftfit scale.",
         ),
     ] = None,
+    profile_file: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A medium that was handed on: as rftfit export writes it."),
+    ] = None,
     robot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Robot; default: the paper's.")
     ] = None,
@@ -222,11 +226,11 @@ def simulate(
     from rftfit.robot.config import paper_robot, read_robot
     from rftfit.workflow.robot import SAMPLES, tail_of
 
-    check_choice(medium, profile, results, method, alpha, None)
+    check_choice(medium, profile, results, method, alpha, None, profile_file)
     if alpha is not None:
         check_test(alpha, 0.0, 0.95)
     body = paper_robot() if robot is None else read_robot(robot)
-    source = make_profile(medium, profile, results, method, alpha)
+    source = make_profile(medium, profile, results, method, alpha, file=profile_file)
     check_folder(output, force)
     try:
         run = rftfit.simulate(

@@ -252,6 +252,8 @@ class TableProfile(Profile):
         cells = beta_of.ravel(), gamma_of.ravel()
         values = alpha_z.reshape(flat), alpha_x.reshape(flat)
         self.scattered = (grid := rectangle(*cells)) is None
+        nothing = np.zeros(0)
+        self.lines = (nothing, nothing) if grid is None else (grid.beta, grid.gamma)
         if grid is None:
             self.beta, self.gamma, self.alpha_z, self.alpha_x = _triangulated(*cells, *values)
         else:
@@ -330,6 +332,18 @@ class TableProfile(Profile):
             return f"{self.name}: no alpha {far}"
         more = f"; nor {far}" if self.scattered else ""
         return f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(told)}{more}"
+
+    @classmethod
+    def _of_nodes(
+        cls, beta: FloatArray, gamma: FloatArray, alpha: tuple[FloatArray, FloatArray],
+        name: str = "", reason: str = "", spread: Profile | None = None,
+    ) -> TableProfile:  # fmt: skip
+        """Take a table that is complete: lines from -pi/2 to pi/2 and from -pi to pi, both ends."""
+        made = cls.__new__(cls)
+        made.name, made.reason, made.spread, made.scattered = name, reason, spread, False
+        made.lines = made.beta, made.gamma = beta, gamma
+        made.alpha_z, made.alpha_x = alpha
+        return made
 
     @property
     def nodes(self) -> tuple[int, int]:

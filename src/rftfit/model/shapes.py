@@ -407,7 +407,8 @@ def estimate(
     left = prior[np.ix_(at, at)] - (gain @ across.T + across @ gain.T) + gain @ given.prior @ gain.T
     noise = np.zeros((y.size, 2 * count))
     noise[told] = gain.T
-    parts = [np.sqrt(weights)[:, None] * (means - best), middle * _root(left)]
+    moved = np.sqrt(weights)[:, None] * (means - best)
+    spread = middle**2 * left + moved.T @ moved
     measured = np.zeros(count, dtype=bool)
     for push, (beta, gamma) in enumerate(zip(pushes.beta, pushes.gamma, strict=True)):
         own, turned = _same_direction(beta, gamma, *nodes)
@@ -418,19 +419,18 @@ def estimate(
             row, there = component * every + push, component * count + own
             if told[row]:  # a node that was pushed keeps its number, and its error
                 best[there] = sign * y[row]
-                for part in parts:
-                    part[:, there] = 0.0
-                noise[:, there] = 0.0
+                spread[there] = spread[:, there] = noise[:, there] = 0.0
                 noise[row, there] = sign
-    parts.append(_root(np.where(np.outer(told, told), errors, 0.0)) @ noise)
-    spread = np.concatenate(parts).reshape(-1, 2, count)
+    spread += noise.T @ np.where(np.outer(told, told), errors, 0.0) @ noise
+    # as few rows as there are numbers: for draws, and for the file of the profile
+    factor = root(spread).reshape(-1, 2, count)
     expected = float(weights @ sizes)
     horizontal, seen_error = given.horizontal(np.flatnonzero(told) >= every, expected)
     off = (
         abs(np.log(horizontal)) / shapes.horizontal_error(seen_error) if horizontal > 0 else np.inf
     )
     return Map(
-        name, *nodes, best.reshape(2, count), spread, measured, expected, given.distance(expected),
+        name, *nodes, best.reshape(2, count), factor, measured, expected, given.distance(expected),
         y[told].size - 1, every, shapes.name, given.farthest(pushes, told, expected), horizontal,
         float(off), confidence,
     )  # fmt: skip
@@ -549,10 +549,14 @@ class Push(NamedTuple):
     error: float
 
 
-def _root(covariance: FloatArray) -> FloatArray:
+LEAST_VARIANCE = 1e-9
+"""Of the largest: directions in which alpha varies less are left out of its error."""
+
+
+def root(covariance: FloatArray) -> FloatArray:
     """Rows whose products are a covariance: normal numbers times them have it."""
     values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
-    keep = values > 1e-12 * max(float(values[-1]), 1e-300)
+    keep = values > LEAST_VARIANCE * max(float(values[-1]), 1e-300)
     result: FloatArray = (vectors[:, keep] * np.sqrt(values[keep])).T
     return result
 
@@ -635,18 +639,7 @@ class Map:
     @cached_property
     def _drawn(self) -> tuple[FloatArray, float]:
         """Draws in which the medium takes energy at every node, and the share of those that do not."""
-        random = np.random.default_rng(SEED)
-        kept: list[FloatArray] = []
-        tried = 0
-        least = -LEAST_WORK * np.abs(self.alpha).max()
-        while tried < _MOST_DRAWN and sum(map(len, kept)) < DRAWS:
-            normals = random.standard_normal((DRAWS, len(self.factor)))
-            draws = self.alpha + np.tensordot(normals, self.factor, axes=1)
-            takes = (self.work(draws) >= least) | self.measured
-            kept.append(draws[takes.all(axis=-1)])
-            tried += 1
-        share = 1 - sum(map(len, kept)) / (tried * DRAWS)
-        return np.concatenate(kept)[:DRAWS], share
+        return passive_draws(self.alpha, self.factor, self.gamma, ~self.measured)
 
     @property
     def draws(self) -> FloatArray:
@@ -670,10 +663,7 @@ class Map:
         -------
         numpy.ndarray, shape (..., n)
         """
-        alpha = self.alpha if alpha is None else alpha
-        z, x = alpha[..., 0, :], alpha[..., 1, :]
-        result: FloatArray = z * np.sin(self.gamma) + x * np.cos(self.gamma)
-        return result
+        return work(self.alpha if alpha is None else alpha, self.gamma)
 
     @property
     def belongs(self) -> float:
@@ -760,3 +750,30 @@ class Map:
 
 LEAST_WORK = 0.02
 """A medium that gives back less than this share of its largest alpha is within rounding."""
+
+
+def work(alpha: FloatArray, gamma: FloatArray) -> FloatArray:
+    """Energy that a medium takes, per area, depth and way, N/cm^3; `alpha`: shape (..., 2, n)."""
+    result: FloatArray = alpha[..., 0, :] * np.sin(gamma) + alpha[..., 1, :] * np.cos(gamma)
+    return result
+
+
+def passive_draws(
+    alpha: FloatArray, factor: FloatArray, gamma: FloatArray, judged: npt.NDArray[np.bool_]
+) -> tuple[FloatArray, float]:
+    """Draws in which the medium takes energy at the nodes that are judged, and the share of others.
+
+    `alpha`: shape (2, n). `factor`: shape (r, 2, n), as of a `Map`. `gamma`: rad, shape (n,).
+    `judged`: shape (n,). Returns draws, shape (draws, 2, n).
+    """
+    random = np.random.default_rng(SEED)
+    kept: list[FloatArray] = []
+    tried = 0
+    least = -LEAST_WORK * np.abs(alpha).max()
+    while tried < _MOST_DRAWN and sum(map(len, kept)) < DRAWS:
+        draws = alpha + np.tensordot(random.standard_normal((DRAWS, len(factor))), factor, axes=1)
+        takes = (work(draws, gamma) >= least) | ~judged
+        kept.append(draws[takes.all(axis=-1)])
+        tried += 1
+    share = 1 - sum(map(len, kept)) / (tried * DRAWS)
+    return np.concatenate(kept)[:DRAWS], share

@@ -1,0 +1,183 @@
+"""``rftfit export``: the stress profile of a medium as one file to hand on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import rftfit
+from rftfit.campaign.problems import choose
+from rftfit.cli.output import check_target, megabytes, say, table, warn
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.model.profile_schema import ProfileFile
+    from rftfit.model.profiles import TableProfile
+    from rftfit.model.shapes import Map
+    from rftfit.results import Medium
+
+KINDS = ("table", "map")
+"""Profiles that are nodes with a number each."""
+
+
+def export(
+    medium: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
+    ] = None,
+    results: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
+    ] = None,
+    pushes: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Estimate the map from these pushes instead: csv with beta_deg, gamma_deg, "
+            "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3 and standard errors.",
+        ),
+    ] = None,
+    profile: Annotated[
+        str | None,
+        typer.Option(
+            help="table (alpha as measured; default) or map (estimated in all directions; default of "
+            "a natural sand and of --pushes)."
+        ),
+    ] = None,
+    title: Annotated[str, typer.Option(metavar="TEXT", help="Title of the medium.")] = "",
+    notes: Annotated[
+        str, typer.Option(metavar="TEXT", help="What a user of the file has to know.")
+    ] = "",
+    output: Annotated[Path, typer.Option(metavar="FILE", help="The file.")] = Path("profile.json"),
+    force: Annotated[
+        bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
+    ] = False,
+) -> None:
+    """Write the stress profile of a medium as one file to hand on.
+
+    It holds alpha over all directions with its errors, nine terms, zeta, the conventions with a golden
+    value to test one's signs against, and where it came from. `rftfit predict` and `rftfit simulate`
+    read it (`--profile-file`); the documentation has readers in numpy, MATLAB and C.
+    """
+    from rftfit.model.profile_file import MARK, read_content
+
+    if (medium is None) == (pushes is None):
+        found = "neither" if pushes is None else "both"
+        raise InputError(
+            f"found {found} of --medium and --pushes; allowed: --medium NAME (published, or with "
+            "--results DIR of a campaign), or --pushes FILE"
+        )
+    if pushes is not None and (results is not None or profile == "table"):
+        word = "--results" if results is not None else "--profile table"
+        raise InputError(f"found {word} with --pushes; allowed: pushes alone, which give a map")
+    if profile is not None:
+        choose("--profile", profile, KINDS, "a profile whose nodes have a number each")
+    check_target(output, MARK, "profile", force, (pushes,))
+    source: Map | TableProfile
+    if pushes is not None:
+        source, told = _of_pushes(pushes)
+    elif results is not None:
+        source, told = _of_campaign(results, str(medium), profile)
+    else:
+        source, told = _published(str(medium), profile)
+    told |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
+    rftfit.write_profile(output, source, **told)
+    say(_summary(read_content(output), output))
+    if marks := told.get("marks"):
+        warn(f"warning: {medium} is {marks}")
+
+
+def _of_pushes(path: Path) -> tuple[Map, dict[str, Any]]:
+    from rftfit.store.digests import sha256_of
+
+    found = rftfit.estimate_map(_pushes_in(path), name=path.stem)
+    return found, {"made_from": {path.name: sha256_of(path)}}
+
+
+def _pushes_in(path: Path) -> pd.DataFrame:
+    """Table of pushes in the format of the program."""
+    import pandas as pd
+
+    try:
+        found = pd.read_csv(path, comment="#")
+        found[["beta_deg", "gamma_deg", "alpha_z_N_per_cm3"]].astype(float)
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path}: cannot be read as a table of pushes: {error}") from error
+    return found
+
+
+def _of_campaign(
+    folder: Path, name: str, kind: str | None
+) -> tuple[Map | TableProfile, dict[str, Any]]:
+    from rftfit.measure.alpha import window_of
+    from rftfit.results import FOLDER
+    from rftfit.store.digests import sha256_of
+    from rftfit.workflow.provenance import RECORD, SUMS
+
+    campaign = rftfit.open(folder)
+    one = campaign[choose("--medium", name, campaign.media, f"in {folder}")]
+    names = [f"{FOLDER}/alpha/{name}.csv", SUMS, RECORD]
+    told = {
+        "name": name,
+        "title": campaign.campaign.titles[name],
+        "marks": campaign.marks.get(name, ""),
+        "window": window_of(one.alpha),
+        "made_from": {
+            path: sha256_of(campaign.root / path)
+            for path in names
+            if (campaign.root / path).is_file()
+        },
+        "confidence": campaign.config.fit.confidence,
+    }
+    is_map = kind == "map" or (kind is None and name not in campaign.laboratory)
+    return (_map_of(one) if is_map else one.profile()), told  # type: ignore[return-value]
+
+
+def _map_of(medium: Medium) -> Map:
+    confidence = medium.results.config.fit.confidence
+    try:
+        return rftfit.estimate_map(medium.alpha, confidence=confidence, name=medium.name)
+    except ValueError as error:
+        raise InputError(f"{medium.name}: {error}") from error
+
+
+def _published(name: str, kind: str | None) -> tuple[Map | TableProfile, dict[str, Any]]:
+    from rftfit.model.profiles import PAPER_WINDOW
+    from rftfit.reference import MEDIA
+
+    choose("--medium", name, MEDIA, "published media; --results DIR for those of a campaign")
+    told = {"name": name, "window": PAPER_WINDOW}
+    if kind != "map":
+        return rftfit.published_medium(name), told  # type: ignore[return-value]
+    rows = rftfit.published_table("table_s5")
+    return rftfit.estimate_map(rows[rows["medium"] == name], name=name), told
+
+
+def _summary(content: ProfileFile, path: Path) -> str:
+    nodes, golden = content.nodes, content.golden
+    flat = [value for row in nodes.alpha_z_N_per_cm3 for value in row]
+    known = sum(value is not None for value in flat)
+    measured = sum(map(sum, nodes.measured))
+    rows = [["(beta, gamma)", f"({golden.beta_deg:g}, {golden.gamma_deg:g}) degrees"]]
+    for component in "zx":
+        value, se = (getattr(golden, f"{part}_{component}_N_per_cm3") for part in ("alpha", "se"))
+        error = "" if se is None else f" (standard error {se:.4g})"
+        rows.append([f"alpha_{component}", f"{value:.6g} N/cm^3{error}"])
+    lines = [
+        f"Profile: {content.origin.profile}",
+        f"Nodes: {len(nodes.beta_deg)} x {len(nodes.gamma_deg)}, {known} with a number, {measured} measured",
+    ]
+    if (zeta := content.zeta) is not None:
+        ends = "" if zeta.lo is None else f" ({zeta.lo:.4f} to {zeta.hi:.4f})"
+        lines.append(f"Zeta: {zeta.value:.4f}{ends}")
+    if content.validity.without_number:
+        lines.append(f"Without a number: {content.validity.without_number[:300]}")
+    lines += [
+        f"\nGolden value, for tests of signs:\n{table(['', 'value'], rows)}",
+        f"\nWritten: {path} ({megabytes(path.stat().st_size)})",
+        f"Next: rftfit predict --leg c_leg --profile-file {path}",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,580 @@
+"""A stress profile as one file to hand on, ``profile.json``: writer, reader and its checks."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+import rftfit
+from rftfit.campaign.files import read_text
+from rftfit.campaign.problems import CampaignError, Place, Problem
+from rftfit.campaign.reading import ModelFile, check_model
+from rftfit.errors import InputError
+from rftfit.model.draws import interval
+from rftfit.model.fourier import TERMS, fit_lsq, kept_terms
+from rftfit.model.profile_schema import (
+    FORMAT,
+    About,
+    Errors,
+    Golden,
+    Nodes,
+    Origin,
+    ProfileFile,
+    Terms,
+    Validity,
+    Zeta,
+)
+from rftfit.model.profiles import FourierProfile, Profile, TableProfile
+from rftfit.model.scaling import PAPER_RULE, vertical_penetration
+from rftfit.model.shapes import Map, passive_draws, root
+from rftfit.store import write_text
+from rftfit.store.digests import digest_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy.typing as npt
+
+    from rftfit.campaign.config import Model
+    from rftfit.conventions import FloatArray
+
+MARK = f'{{\n "format": "{FORMAT}"'
+"""How a file of this program begins."""
+
+_MOST_BYTES, _MOST_NODES, _MOST_KEYS = 8_000_000, 10_000, 100
+_AGREES = 1e-6
+"""Numbers that should be the same differ less, as a share of the largest alpha."""
+
+_SAMPLED = 7
+"""Significant digits of errors that are known from draws."""
+
+
+def profile_of(content: ProfileFile) -> TableProfile:
+    """What answers alpha(beta, gamma)."""
+    table = _table_of(content)
+    low, high = content.validity.depth_from_cm, content.validity.depth_to_cm
+    table.window = (low or 0.0, math.inf if high is None else high)
+    table.spread = None if content.errors is None else _spread(content, content.errors)
+    return table
+
+
+def _table_of(content: ProfileFile) -> TableProfile:
+    nodes = content.nodes
+    beta, gamma = (np.radians(np.array(one)) for one in (nodes.beta_deg, nodes.gamma_deg))
+    z, x = (
+        np.array(one, dtype=float) for one in (nodes.alpha_z_N_per_cm3, nodes.alpha_x_N_per_cm3)
+    )
+    name, why = content.origin.profile or "profile from a file", content.validity.without_number
+    missing = bool(np.isnan(z + x).any())
+    return TableProfile._of_nodes(
+        beta, gamma, (z, x), name, why or (f"{name}: null there" if missing else "")
+    )
+
+
+# --- Errors: nodes that are mirror images of one another have one error, turned in x.
+
+
+class _Cells(NamedTuple):
+    """Which nodes of a closed grid are one and the same but for the sign of alpha_x.
+
+    `cell`, `sign`: shape (nb, ng). `first`: A node of each cell, as index of the flat grid.
+    """
+
+    cell: npt.NDArray[np.intp]
+    sign: FloatArray
+    first: npt.NDArray[np.intp]
+
+
+def _cells(beta_deg: FloatArray, gamma_deg: FloatArray) -> _Cells:
+    def place(beta: FloatArray, gamma: FloatArray) -> FloatArray:
+        return np.round((beta + 90) % 180, 6) % 180 * 1000 + np.round((gamma + 180) % 360, 6) % 360
+
+    beta, gamma = np.meshgrid(beta_deg, gamma_deg, indexing="ij")
+    own, image = place(beta, gamma), place(-beta, 180 - gamma)
+    code = np.round(np.minimum(own, image), 5)
+    _, first, cell = np.unique(code, return_index=True, return_inverse=True)
+    return _Cells(cell.reshape(own.shape), np.where(own <= image, 1.0, -1.0), first)
+
+
+def _spread(content: ProfileFile, errors: Errors) -> TableProfile:
+    """Draws from the factors, as those of a `Map`."""
+    table, cell = _table_of(content), np.array(errors.cell, dtype=float)
+    known, sign = np.isfinite(cell), np.array(errors.sign_x, dtype=float)
+    index = np.where(known, cell, 0).astype(int)
+    factor = np.stack([errors.factor_z_N_per_cm3, errors.factor_x_N_per_cm3], axis=1)
+    used, first = np.unique(index[known], return_index=True)
+    alpha = np.stack([table.alpha_z[known], sign[known] * table.alpha_x[known]])[:, first]
+    gamma = np.broadcast_to(table.gamma, cell.shape)[known][first]
+    # the mirror image has the other gamma
+    gamma = np.where(sign[known][first] < 0, np.pi - gamma, gamma)
+    measured = np.array(content.nodes.measured)[known][first]
+    judged = ~measured & errors.passive
+    draws, share = passive_draws(alpha, factor[..., used], gamma, judged)
+    if not len(draws):
+        raise InputError(f"errors: in {share:.0%} of the draws the medium gives energy back")
+    place = np.searchsorted(used, index)
+    z, x = (np.where(known, draws[:, one][:, place], np.nan) for one in (0, 1))
+    return TableProfile._of_nodes(table.beta, table.gamma, (z, sign * x))
+
+
+def _errors(source: Map | TableProfile, table: TableProfile) -> Errors | None:
+    rows: object = table.spread
+    if isinstance(source, Map):
+        z, x = source.factor[:, 0], source.factor[:, 1]
+        rows = TableProfile(z, x, source.beta, source.gamma)
+    if not isinstance(rows, TableProfile):
+        return None
+    cells = _cells(np.degrees(table.beta), np.degrees(table.gamma))
+    z, x = (one.reshape(len(one), -1)[:, cells.first] for one in (rows.alpha_z, rows.alpha_x))
+    factor = np.stack([z, x * cells.sign.ravel()[cells.first]], axis=1)
+    there = np.isfinite(factor).all(axis=(0, 1)) & np.isfinite(table.alpha_z.ravel()[cells.first])
+    if not there.any():
+        return None
+    factor = factor[..., there]
+    if not isinstance(source, Map):
+        flat = factor.reshape(len(factor), -1)
+        factor = root(np.cov(flat, rowvar=False)).reshape(-1, *factor.shape[1:])
+        factor = np.array([float(f"{one:.{_SAMPLED}g}") for one in factor.flat]).reshape(
+            factor.shape
+        )
+    # exact numbers have no row
+    factor = factor if len(factor) else np.zeros((1, *factor.shape[1:]))
+    cell = np.where(there, np.cumsum(there) - 1, -1)[cells.cell]
+    return Errors(
+        cell=[[int(one) if one >= 0 else None for one in row] for row in cell],
+        sign_x=cells.sign.astype(int).tolist(),
+        factor_z_N_per_cm3=_rows(factor[:, 0]),
+        factor_x_N_per_cm3=_rows(factor[:, 1]),
+        passive=isinstance(source, Map),
+    )
+
+
+def _rows(values: FloatArray) -> Any:
+    """Numbers as JSON has them: NaN is null, nothing is called -0."""
+    return np.where(np.isnan(values), np.array(None), values + 0.0).tolist()
+
+
+# --- The golden value.
+
+_TRIED_BETA = (10, 20, 40, 50, -10, -20, -40, -50)
+_TRIED_GAMMA = (25, 40, 50, 80, -25, -40, -50, -80)
+
+
+def _turned(profile: Profile, beta_deg: float, gamma_deg: float) -> dict[str, FloatArray]:
+    """Alpha as it comes out where a convention is another one, by what is wrong then."""
+
+    def at(beta: float, gamma: float) -> FloatArray:
+        return np.array(profile.alpha(np.radians(beta), np.radians(gamma)))
+
+    z, x = at(beta_deg, gamma_deg)
+    return {
+        "the sign of alpha_z is turned": np.array([-z, x]),
+        "the sign of alpha_x is turned": np.array([z, -x]),
+        "the signs of alpha_z and alpha_x are turned": np.array([-z, -x]),
+        "alpha_z and alpha_x are swapped": np.array([x, z]),
+        "beta counts the other way": at(-beta_deg, gamma_deg),
+        "gamma counts the other way": at(beta_deg, -gamma_deg),
+        "beta and gamma count the other way": at(-beta_deg, -gamma_deg),
+        "beta and gamma are swapped": at(gamma_deg, beta_deg),
+        "gamma is 180 degrees less what it should be": at(beta_deg, 180 - gamma_deg),
+        "beta is 90 degrees less what it should be": at(90 - beta_deg, gamma_deg),
+    }
+
+
+def _golden(table: TableProfile, terms: FloatArray | None, errors: Errors | None) -> Golden:
+    """Choose the direction in which a wrong convention shows most."""
+    tried = []
+    for beta in _TRIED_BETA:
+        for gamma in _TRIED_GAMMA:
+            right = np.array(table.alpha(np.radians(beta), np.radians(gamma)))
+            off = [np.abs(one - right).max() for one in _turned(table, beta, gamma).values()]
+            if np.isfinite(right).all():
+                tried.append((float(np.nanmin(off)), beta, gamma))
+    if not tried:
+        raise InputError(
+            f"{table.name}: alpha is known in too few directions for a table; allowed: a table whose cells have "
+            "neighbours; the map needs one push only"
+        )
+    # the first of those that are equally good
+    _, beta, gamma = max(tried, key=lambda one: one[0])
+    return Golden(
+        beta_deg=beta, gamma_deg=gamma, **_golden_numbers(table, terms, errors, beta, gamma)
+    )
+
+
+def _golden_numbers(
+    table: TableProfile, terms: FloatArray | None, errors: Errors | None, beta: float, gamma: float
+) -> dict[str, float]:
+    at = np.radians(beta), np.radians(gamma)
+    found = dict(zip(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3"), table.alpha(*at), strict=True))
+    if terms is not None:
+        names = ("nine_terms_z_N_per_cm3", "nine_terms_x_N_per_cm3")
+        found |= dict(zip(names, FourierProfile(terms).alpha(*at), strict=True))
+    if errors is not None:
+        cell = np.array(errors.cell, dtype=float)
+        index = np.where(np.isfinite(cell), cell, 0).astype(int)
+        z, x = (
+            np.where(np.isfinite(cell), np.array(rows)[:, index], np.nan)
+            for rows in (errors.factor_z_N_per_cm3, errors.factor_x_N_per_cm3)
+        )
+        signed = x * np.array(errors.sign_x)
+        rows_z, rows_x = TableProfile._of_nodes(table.beta, table.gamma, (z, signed)).alpha(*at)
+        found |= {
+            "se_z_N_per_cm3": np.sqrt(rows_z @ rows_z),
+            "se_x_N_per_cm3": np.sqrt(rows_x @ rows_x),
+            "covariance_zx": rows_z @ rows_x,
+        }
+    return {name: float(value) + 0.0 for name, value in found.items() if np.isfinite(value)}
+
+
+# --- Writing.
+
+
+def write_profile(
+    path: str | Path, profile: Map | TableProfile, *, name: str = "", title: str = "",
+    notes: str = "", marks: str = "", window: tuple[float, float] | None = None,
+    made_from: Mapping[str, str] | None = None, confidence: float = 0.95,
+) -> None:  # fmt: skip
+    """Write a stress profile as one file to hand on, ``profile.json``.
+
+    It holds alpha over all directions with its errors, the nine terms, zeta, the conventions in words
+    and as a golden value, units, limits of validity, and what it was made from. The same profile gives
+    the same bytes.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; it is replaced.
+    profile : Map or TableProfile
+        Of the medium.
+    name, title, notes : str, optional
+        Of the medium; default: the name of the map.
+    marks : str, optional
+        Physical checks that the medium fails.
+    window : tuple of float, optional
+        Least and greatest depth behind alpha, cm; default: that of the profile.
+    made_from : mapping of str to str, optional
+        SHA-256 of files behind it, by name.
+    confidence : float, optional
+        Level of the interval of zeta of a table; a map has its own.
+
+    Raises
+    ------
+    InputError
+        If alpha is known in too few directions to make a table.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> profile = rftfit.published_medium("poppy_LP")
+    >>> rftfit.write_profile("profile.json", profile, name="poppy_LP")  # doctest: +SKIP
+    """
+    table, own = (profile.profile, profile.name) if isinstance(profile, Map) else (profile, "")
+    kind: object = type(table)
+    if kind is not TableProfile or table.alpha_z.ndim > 2:
+        raise InputError(f"{table.name}: found a {kind}; allowed: a map or a table of one medium")
+    low, high = window or table.window
+    told: dict[str, Any] = {
+        "format": FORMAT, "version": 1,
+        "medium": About(name=name or own, title=title, notes=notes),
+        "validity": Validity(
+            depth_from_cm=low or None, depth_to_cm=high if math.isfinite(high) else None,
+            without_number=table.reason, marks=marks,
+        ),
+        "origin": Origin(
+            program=f"rftfit {rftfit.__version__}", profile=table.name,
+            made_from=dict(made_from or {}), **_of_map(profile),
+        ),
+    }  # fmt: skip
+    level = profile.confidence if isinstance(profile, Map) else confidence
+    content = ProfileFile.model_validate(told | _numbers(profile, table, level))
+    content = content.model_copy(update={"digest": _digest(content)})
+    write_text(path, _text(content.model_dump()) + "\n")
+
+
+def _of_map(profile: Map | TableProfile) -> dict[str, Any]:
+    if not isinstance(profile, Map):
+        return {"kind": "table"}
+    belongs = None if math.isnan(profile.belongs) else profile.belongs
+    return {
+        "kind": "map", "pushes": profile.pushes, "known_media": profile.known, "belongs": belongs
+    }  # fmt: skip
+
+
+def _numbers(
+    profile: Map | TableProfile, table: TableProfile, confidence: float
+) -> dict[str, Model | None]:
+    nodes = Nodes(
+        beta_deg=np.round(np.degrees(table.beta), 10).tolist(),
+        gamma_deg=np.round(np.degrees(table.gamma), 10).tolist(),
+        alpha_z_N_per_cm3=_rows(table.alpha_z), alpha_x_N_per_cm3=_rows(table.alpha_x),
+        measured=_measured(profile, table).tolist(),
+    )  # fmt: skip
+    errors, (terms, zeta) = _errors(profile, table), _fitted(table, confidence)
+    named = None if terms is None else dict(zip(TERMS, terms.tolist(), strict=True))
+    return {
+        "nodes": nodes,
+        "errors": errors,
+        "nine_terms": None if named is None else Terms(**named),
+        "zeta": zeta,
+        "golden": _golden(table, terms, errors),
+    }
+
+
+def _measured(profile: Map | TableProfile, table: TableProfile) -> npt.NDArray[np.bool_]:
+    """Nodes that were pushed, or their mirror image; a grid is closed by lines between its own."""
+    if isinstance(profile, Map):
+        pushed = profile.measured.astype(float)
+        return TableProfile(pushed, pushed, profile.beta, profile.gamma).alpha_z > 0
+    (beta, gamma), off = table.lines, np.pi / 2
+    rows = np.isclose((table.beta[:, None] - beta + off) % np.pi, off).any(axis=1)
+    columns = np.isclose((table.gamma[:, None] - gamma + off) % (2 * np.pi), off).any(axis=1)
+    return np.outer(rows, columns) & np.isfinite(table.alpha_z)
+
+
+def _fitted(table: TableProfile, confidence: float) -> tuple[FloatArray | None, Zeta | None]:
+    """Nine terms and zeta of a table; none where too few directions are known."""
+    beta, gamma = (one.ravel() for one in np.meshgrid(table.beta, table.gamma, indexing="ij"))
+    try:
+        keep = kept_terms(fit_lsq(beta, gamma, *table.parameters), PAPER_RULE)
+        terms = fit_lsq(beta, gamma, *table.parameters, keep)
+        ends: dict[str, float] = {}
+        if isinstance(table.spread, TableProfile):
+            many = vertical_penetration(fit_lsq(beta, gamma, *table.spread.parameters, keep))
+            lo, hi = interval(many, confidence)
+            ends = {"lo": float(lo), "hi": float(hi)} if np.isfinite(lo) else {}
+    except ValueError:
+        return None, None
+    value = float(vertical_penetration(terms))
+    return terms, Zeta(value=value, confidence=confidence, **ends)
+
+
+def _digest(content: ProfileFile) -> str:
+    parts = content.model_dump(include={"nodes", "errors", "nine_terms", "zeta"})
+    return digest_of(parts)
+
+
+def _text(value: Any, depth: int = 1) -> str:
+    """JSON with a line for each key and each row of a table."""
+    before, after = "\n" + " " * depth, "\n" + " " * (depth - 1)
+    if isinstance(value, dict) and value:
+        lines = (f"{json.dumps(name)}: {_text(one, depth + 1)}" for name, one in value.items())
+        return "{" + before + f",{before}".join(lines) + after + "}"
+    if isinstance(value, list) and value and isinstance(value[0], list):
+        return "[" + before + f",{before}".join(map(_text, value)) + after + "]"
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ": "))
+
+
+# --- Reading.
+
+
+def read_profile(path: str | Path) -> TableProfile:
+    """Read a stress profile that was handed on, and check it: schema, golden value, symmetry.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file as `write_profile` or ``rftfit export`` writes it.
+
+    Returns
+    -------
+    TableProfile
+        With its depths and, where the file has errors, the draws of its intervals.
+
+    Raises
+    ------
+    InputError
+        If the file is not valid; the message names every key that is wrong, what was found and what
+        is allowed.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> profile = rftfit.read_profile("profile.json")  # doctest: +SKIP
+    >>> forces = rftfit.predict(profile, rftfit.model_leg("c_leg"))  # doctest: +SKIP
+    """
+    content = read_content(Path(path))
+    try:
+        return profile_of(content)
+    except InputError as error:
+        raise InputError(f"{path}, key {error}") from error
+
+
+def read_content(path: Path) -> ProfileFile:
+    """Read all that a profile's file says; every problem is told at once."""
+    file = ModelFile[ProfileFile](str(path))
+    _parse(read_text(path, file.name, "profile", _MOST_BYTES), file)
+    if file.data is not None:
+        check_model(file, ProfileFile)
+    if file.model is not None:
+        _check(file, file.model)
+    if file.model is None or file.problems:
+        raise CampaignError(file.problems)
+    return file.model
+
+
+def _parse(text: str, file: ModelFile[ProfileFile]) -> None:
+    def pairs(items: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(items) > _MOST_KEYS:
+            file.note((), "too-large", f"{len(items)} keys", f"at most {_MOST_KEYS} in a section")
+            return {}
+        for name, count in Counter(name for name, _ in items).items():
+            if count > 1:
+                place = Place(file.name, key=name)
+                text = f"each key once; this one is there {count} times"
+                file.problems.append(Problem("profile.duplicate-key", place, name, text))
+        return dict(items)
+
+    try:
+        file.data = json.loads(text, object_pairs_hook=pairs)
+    except RecursionError:
+        file.note((), "too-deep", None, "nested too deeply: a profile has at most four levels")
+    except json.JSONDecodeError as error:
+        place = Place(file.name, line=error.lineno, column=str(error.colno))
+        file.problems.append(
+            Problem("profile.not-json", place, None, f"this is not JSON: {error.msg}")
+        )
+    except ValueError:
+        file.note((), "not-json", None, "a whole number in it has thousands of digits")
+    if file.data is None and not file.problems:
+        file.note((), "empty", "null", "a profile as `rftfit export` writes it")
+
+
+def _check(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
+    """What no schema can say: lengths, lines, golden value, symmetry."""
+    _check_lines(file, content.nodes)
+    _check_lengths(file, content)
+    if file.problems:
+        return
+    _check_symmetry(file, content)
+    _check_golden(file, content)
+    if content.digest and content.digest != (own := _digest(content)):
+        text = f"{content.digest}, as written: numbers were changed since; leave the key out to use them"
+        file.note(("digest",), "digest", own, text)
+
+
+def _check_lines(file: ModelFile[ProfileFile], nodes: Nodes) -> None:
+    for name, lines, end in (("beta_deg", nodes.beta_deg, 90), ("gamma_deg", nodes.gamma_deg, 180)):
+        for ends, wanted in ((0, -end), (-1, end)):
+            if abs(lines[ends] - wanted) > _AGREES:
+                where = ("nodes", name, ends % len(lines))
+                file.note(
+                    where, "lines", f"{lines[ends]:g}", f"{wanted}, the end of all directions"
+                )
+        falls = np.flatnonzero(np.diff(lines) <= _AGREES)
+        if falls.size:
+            at = int(falls[0]) + 1
+            text = f"lines that rise; the one before is {lines[at - 1]:g}"
+            file.note(("nodes", name, at), "lines", f"{lines[at]:g}", text)
+    if len(nodes.beta_deg) * len(nodes.gamma_deg) > _MOST_NODES:
+        found = f"{len(nodes.beta_deg)} x {len(nodes.gamma_deg)}"
+        file.note(("nodes",), "too-large", found, f"at most {_MOST_NODES} nodes")
+
+
+def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
+    nodes, errors = content.nodes, content.errors
+    shape = len(nodes.beta_deg), len(nodes.gamma_deg)
+    grids: dict[tuple[str, str], list[Any]] = {
+        ("nodes", name): getattr(nodes, name)
+        for name in ("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "measured")
+    }
+    if errors is not None:
+        grids |= {("errors", name): getattr(errors, name) for name in ("cell", "sign_x")}
+    for path, rows in grids.items():
+        _check_rows(file, path, rows, *shape)
+    if errors is None:
+        return
+    z, x = errors.factor_z_N_per_cm3, errors.factor_x_N_per_cm3
+    used = {one for row in errors.cell for one in row if one is not None}
+    width = len(z[0])
+    for name, rows in (("factor_z_N_per_cm3", z), ("factor_x_N_per_cm3", x)):
+        _check_rows(file, ("errors", name), rows, len(z), width)
+    if not used or min(used) < 0 or max(used) >= width:
+        found = f"{min(used)} to {max(used)}" if used else "none"
+        file.note(("errors", "cell"), "cell", found, f"numbers of columns, 0 to {width - 1}")
+    if wrong := {one for row in errors.sign_x for one in row} - {1, -1}:
+        file.note(("errors", "sign_x"), "sign", str(min(wrong)), "1 or -1")
+
+
+def _check_rows(
+    file: ModelFile[ProfileFile], path: tuple[str, str], rows: list[Any], count: int, length: int
+) -> None:
+    if len(rows) != count:
+        file.note(path, "length", f"{len(rows)} rows", f"{count} rows")
+    for at, row in enumerate(rows):
+        if len(row) != length:
+            file.note((*path, at), "length", f"{len(row)} entries", f"{length} entries")
+            return
+
+
+def _check_symmetry(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
+    table = _table_of(content)
+    cells = _cells(np.degrees(table.beta), np.degrees(table.gamma))
+    beta, gamma = np.meshgrid(content.nodes.beta_deg, content.nodes.gamma_deg, indexing="ij")
+    for name, alpha, sign in (
+        ("alpha_z_N_per_cm3", table.alpha_z, np.ones_like(cells.sign)),
+        ("alpha_x_N_per_cm3", table.alpha_x, cells.sign),
+    ):
+        own = sign * alpha
+        wanted = own.ravel()[cells.first][cells.cell]
+        off = np.abs(own - wanted) > _AGREES * _largest(table)
+        off |= np.isnan(own) != np.isnan(wanted)
+        if not off.any():
+            continue
+        row, column = (int(one[0]) for one in np.nonzero(off))
+        other = np.unravel_index(cells.first[cells.cell[row, column]], alpha.shape)
+        right = sign[row, column] * wanted[row, column]
+        text = (
+            f"{_number(right)} at ({beta[row, column]:g}, {gamma[row, column]:g}) degrees, by symmetry with "
+            f"({beta[other]:g}, {gamma[other]:g}): one of the two is wrong (so are {off.sum()} of {off.size} nodes)"
+        )
+        found = _number(alpha[row, column])
+        file.note(("nodes", name, row, column), "symmetry", found, text)
+
+
+def _number(value: float) -> str:
+    return "null" if math.isnan(value) else f"{value:.6g}"
+
+
+def _largest(table: TableProfile) -> float:
+    return max(float(np.nanmax(np.abs([table.alpha_z, table.alpha_x]), initial=0.0)), 1e-300)
+
+
+def _check_golden(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
+    """Recompute the golden value from nodes, terms and errors; say which convention is another one."""
+    golden, table = content.golden, _table_of(content)
+    terms = None
+    if content.nine_terms is not None:
+        terms = np.array([*content.nine_terms.model_dump().values()])
+    at = golden.beta_deg, golden.gamma_deg
+    found = _golden_numbers(table, terms, content.errors, *at)
+    written = golden.model_dump(exclude={"beta_deg", "gamma_deg"})
+    near, missing = _AGREES * _largest(table), math.nan
+    for part, where, profile in (
+        ("alpha", "nodes", table),
+        ("nine_terms", "nine_terms", None if terms is None else FourierProfile(terms)),
+        ("se", "errors", None),
+        ("covariance", "errors", None),
+    ):
+        names = [name for name in written if name.startswith(part)]
+        own = np.array([found.get(name, missing) for name in names])
+        right = np.array([missing if written[n] is None else written[n] for n in names])
+        scale = _largest(table) if part == "covariance" else 1.0
+        wrong = ~np.isclose(own, right, rtol=_AGREES, atol=near * scale, equal_nan=True)
+        if not wrong.any():
+            continue
+        turned = {} if profile is None else _turned(profile, *at)
+        hint = [
+            words for words, one in turned.items() if np.allclose(one, right, rtol=0, atol=near)
+        ]
+        for name, one, value in zip(np.array(names)[wrong], own[wrong], right[wrong], strict=True):
+            text = f"{_number(value)}, the golden value {name} at ({at[0]:g}, {at[1]:g}) degrees"
+            text += f"; in the {where} {hint[0]}" if hint else ""
+            file.note((where,), "golden", _number(one), text)
