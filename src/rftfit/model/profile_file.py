@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from pydantic import ValidationError
 
 import rftfit
 from rftfit.campaign.files import read_text
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from rftfit.campaign.config import Model
     from rftfit.conventions import FloatArray
 
 MARK = f'{{\n "format": "{FORMAT}"'
@@ -49,6 +49,9 @@ MARK = f'{{\n "format": "{FORMAT}"'
 _MOST_BYTES, _MOST_NODES, _MOST_KEYS = 8_000_000, 10_000, 100
 _AGREES = 1e-6
 """Numbers that should be the same differ less, as a share of the largest alpha."""
+
+_FEWEST = 100
+"""With fewer draws there are no intervals."""
 
 _SAMPLED = 7
 """Significant digits of errors that are known from draws."""
@@ -115,8 +118,8 @@ def _spread(content: ProfileFile, errors: Errors) -> TableProfile:
     measured = np.array(content.nodes.measured)[known][first]
     judged = ~measured & errors.passive
     draws, share = passive_draws(alpha, factor[..., used], gamma, judged)
-    if not len(draws):
-        raise InputError(f"errors: in {share:.0%} of the draws the medium gives energy back")
+    if len(draws) < _FEWEST:
+        raise InputError(f"errors: in {share:.1%} of the draws the medium gives energy back")
     place = np.searchsorted(used, index)
     z, x = (np.where(known, draws[:, one][:, place], np.nan) for one in (0, 1))
     return TableProfile._of_nodes(table.beta, table.gamma, (z, sign * x))
@@ -277,24 +280,32 @@ def write_profile(
     >>> rftfit.write_profile("profile.json", profile, name="poppy_LP")  # doctest: +SKIP
     """
     table, own = (profile.profile, profile.name) if isinstance(profile, Map) else (profile, "")
-    kind: object = type(table)
-    if kind is not TableProfile or table.alpha_z.ndim > 2:
+    kind = type(table).__name__
+    if kind != "TableProfile" or table.alpha_z.ndim > 2:
         raise InputError(f"{table.name}: found a {kind}; allowed: a map or a table of one medium")
     low, high = window or table.window
-    told: dict[str, Any] = {
-        "format": FORMAT, "version": 1,
-        "medium": About(name=name or own, title=title, notes=notes),
-        "validity": Validity(
-            depth_from_cm=low or None, depth_to_cm=high if math.isfinite(high) else None,
-            without_number=table.reason, marks=marks,
-        ),
-        "origin": Origin(
-            program=f"rftfit {rftfit.__version__}", profile=table.name,
-            made_from=dict(made_from or {}), **_of_map(profile),
-        ),
-    }  # fmt: skip
     level = profile.confidence if isinstance(profile, Map) else confidence
-    content = ProfileFile.model_validate(told | _numbers(profile, table, level))
+    numbers = _numbers(profile, table, level)
+    try:
+        content = ProfileFile(
+            format=FORMAT, version=1,
+            medium=About(name=name or own, title=title, notes=notes),
+            validity=Validity(
+                depth_from_cm=low or None, depth_to_cm=high if math.isfinite(high) else None,
+                without_number=table.reason, marks=marks,
+            ),
+            origin=Origin(
+                program=f"rftfit {rftfit.__version__}", profile=table.name,
+                made_from=dict(made_from or {}), **_of_map(profile),
+            ),
+            **numbers,
+        )  # fmt: skip
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise InputError(
+            f"{path}: {where}: {first['msg'].removeprefix('Value error, ')}"
+        ) from error
     content = content.model_copy(update={"digest": _digest(content)})
     write_text(path, _text(content.model_dump()) + "\n")
 
@@ -308,9 +319,7 @@ def _of_map(profile: Map | TableProfile) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _numbers(
-    profile: Map | TableProfile, table: TableProfile, confidence: float
-) -> dict[str, Model | None]:
+def _numbers(profile: Map | TableProfile, table: TableProfile, confidence: float) -> dict[str, Any]:
     nodes = Nodes(
         beta_deg=np.round(np.degrees(table.beta), 10).tolist(),
         gamma_deg=np.round(np.degrees(table.gamma), 10).tolist(),

@@ -16,7 +16,7 @@ from rftfit.model.prediction import QUASI_STATIC_CM_PER_S
 from rftfit.reference import CITATION
 from rftfit.store import write_text
 
-FORMAT = "rftfit-profile"
+FORMAT: Literal["rftfit-profile"] = "rftfit-profile"
 
 
 def _plain(text: str) -> str:
@@ -25,7 +25,7 @@ def _plain(text: str) -> str:
     return text
 
 
-Text = Annotated[str, Field(max_length=5000), AfterValidator(_plain)]
+Text = Annotated[str, Field(max_length=20_000), AfterValidator(_plain)]
 Number = Annotated[float, Field(ge=-1e6, le=1e6)]
 # of the wrong entries of a table the first is told
 _FIRST = Field(fail_fast=True)
