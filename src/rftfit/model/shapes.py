@@ -431,8 +431,8 @@ def estimate(
     )
     return Map(
         name, *nodes, best.reshape(2, count), factor, measured, expected, given.distance(expected),
-        y[told].size - 1, every, shapes.name, given.farthest(pushes, told, expected), horizontal,
-        float(off), confidence,
+        y[told].size - 1, int(told.reshape(2, -1).any(axis=0).sum()), shapes.name,
+        given.farthest(pushes, told, expected), horizontal, float(off), confidence,
     )  # fmt: skip
 
 

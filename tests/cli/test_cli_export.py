@@ -1,0 +1,215 @@
+"""`rftfit export`, and the commands that read what it wrote."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from light_campaign import LABORATORY, SAND, make_campaign, one_cell
+
+import rftfit as library
+from rftfit import reference
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from .conftest import Said
+
+    Call = Callable[..., Said]
+
+PUSHES = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3\n0,90,0.35,0\n60,45,0.2,0.1\n"
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def results(here: Path) -> Path:
+    return make_campaign(
+        here / "results é",
+        {"poppy_LP": LABORATORY, "poppy_CP": LABORATORY, "sand": SAND},
+        {one: reference.alpha_grid(one) for one in ("poppy_LP", "poppy_CP")}
+        | {"sand": one_cell(0.7)},
+    )
+
+
+def content(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+def forces(path: Path) -> np.ndarray:
+    lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    rows = csv.reader(lines[1:])
+    return np.array([[float(cell or "nan") for cell in row] for row in rows])
+
+
+def test_a_published_medium_goes_round(rftfit: Call, here: Path) -> None:
+    said = rftfit("export", "--medium", "poppy_LP", "--title", "Seeds", "--notes", "as printed")
+    assert said.code == 0, said.err
+    found = content(here / "profile.json")
+    golden = found["golden"]
+    for words in (
+        "7 x 25, 175 with a number, 175 measured",
+        f"({golden['beta_deg']:g}, {golden['gamma_deg']:g}) degrees",
+        f"{golden['alpha_z_N_per_cm3']:.6g} N/cm^3",
+        "rftfit predict --leg c_leg --profile-file profile.json",
+    ):
+        assert words in said.out
+    assert found["medium"] == {"name": "poppy_LP", "title": "Seeds", "notes": "as printed"}
+    assert found["validity"]["depth_to_cm"] == 9
+    assert found["origin"]["citation"] == reference.CITATION
+    leg = ("predict", "--leg", "c_leg", "--output")
+    assert rftfit(*leg, "a.csv", "--profile-file", "profile.json").code == 0
+    assert rftfit(*leg, "b.csv", "--medium", "poppy_LP").code == 0
+    np.testing.assert_allclose(forces(here / "a.csv"), forces(here / "b.csv"), atol=1e-9)
+    first = (here / "profile.json").read_bytes()
+    again = rftfit("export", "--medium", "poppy_LP", "--title", "Seeds", "--notes", "as printed")
+    assert again.code == 0
+    assert (here / "profile.json").read_bytes() == first
+
+
+def test_media_of_a_campaign(rftfit: Call, here: Path, results: Path) -> None:
+    assert rftfit("export", "--results", results, "--medium", "poppy_LP").code == 0
+    found = content(here / "profile.json")
+    alpha = results / "alpha" / "poppy_LP.csv"
+    assert found["origin"]["made_from"] == {
+        "results/alpha/poppy_LP.csv": hashlib.sha256(alpha.read_bytes()).hexdigest()
+    }
+    assert found["origin"]["kind"] == "table"
+    assert (found["validity"]["depth_from_cm"], found["validity"]["depth_to_cm"]) == (1, 9)
+    campaign = library.open(results)
+    zeta = campaign["poppy_LP"].zeta
+    assert found["zeta"]["value"] == pytest.approx(zeta, rel=1e-9)
+    assert found["zeta"]["lo"] < zeta < found["zeta"]["hi"]
+    # a natural sand is known by one push: it has no table, but a map
+    assert (
+        rftfit("export", "--results", results, "--medium", "sand", "--output", "s.json").code == 0
+    )
+    sand = content(here / "s.json")
+    assert (sand["origin"]["kind"], sand["origin"]["pushes"]) == ("map", 1)
+    said = rftfit("export", "--results", results, "--medium", "sand", "--profile", "table")
+    assert said.code == 2
+    assert "too few directions" in said.err
+
+
+def test_marks_are_handed_on(rftfit: Call, here: Path, results: Path) -> None:
+    import pandas as pd
+
+    from rftfit.measure.checks import COLUMNS, UNUSABLE
+    from rftfit.store import write_csv
+
+    for name in ("poppy_LP", "poppy_CP", "sand"):
+        bad = name == "poppy_LP"
+        row = {"medium": name, "check": "work", "verdict": "failed" if bad else "passed",
+               "effect": UNUSABLE if bad else "", "sentence": "x"}  # fmt: skip
+        table = pd.DataFrame([row]).reindex(columns=COLUMNS)
+        write_csv(table, results / "checks" / f"{name}.csv")
+    said = rftfit("export", "--results", results, "--medium", "poppy_LP")
+    assert said.code == 0
+    mark = content(here / "profile.json")["validity"]["marks"]
+    assert mark.startswith("unusable: fails work")
+    assert f"warning: poppy_LP is {mark}" in said.err
+
+
+def test_pushes_become_a_map(rftfit: Call, here: Path) -> None:
+    (here / "field.csv").write_text("# my pushes\n" + PUSHES, encoding="utf-8")
+    said = rftfit("export", "--pushes", "field.csv", "--output", "field.json")
+    assert said.code == 0, said.err
+    found = content(here / "field.json")
+    assert found["medium"]["name"] == "field"
+    digest = hashlib.sha256((here / "field.csv").read_bytes()).hexdigest()
+    assert found["origin"]["made_from"] == {"field.csv": digest}
+    assert "standard error" in said.out
+    said = rftfit("predict", "--leg", "flat_leg", "--profile-file", "field.json", "--json")
+    assert said.code == 0
+    facts = json.loads(said.out)
+    assert facts["profile"].startswith("map of field from 2 pushes")
+    lift = facts["peaks"]["lift"]
+    assert lift["lo"] < lift["force_z_N"] < lift["hi"]
+
+
+def test_the_robot_walks_on_it(rftfit: Call) -> None:
+    assert rftfit("export", "--medium", "poppy_LP").code == 0
+    walk = ("simulate", "--frequency", 2, "--curvature", 1, "--no-animation", "--json")
+    own, other = (
+        json.loads(rftfit(*walk, "--output", word.strip("-"), word, value).out)
+        for word, value in (("--medium", "poppy_LP"), ("--profile-file", "profile.json"))
+    )
+    assert own["outcome"] == "steady"
+    assert other["speed_cm_per_s"] == pytest.approx(own["speed_cm_per_s"], rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((), "found neither of --medium and --pushes"),
+        (("--medium", "poppy_LP", "--pushes", "p.csv"), "found both of --medium and --pushes"),
+        (("--medium", "popy_LP"), "did you mean 'poppy_LP'?"),
+        (("--medium", "poppy_LP", "--profile", "fourier"), "allowed: table, map"),
+        (("--pushes", "p.csv", "--profile", "table"), "found --profile table with --pushes"),
+        (("--pushes", "p.csv", "--results", "r"), "found --results with --pushes"),
+        (("--pushes", "none.csv"), "none.csv: cannot be read as a table of pushes"),
+        (("--pushes", "p.csv", "--output", "p.csv", "--force"), "p.csv: this file is read"),
+        (("--medium", "poppy_LP", "--output", "p.csv"), "was not written by rftfit"),
+        (("--medium", "poppy_LP", "--results", "none"), "no config/config.yaml there"),
+        (("--medium", "poppy_LP", "--title", "\x1b[2J"), "title: text without control characters"),
+    ],
+)
+def test_words_that_do_not_go_together(
+    words: tuple[str, ...], message: str, rftfit: Call, here: Path
+) -> None:
+    (here / "p.csv").write_text(PUSHES, encoding="utf-8")
+    said = rftfit("export", *words)
+    assert said.code == 2
+    assert message in said.err
+    assert (here / "p.csv").read_text() == PUSHES
+    assert not (here / "profile.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--medium", "poppy_LP"), "found --medium and --profile-file; allowed: one of"),
+        (("--alpha", "0.9"), "found --alpha and --profile-file; allowed: one of"),
+        (("--profile", "table"), "found --profile with --profile-file"),
+        (("--results", "r"), "found --results with --profile-file"),
+        (("--method", "lsq"), "found --method with --profile-file"),
+    ],
+)
+@pytest.mark.parametrize("command", [("predict", "--leg", "c_leg"), ("simulate", "--frequency", "2", "--curvature", "1")])  # fmt: skip
+def test_one_medium_only(
+    command: tuple[str, ...], words: tuple[str, ...], message: str, rftfit: Call
+) -> None:
+    said = rftfit(*command, "--profile-file", "profile.json", *words)
+    assert said.code == 2
+    assert message in said.err
+
+
+def test_a_damaged_file_is_refused_by_every_reader(rftfit: Call, here: Path) -> None:
+    assert rftfit("export", "--medium", "poppy_LP").code == 0
+    found = content(here / "profile.json")
+    found["golden"]["alpha_x_N_per_cm3"] *= -1
+    (here / "profile.json").write_text(json.dumps(found), encoding="utf-8")
+    for command in (
+        ("predict", "--leg", "c_leg"),
+        ("simulate", "--frequency", 2, "--curvature", 1),
+    ):
+        said = rftfit(*command, "--profile-file", "profile.json")
+        assert said.code == 2
+        assert "in the nodes the sign of alpha_x is turned" in said.err
+    # the forces never overwrite the file that is read
+    assert rftfit("export", "--medium", "poppy_LP", "--output", "q.json").code == 0
+    said = rftfit(
+        "predict", "--leg", "c_leg", "--profile-file", "q.json", "--output", "q.json", "--force"
+    )
+    assert said.code == 2
+    assert "this file is read" in said.err
