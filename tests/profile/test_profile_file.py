@@ -435,7 +435,7 @@ def cut(*path: str | int) -> Callable[[dict[str, Any]], None]:
     def change(content: dict[str, Any]) -> None:
         for part in path:
             content = content[part]  # type: ignore[index]
-        content.pop()  # type: ignore[call-arg]
+        content.pop()  # type: ignore[call-overload]
 
     return change
 
@@ -504,6 +504,68 @@ def test_errors_that_no_medium_has_are_refused(written: Path, tmp_path: Path) ->
     content["golden"]["covariance_zx"] *= many**2
     said = refused(tmp_path, content)
     assert "key errors: in 100.0% of the draws the medium gives energy back" in said
+
+
+def places(content: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:
+    """Every key and entry of a file."""
+    inside: Any = content.items() if isinstance(content, dict) else enumerate(content)
+    found = []
+    for name, value in inside:
+        found.append((*path, name))
+        if isinstance(value, dict | list):
+            found += places(value, (*path, name))
+    return found
+
+
+ODD = (None, True, -1, 0, 7, 1e308, -0.5, "", "x", [], {}, [[]], [None], {"a": 1}, 10**30)
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small grid with errors."""
+    random = np.random.default_rng(0)
+    lines, gamma = np.radians([-45, 0, 45, 90])[:, None], np.radians([-90, -45, 0, 45, 90])
+    z, x = rftfit.published_medium("poppy_CP").alpha(lines, gamma)
+    draws = (one + random.normal(0, 0.01, (50, *one.shape)) for one in (z, x))
+    spread = rftfit.TableProfile(*draws, lines, gamma)
+    path = tmp_path_factory.mktemp("few") / "few.json"
+    rftfit.write_profile(path, rftfit.TableProfile(z, x, lines, gamma, spread=spread))
+    return path
+
+
+def is_as_it_was_or_refused(own: rftfit.TableProfile, path: Path) -> bool:
+    """Whether a damaged file is refused; else it has to say the same."""
+    try:
+        found = rftfit.read_profile(path)
+    except InputError:
+        return True
+    angles = np.radians(plane(23))
+    for a, b in zip(own.alpha(*angles), found.alpha(*angles), strict=True):
+        np.testing.assert_array_equal(a, b)
+    assert isinstance(own.spread, rftfit.TableProfile)
+    assert isinstance(found.spread, rftfit.TableProfile)
+    np.testing.assert_array_equal(found.spread.alpha_x, own.spread.alpha_x)
+    return False
+
+
+def test_no_damage_changes_a_number(few: Path, tmp_path: Path) -> None:
+    """Entries replaced at random, and bytes."""
+    random, own = np.random.default_rng(5), rftfit.read_profile(few)
+    data, content, path = few.read_bytes(), read(few), tmp_path / "p.json"
+    every = places(content)
+    refused = 0
+    for place in random.permutation(len(every))[:250]:
+        one = copy.deepcopy(content)
+        put(*every[place], value=ODD[int(random.integers(len(ODD)))])(one)
+        path.write_text(json.dumps(one), encoding="utf-8")
+        refused += is_as_it_was_or_refused(own, path)
+    assert refused > 200
+    for _ in range(250):
+        damaged = bytearray(data)
+        damaged[random.integers(len(data))] = random.integers(256)
+        path.write_bytes(damaged)
+        refused += is_as_it_was_or_refused(own, path)
+    assert refused > 350
 
 
 # --- the schema
