@@ -13,11 +13,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from light_campaign import alpha_frame
+from paper_grid import BETA, GAMMA
 
 import rftfit
 from rftfit import reference
 from rftfit.errors import InputError
 from rftfit.model.draws import interval, measured_profile
+from rftfit.model.fourier import fit_lsq
 from rftfit.model.profile_file import read_content
 from rftfit.model.profile_schema import ProfileFile, main
 from rftfit.reference import MEDIA
@@ -109,6 +111,26 @@ def test_standard_errors_are_those_of_the_factors(sand: rftfit.Map, written: Pat
     wanted = [np.sqrt(z @ z), np.sqrt(x @ x), z @ x]
     found = [golden.se_z_N_per_cm3, golden.se_x_N_per_cm3, golden.covariance_zx]
     np.testing.assert_allclose(np.array(found, dtype=float), wanted, rtol=1e-9)
+
+
+def test_another_program_may_count_the_signs_the_other_way(written: Path, tmp_path: Path) -> None:
+    content = read(written, digest="")
+    errors = content["errors"]
+    errors["sign_x"] = turned(errors["sign_x"])
+    errors["factor_x_N_per_cm3"] = turned(errors["factor_x_N_per_cm3"])
+    (tmp_path / "p.json").write_text(json.dumps(content), encoding="utf-8")
+    same_forces(rftfit.read_profile(written), rftfit.read_profile(tmp_path / "p.json"))
+
+
+def test_nine_terms_are_those_of_the_cells(tmp_path: Path) -> None:
+    truth = [0.2, 0.15, 0.2, 0.35, 0.06, -0.1, 0.25, 0.004, 0.1]
+    z, x = rftfit.FourierProfile(truth).alpha(BETA, GAMMA)
+    rftfit.write_profile(tmp_path / "p.json", rftfit.TableProfile(z, x, BETA, GAMMA))
+    terms = [*read(tmp_path / "p.json")["nine_terms"].values()]
+    keep = np.abs(truth) > 0.05 * truth[0]
+    assert terms[7] == 0
+    assert keep.sum() == 8
+    np.testing.assert_allclose(terms, fit_lsq(BETA, GAMMA, z, x, keep), rtol=0, atol=1e-12)
 
 
 def test_a_measured_table_comes_back(paper_config: Config, tmp_path: Path) -> None:
@@ -517,7 +539,23 @@ def places(content: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | i
     return found
 
 
-ODD = (None, True, -1, 0, 7, 1e308, -0.5, "", "x", [], {}, [[]], [None], {"a": 1}, 10**30)
+ODD: tuple[Any, ...] = (
+    None,
+    True,
+    -1,
+    0,
+    7,
+    1e308,
+    -0.5,
+    "",
+    "x",
+    [],
+    {},
+    [[]],
+    [None],
+    {"a": 1},
+    10**30,
+)
 
 
 @pytest.fixture(scope="module")
@@ -526,8 +564,8 @@ def few(tmp_path_factory: pytest.TempPathFactory) -> Path:
     random = np.random.default_rng(0)
     lines, gamma = np.radians([-45, 0, 45, 90])[:, None], np.radians([-90, -45, 0, 45, 90])
     z, x = rftfit.published_medium("poppy_CP").alpha(lines, gamma)
-    draws = (one + random.normal(0, 0.01, (50, *one.shape)) for one in (z, x))
-    spread = rftfit.TableProfile(*draws, lines, gamma)
+    drawn_z, drawn_x = (one + random.normal(0, 0.01, (50, *one.shape)) for one in (z, x))
+    spread = rftfit.TableProfile(drawn_z, drawn_x, lines, gamma)
     path = tmp_path_factory.mktemp("few") / "few.json"
     rftfit.write_profile(path, rftfit.TableProfile(z, x, lines, gamma, spread=spread))
     return path

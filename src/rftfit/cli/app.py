@@ -58,7 +58,9 @@ app.command("diff", epilog="Example: rftfit diff results_before results")(diff)
 app.command("example", epilog="Example: rftfit example cmu-sand")(example)
 app.command("scale", epilog="Example: rftfit scale --alpha 0.9 --se 0.02 --output sand.csv")(scale)
 app.command("plan", epilog="Example: rftfit plan --leg c_leg --pushes field.csv --pairs")(plan)
-app.command("export", epilog="Example: rftfit export --medium poppy_LP --output profile.json")(export)
+app.command("export", epilog="Example: rftfit export --medium poppy_LP --output profile.json")(
+    export
+)
 app.command(
     "predict",
     epilog="Example: rftfit predict --leg c_leg --medium poppy_LP\n\n"

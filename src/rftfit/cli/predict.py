@@ -120,7 +120,9 @@ def predict(
     ] = 0.95,
     profile_file: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="A medium that was handed on: as rftfit export writes it."),
+        typer.Option(
+            metavar="FILE", help="A medium that was handed on: as rftfit export writes it."
+        ),
     ] = None,
     elements: Annotated[
         int, typer.Option(metavar="N", help="Straight elements that the outline is cut into.")
@@ -217,7 +219,9 @@ def check_choice(
             "--profile-file FILE (written by rftfit export)"
         )
     others = {"--profile": profile, "--results": results, "--method": method}
-    if file is not None and (found := [name for name, value in others.items() if value is not None]):
+    if file is not None and (
+        found := [name for name, value in others.items() if value is not None]
+    ):
         raise InputError(f"found {found[0]} with --profile-file; allowed: that file alone")
     if profile is not None:
         allowed = KINDS if alpha is None else ("generic",)

@@ -195,7 +195,9 @@ def simulate(
     ] = None,
     profile_file: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="A medium that was handed on: as rftfit export writes it."),
+        typer.Option(
+            metavar="FILE", help="A medium that was handed on: as rftfit export writes it."
+        ),
     ] = None,
     robot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Robot; default: the paper's.")

@@ -85,7 +85,8 @@ def _table_of(content: ProfileFile) -> TableProfile:
 class _Cells(NamedTuple):
     """Which nodes of a closed grid are one and the same but for the sign of alpha_x.
 
-    `cell`, `sign`: shape (nb, ng). `first`: A node of each cell, as index of the flat grid.
+    `cell`, `sign`: shape (nb, ng). `first`: A node of each cell whose sign is 1, as index of the flat
+    grid.
     """
 
     cell: npt.NDArray[np.intp]
@@ -134,7 +135,7 @@ def _errors(source: Map | TableProfile, table: TableProfile) -> Errors | None:
         return None
     cells = _cells(np.degrees(table.beta), np.degrees(table.gamma))
     z, x = (one.reshape(len(one), -1)[:, cells.first] for one in (rows.alpha_z, rows.alpha_x))
-    factor = np.stack([z, x * cells.sign.ravel()[cells.first]], axis=1)
+    factor = np.stack([z, x], axis=1)
     there = np.isfinite(factor).all(axis=(0, 1)) & np.isfinite(table.alpha_z.ravel()[cells.first])
     if not there.any():
         return None
