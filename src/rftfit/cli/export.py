@@ -13,8 +13,6 @@ from rftfit.cli.output import check_target, megabytes, say, table, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from rftfit.model.profile_schema import ProfileFile
     from rftfit.model.profiles import TableProfile
     from rftfit.model.shapes import Map
@@ -91,22 +89,14 @@ def export(
 
 
 def _of_pushes(path: Path) -> tuple[Map, dict[str, Any]]:
+    from rftfit.campaign.tables import pushes_in
     from rftfit.store.digests import sha256_of
 
-    found = rftfit.estimate_map(_pushes_in(path), name=path.stem)
-    return found, {"made_from": {path.name: sha256_of(path)}}
-
-
-def _pushes_in(path: Path) -> pd.DataFrame:
-    """Table of pushes in the format of the program."""
-    import pandas as pd
-
     try:
-        found = pd.read_csv(path, comment="#")
-        found[["beta_deg", "gamma_deg", "alpha_z_N_per_cm3"]].astype(float)
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path}: cannot be read as a table of pushes: {error}") from error
-    return found
+        found = rftfit.estimate_map(pushes_in(path), name=path.stem)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+    return found, {"made_from": {path.name: sha256_of(path)}}
 
 
 def _of_campaign(
