@@ -54,12 +54,16 @@ class Folder:
         return done.stdout + done.stderr
 
     def run_here(
-        self, last: str = "provenance", made: Folder | None = None, *, drawn: bool = True
+        self,
+        last: str = "provenance",
+        made: Folder | None = None,
+        *,
+        drawn: Sequence[str] | None = None,
     ) -> None:
         """Run the stages up to one in this process: the same results, without starting Python for each.
 
-        Figures are drawn once, as svg, or are put together without being drawn: what is not drawn
-        is that of `made`, or empty.
+        All figures are put together; those of the names `drawn`, or all, are drawn once, as svg.
+        What is not drawn is that of `made`, or empty.
         """
         stages = Plan(self.config).default
         with pytest.MonkeyPatch.context() as patch:
@@ -114,11 +118,17 @@ class Folder:
 
 
 def _sketch(
-    folder: Folder, made: Folder | None, drawn: bool, figure: Figure, base: Path, about: str
+    folder: Folder,
+    made: Folder | None,
+    drawn: Sequence[str] | None,
+    figure: Figure,
+    base: Path,
+    about: str,
 ) -> None:
+    wanted = drawn is None or base.name in drawn
     for ending in style.FORMATS:
         target = base.with_name(f"{base.name}.{ending}")
-        content = style.content(figure, ending, about) if drawn and ending == "svg" else b""
+        content = style.content(figure, ending, about) if wanted and ending == "svg" else b""
         if made is not None and ending != "svg":
             content = (made.root / target.relative_to(folder.root)).read_bytes()
         write_bytes(target, content)

@@ -48,9 +48,9 @@ def allow_no_tare(root: Path) -> None:
     path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
 
 
-def run(folder: Folder) -> str:
+def run(folder: Folder, drawn: tuple[str, ...] | None = None) -> str:
     """Run, verify, and return the page on one line."""
-    folder.run_here()
+    folder.run_here(drawn=drawn)
     done = folder.rftfit("verify")
     assert done.returncode == 0, done.stdout + done.stderr
     return " ".join((folder.root / "results" / "report.html").read_text(encoding="utf-8").split())
@@ -70,7 +70,7 @@ def untared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Folder, str]:
     for row in rewrite(folder, keep, tare_run="", tare_shared=""):
         if row["medium"] == "poppy_LP":
             damage(folder, row)
-    return folder, run(folder)
+    return folder, run(folder, ())
 
 
 def test_runs_without_a_tare_give_flagged_numbers(untared: tuple[Folder, str]) -> None:

@@ -163,7 +163,7 @@ def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
     folder = make_campaign(
         tmp_path / "faults", ("poppy_LP",), faults, plates_only=True, directions=FEW
     )
-    folder.run_here(drawn=False)
+    folder.run_here(drawn=())
     fits = folder.table("fits/poppy_LP.csv").set_index("run_id")
     words = {
         "poppy_LP_bp30_g90_in": "saturated",

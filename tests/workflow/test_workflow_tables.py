@@ -26,7 +26,7 @@ def alpha(tmp_path_factory: pytest.TempPathFactory) -> Folder:
         load("table_s5").to_csv(source, index=False)
     assert main(["init", str(root), "--alpha-table", str(source)]) == 0
     folder = Folder(root)
-    folder.run_here(drawn=False)
+    folder.run_here(drawn=())
     return folder
 
 
@@ -98,7 +98,7 @@ def test_stress_on_another_grid(tmp_path: Path) -> None:
     text = text.replace(sand, f"{sand}, linear_to_cm: 4")
     config.write_text(text, encoding="utf-8")
     folder = Folder(tmp_path / "c")
-    folder.run_here(drawn=False)
+    folder.run_here(drawn=())
     table = folder.table("alpha/sand.csv")
     assert len(table) == len(truth) == 42
     inside = []
