@@ -152,10 +152,10 @@ def _fit(
         return None
     # from well above the onset to a little below: there the force is above its noise already
     places = np.linspace(onset - 0.6 * window, onset + 0.1 * window + toe, _GRID)
-    best = min(places, key=lambda place: _misfit(d, f, place))
+    best = places[np.argmin(_misfits(d, f, places))]
     step = float(places[1] - places[0])
     fine = np.linspace(best - step, best + step, 41)
-    place = float(min(fine, key=lambda p: _misfit(d, f, p)))
+    place = float(fine[np.argmin(_misfits(d, f, fine))])
     design = _design(d, place)
     terms = np.linalg.lstsq(design, f, rcond=None)[0]
     fitted = design @ terms
@@ -200,18 +200,18 @@ def _check_growth(
         )
 
 
-def _design(depth: FloatArray, place: float) -> FloatArray:
+def _design(depth: FloatArray, place: float | FloatArray) -> FloatArray:
     under = np.maximum(depth - place, 0.0)
-    return np.column_stack([np.ones(depth.size), under, under**2])
+    return np.stack([np.ones_like(under), under, under**2], axis=-1)
 
 
-def _misfit(depth: FloatArray, force: FloatArray, place: float) -> float:
-    design = _design(depth, place)
-    normal = design.T @ design + 1e-12 * np.eye(3)
-    terms = np.linalg.solve(normal, design.T @ force)
-    residual = force - design @ terms
+def _misfits(depth: FloatArray, force: FloatArray, places: FloatArray) -> FloatArray:
+    design = _design(depth, places[:, None])
+    turned = design.transpose(0, 2, 1)
+    terms = np.linalg.solve(turned @ design + 1e-12 * np.eye(3), turned @ force[:, None])
+    residual = force - (design @ terms)[..., 0]
     # a force that falls below the surface is no surface
-    return float(residual @ residual) if terms[1] > 0 else math.inf
+    return np.where(terms[:, 1, 0] > 0, (residual**2).sum(axis=1), math.inf)
 
 
 _LEVELS = 20
