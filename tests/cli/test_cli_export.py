@@ -121,7 +121,7 @@ def test_marks_are_handed_on(rftfit: Call, here: Path, results: Path) -> None:
 
 
 def test_pushes_become_a_map(rftfit: Call, here: Path) -> None:
-    (here / "field.csv").write_text("# my pushes\n" + PUSHES, encoding="utf-8")
+    (here / "field.csv").write_text(PUSHES, encoding="utf-8")
     said = rftfit("export", "--pushes", "field.csv", "--output", "field.json")
     assert said.code == 0, said.err
     found = content(here / "field.json")
@@ -157,7 +157,7 @@ def test_the_robot_walks_on_it(rftfit: Call) -> None:
         (("--medium", "poppy_LP", "--profile", "fourier"), "allowed: table, map"),
         (("--pushes", "p.csv", "--profile", "table"), "found --profile table with --pushes"),
         (("--pushes", "p.csv", "--results", "r"), "found --results with --pushes"),
-        (("--pushes", "none.csv"), "none.csv: cannot be read as a table of pushes"),
+        (("--pushes", "none.csv"), "none.csv: the file does not exist"),
         (("--pushes", "p.csv", "--output", "p.csv", "--force"), "p.csv: this file is read"),
         (("--medium", "poppy_LP", "--output", "p.csv"), "was not written by rftfit"),
         (("--medium", "poppy_LP", "--results", "none"), "no config/config.yaml there"),

@@ -683,13 +683,17 @@ class Map:
     @property
     def profile(self) -> TableProfile:
         """What answers alpha(beta, gamma), with draws for its intervals."""
-        spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
+        found = self.bare_profile
+        found.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
+        return found
+
+    @property
+    def bare_profile(self) -> TableProfile:
+        """`profile` without draws, which take a moment."""
         of = f" of {self.name}" if self.name else ""
         pushes = "1 push" if self.pushes == 1 else f"{self.pushes} pushes"
         name = f"map{of} from {pushes} and the shape of {self.known}"
-        return TableProfile(
-            self.alpha[0], self.alpha[1], self.beta, self.gamma, name, spread=spread
-        )
+        return TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
 
     @property
     def zeta(self) -> tuple[float, float, float]:
