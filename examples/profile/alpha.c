@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MOST 10000
+#define MOST 5000
 
 /* Numbers of a list, or of a list of lists, of the nodes; null becomes NaN. */
 static int numbers(const char *nodes, const char *key, double *to)

@@ -228,6 +228,20 @@ def test_what_is_no_table_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "p.json").exists()
 
 
+def test_a_file_that_none_would_read_is_not_written(tmp_path: Path) -> None:
+    random = np.random.default_rng(0)
+    beta, gamma = random.uniform(-1.5, 1.5, (2, 150))
+    z, x = random.normal(0.3, 0.01, (2, 150))
+    many_z, many_x = random.normal(0.3, 0.01, (2, 300, 150))
+    spread = rftfit.TableProfile(many_z, many_x, beta, gamma)
+    own = rftfit.TableProfile(z, x, beta, gamma, spread=spread)
+    with pytest.raises(
+        InputError, match=r"found .* MB with the errors of 2701 nodes; allowed: 8 MB"
+    ):
+        rftfit.write_profile(tmp_path / "p.json", own)
+    assert not (tmp_path / "p.json").exists()
+
+
 # --- other readers
 
 
@@ -481,6 +495,8 @@ def cut(*path: str | int) -> Callable[[dict[str, Any]], None]:
         (cut("errors", "factor_z_N_per_cm3", 1), "errors.factor_z_N_per_cm3.2: found"),
         (cut("errors", "factor_x_N_per_cm3"), "errors.factor_x_N_per_cm3: found"),
         (put("errors", "factor_z_N_per_cm3", value=[]), "errors.factor_z_N_per_cm3: found"),
+        (put("errors", "factor_z_N_per_cm3", value=[[0.1]] * 10**6), "errors.factor_z_N_per_cm3: found"),
+        (put("nodes", "beta_deg", value=np.linspace(-90, 90, 999).tolist()), "at most 5000 nodes"),
         (put("errors", "cell", 0, 0, value=9999), "errors.cell: found '0 to 9999'"),
         (put("errors", "cell", 0, 0, value=-1), "errors.cell: found '-1 to"),
         (put("errors", "sign_x", 0, 0, value=2), "errors.sign_x: found '2'; allowed: 1 or -1"),

@@ -32,7 +32,7 @@ from rftfit.model.profile_schema import (
 )
 from rftfit.model.profiles import FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import PAPER_RULE, vertical_penetration
-from rftfit.model.shapes import Map, passive_draws, root
+from rftfit.model.shapes import LEAST_VARIANCE, Map, passive_draws, root
 from rftfit.store import write_text
 from rftfit.store.digests import digest_of
 
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 MARK = f'{{\n "format": "{FORMAT}"'
 """How a file of this program begins."""
 
-_MOST_BYTES, _MOST_NODES, _MOST_KEYS = 8_000_000, 10_000, 100
+_MOST_BYTES, _MOST_NODES, _MOST_KEYS = 8_000_000, 5_000, 100
 _AGREES = 1e-6
 """Numbers that should be the same differ less, as a share of the largest alpha."""
 
@@ -105,25 +105,29 @@ def _cells(beta_deg: FloatArray, gamma_deg: FloatArray) -> _Cells:
     return _Cells(cell.reshape(own.shape), np.where(own <= image, 1.0, -1.0), first)
 
 
+def _on_nodes(errors: Errors) -> tuple[FloatArray, FloatArray]:
+    """Factors of alpha_z and alpha_x at the nodes, shape (r, nb, ng); NaN where there is none."""
+    cell = np.array(errors.cell, dtype=float)
+    known = np.isfinite(cell)
+    index = np.where(known, cell, 0).astype(int)
+    z, x = (np.array(one) for one in (errors.factor_z_N_per_cm3, errors.factor_x_N_per_cm3))
+    sign = np.array(errors.sign_x, dtype=float)
+    return np.where(known, z[:, index], np.nan), np.where(known, sign * x[:, index], np.nan)
+
+
 def _spread(content: ProfileFile, errors: Errors) -> TableProfile:
     """Draws from the factors, as those of a `Map`."""
-    table, cell = _table_of(content), np.array(errors.cell, dtype=float)
-    known, sign = np.isfinite(cell), np.array(errors.sign_x, dtype=float)
-    index = np.where(known, cell, 0).astype(int)
-    factor = np.stack([errors.factor_z_N_per_cm3, errors.factor_x_N_per_cm3], axis=1)
-    used, first = np.unique(index[known], return_index=True)
-    alpha = np.stack([table.alpha_z[known], sign[known] * table.alpha_x[known]])[:, first]
-    gamma = np.broadcast_to(table.gamma, cell.shape)[known][first]
-    # the mirror image has the other gamma
-    gamma = np.where(sign[known][first] < 0, np.pi - gamma, gamma)
-    measured = np.array(content.nodes.measured)[known][first]
-    judged = ~measured & errors.passive
-    draws, share = passive_draws(alpha, factor[..., used], gamma, judged)
+    table, rows = _table_of(content), np.stack(_on_nodes(errors), axis=1)
+    alpha = np.stack([table.alpha_z, table.alpha_x])
+    known = np.isfinite(rows[0, 0] + alpha[0])
+    judged = ~np.array(content.nodes.measured)[known] & errors.passive
+    gamma = np.broadcast_to(table.gamma, known.shape)[known]
+    draws, share = passive_draws(alpha[:, known], rows[..., known], gamma, judged)
     if len(draws) < _FEWEST:
         raise InputError(f"errors: in {share:.1%} of the draws the medium gives energy back")
-    place = np.searchsorted(used, index)
-    z, x = (np.where(known, draws[:, one][:, place], np.nan) for one in (0, 1))
-    return TableProfile._of_nodes(table.beta, table.gamma, (z, sign * x))
+    every = np.full((len(draws), *alpha.shape), np.nan)
+    every[..., known] = draws
+    return TableProfile._of_nodes(table.beta, table.gamma, (every[:, 0], every[:, 1]))
 
 
 def _errors(source: Map | TableProfile, table: TableProfile) -> Errors | None:
@@ -141,11 +145,16 @@ def _errors(source: Map | TableProfile, table: TableProfile) -> Errors | None:
         return None
     factor = factor[..., there]
     if not isinstance(source, Map):
-        flat = factor.reshape(len(factor), -1)
-        factor = root(np.cov(flat, rowvar=False)).reshape(-1, *factor.shape[1:])
-        factor = np.array([float(f"{one:.{_SAMPLED}g}") for one in factor.flat]).reshape(
-            factor.shape
-        )
+        flat = (factor - factor.mean(axis=0)).reshape(len(factor), -1)
+        flat /= np.sqrt(len(flat) - 1)
+        if len(flat) < flat.shape[1]:
+            # the draws turned among themselves: as many as there are numbers behind them
+            values, vectors = np.linalg.eigh(flat @ flat.T)
+            flat = vectors[:, values > LEAST_VARIANCE * values[-1]].T @ flat
+        else:
+            flat = root(flat.T @ flat)
+        short = [float(f"{one:.{_SAMPLED}g}") for one in flat.flat]
+        factor = np.reshape(short, (-1, *factor.shape[1:]))
     # exact numbers have no row
     factor = factor if len(factor) else np.zeros((1, *factor.shape[1:]))
     cell = np.where(there, np.cumsum(there) - 1, -1)[cells.cell]
@@ -220,14 +229,8 @@ def _golden_numbers(
         names = ("nine_terms_z_N_per_cm3", "nine_terms_x_N_per_cm3")
         found |= dict(zip(names, FourierProfile(terms).alpha(*at), strict=True))
     if errors is not None:
-        cell = np.array(errors.cell, dtype=float)
-        index = np.where(np.isfinite(cell), cell, 0).astype(int)
-        z, x = (
-            np.where(np.isfinite(cell), np.array(rows)[:, index], np.nan)
-            for rows in (errors.factor_z_N_per_cm3, errors.factor_x_N_per_cm3)
-        )
-        signed = x * np.array(errors.sign_x)
-        rows_z, rows_x = TableProfile._of_nodes(table.beta, table.gamma, (z, signed)).alpha(*at)
+        rows = TableProfile._of_nodes(table.beta, table.gamma, _on_nodes(errors))
+        rows_z, rows_x = rows.alpha(*at)
         found |= {
             "se_z_N_per_cm3": np.sqrt(rows_z @ rows_z),
             "se_x_N_per_cm3": np.sqrt(rows_x @ rows_x),
@@ -286,7 +289,6 @@ def write_profile(
         raise InputError(f"{table.name}: found a {kind}; allowed: a map or a table of one medium")
     low, high = window or table.window
     level = profile.confidence if isinstance(profile, Map) else confidence
-    numbers = _numbers(profile, table, level)
     try:
         content = ProfileFile(
             format=FORMAT, version=1,
@@ -299,7 +301,7 @@ def write_profile(
                 program=f"rftfit {rftfit.__version__}", profile=table.name,
                 made_from=dict(made_from or {}), **_of_map(profile),
             ),
-            **numbers,
+            **_numbers(profile, table, level),
         )  # fmt: skip
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
@@ -308,7 +310,11 @@ def write_profile(
             f"{path}: {where}: {first['msg'].removeprefix('Value error, ')}"
         ) from error
     content = content.model_copy(update={"digest": _digest(content)})
-    write_text(path, _text(content.model_dump()) + "\n")
+    text = _text(content.model_dump()) + "\n"
+    if (size := len(text.encode())) > _MOST_BYTES:
+        found = f"{size / 1e6:.1f} MB with the errors of {len(table.alpha_z.ravel())} nodes"
+        raise InputError(f"{path}: found {found}; allowed: {_MOST_BYTES / 1e6:g} MB")
+    write_text(path, text)
 
 
 def _of_map(profile: Map | TableProfile) -> dict[str, Any]:
@@ -543,7 +549,7 @@ def _check_symmetry(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
         right = sign[row, column] * wanted[row, column]
         text = (
             f"{_number(right)} at ({beta[row, column]:g}, {gamma[row, column]:g}) degrees, by symmetry with "
-            f"({beta[other]:g}, {gamma[other]:g}): one of the two is wrong (so are {off.sum()} of {off.size} nodes)"
+            f"({beta[other]:g}, {gamma[other]:g}): one of the two is wrong; nodes like this: {off.sum()} of {off.size}"
         )
         found = _number(alpha[row, column])
         file.note(("nodes", name, row, column), "symmetry", found, text)

@@ -31,7 +31,7 @@ Number = Annotated[float, Field(ge=-1e6, le=1e6)]
 _FIRST = Field(fail_fast=True)
 Lines = Annotated[list[float], Field(min_length=2, max_length=1000, fail_fast=True)]
 Row = Annotated[list[Number], _FIRST]
-Rows = Annotated[list[Row], Field(min_length=1, fail_fast=True)]
+Rows = Annotated[list[Row], Field(min_length=1, max_length=1000, fail_fast=True)]
 MaybeRow = Annotated[list[Number | None], _FIRST]
 Grid = Annotated[list[MaybeRow], _FIRST]
 
