@@ -149,6 +149,7 @@ def test_a_measured_table_comes_back(paper_config: Config, tmp_path: Path) -> No
         )
         # drawn anew from the covariance of the draws: as wide, within the error of 1,000 draws
         assert abs(other.sum() / half.sum() - 1) < 0.04
+    sampled_errors(own, path)
     assert path.stat().st_size < 1_000_000
 
 
@@ -170,18 +171,31 @@ def test_holes_stay_holes(paper_config: Config, tmp_path: Path) -> None:
     )
 
 
+def sampled_errors(own: rftfit.TableProfile, path: Path) -> None:
+    """Standard errors in the file are those of the draws."""
+    golden = read_content(path).golden
+    at = np.radians(golden.beta_deg), np.radians(golden.gamma_deg)
+    assert isinstance(own.spread, rftfit.TableProfile)
+    z, x = own.spread.alpha(*at)
+    found = [golden.se_z_N_per_cm3, golden.se_x_N_per_cm3, golden.covariance_zx]
+    wanted = [z.std(ddof=1), x.std(ddof=1), np.cov(z, x)[0, 1]]
+    np.testing.assert_allclose(np.array(found, dtype=float), wanted, rtol=1e-4, atol=1e-10)
+
+
 def test_scattered_directions_come_back(tmp_path: Path) -> None:
     random = np.random.default_rng(3)
-    beta, gamma = random.uniform(-90, 90, 40), random.uniform(-90, 90, 40)
-    medium = rftfit.published_medium("glass3mm_CP")
-    own = rftfit.TableProfile(
-        *medium.alpha(np.radians(beta), np.radians(gamma)), np.radians(beta), np.radians(gamma)
-    )
-    rftfit.write_profile(tmp_path / "s.json", own)
-    found, angles = rftfit.read_profile(tmp_path / "s.json"), np.radians(plane(9.3))
+    beta, gamma = np.radians(random.uniform(-90, 90, (2, 40)))
+    z, x = rftfit.published_medium("glass3mm_CP").alpha(beta, gamma)
+    many_z, many_x = (one + random.normal(0, 0.01, (30, 40)) for one in (z, x))
+    spread = rftfit.TableProfile(many_z, many_x, beta, gamma)
+    own = rftfit.TableProfile(z, x, beta, gamma, spread=spread)
+    path = tmp_path / "s.json"
+    rftfit.write_profile(path, own)
+    found, angles = rftfit.read_profile(path), np.radians(plane(9.3))
     for a, b in zip(own.alpha(*angles), found.alpha(*angles), strict=True):
         np.testing.assert_allclose(b, a, atol=1e-10)
-    assert not np.any(read_content(tmp_path / "s.json").nodes.measured)
+    assert not np.any(read_content(path).nodes.measured)
+    sampled_errors(own, path)
 
 
 def test_lines_that_close_a_grid_are_not_called_measured(tmp_path: Path) -> None:
