@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from rftfit.model.profile_schema import ProfileFile
     from rftfit.model.profiles import TableProfile
     from rftfit.model.shapes import Map
-    from rftfit.results import Medium
 
 KINDS = ("table", "map")
 """Profiles that are nodes with a number each."""
@@ -123,15 +122,7 @@ def _of_campaign(
         "confidence": campaign.config.fit.confidence,
     }
     is_map = kind == "map" or (kind is None and name not in campaign.laboratory)
-    return (_map_of(one) if is_map else one.profile()), told  # type: ignore[return-value]
-
-
-def _map_of(medium: Medium) -> Map:
-    confidence = medium.results.config.fit.confidence
-    try:
-        return rftfit.estimate_map(medium.alpha, confidence=confidence, name=medium.name)
-    except ValueError as error:
-        raise InputError(f"{medium.name}: {error}") from error
+    return (one.map() if is_map else one.profile()), told  # type: ignore[return-value]
 
 
 def _published(name: str, kind: str | None) -> tuple[Map | TableProfile, dict[str, Any]]:
