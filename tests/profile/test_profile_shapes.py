@@ -275,3 +275,14 @@ def test_own_lines_become_nodes() -> None:
     assert 22.5 in np.degrees(gamma).round(6)
     assert 30.2 not in np.degrees(beta).round(6)
     assert beta.size == 7 * 14
+
+
+def test_pushes_without_a_horizontal_component_can_belong() -> None:
+    own = pushed("poppy_LP", FEW)
+    own.alpha[1] = np.nan
+    found = estimate(own, published_shapes(without=["poppy_LP"]))
+    assert np.isnan(found.horizontal)
+    assert found.belongs > NOT_ALIKE
+    # and still they need not
+    own.alpha[0] = 0.3
+    assert estimate(own).belongs < NOT_ALIKE

@@ -426,8 +426,9 @@ def estimate(
     factor = root(spread).reshape(-1, 2, count)
     expected = float(weights @ sizes)
     horizontal, seen_error = given.horizontal(np.flatnonzero(told) >= every, expected)
+    # NaN stays: without both components there is nothing to compare
     off = (
-        abs(np.log(horizontal)) / shapes.horizontal_error(seen_error) if horizontal > 0 else np.inf
+        np.inf if horizontal == 0 else abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
     )
     return Map(
         name, *nodes, best.reshape(2, count), factor, measured, expected, given.distance(expected),
