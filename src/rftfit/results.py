@@ -318,19 +318,21 @@ class Results(Tables):
         fits = self.fits(method)
         return reference_of(list(fits.values()), self.config, method)
 
-    def shapes(self, medium: str) -> Shapes:
-        """Known media whose shape a medium of this campaign is taken to have.
+    def shapes(self, medium: str = "") -> Shapes:
+        """Known media whose shape a medium is taken to have.
 
         Parameters
         ----------
-        medium : str
-            It is not among them itself, nor is the published medium that it is.
+        medium : str, optional
+            It is not among them itself, nor is the published medium that it is; default: one that is
+            not of this campaign.
 
         Returns
         -------
         Shapes
         """
-        known = published_shapes([self.config.media[medium].published_as or ""]).profiles
+        same = self.config.media[medium].published_as if medium else None
+        known = published_shapes([same or ""]).profiles
         if self.config.maps.own_media:
             for one in self.laboratory:
                 own = TableProfile.from_table(self.alpha_table(one), one)

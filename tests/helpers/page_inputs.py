@@ -58,7 +58,7 @@ HOLED = "glass3mm_CP"
 THETA_DEG = np.arange(-135, 136, 5)
 SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", "leg_errors",
           "leg_sensitivity", "sands", "sand_correction")  # fmt: skip
-OF_MEDIA = ("checks", "alpha", "runs", "fits", "legs")
+OF_MEDIA = ("checks", "alpha", "maps", "runs", "fits", "legs")
 
 
 def paper_config() -> Config:

@@ -10,18 +10,24 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from chromium import Chromium, find
 from page_inputs import FRAMES, HOLED, empty_grid_results, page_results, sand_results
+from scipy.special import gammaincc, ndtri
 
 from rftfit.campaign.config import Leg
-from rftfit.measure.slopes import student_quantile
+from rftfit.measure.alpha import column
+from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.model.forces import force_draws, forces_on
 from rftfit.model.fourier import evaluate
 from rftfit.model.motion import THETA_DEG, rotation_poses
 from rftfit.model.outlines import leg_outline
-from rftfit.model.profiles import FourierProfile
+from rftfit.model.planning import plan
+from rftfit.model.profiles import FourierProfile, TableProfile
 from rftfit.model.reference_kernel import element_forces, place, pose_forces
-from rftfit.model.scaling import published, scale_new_medium, with_interval
+from rftfit.model.scaling import published, scale_new_medium, vertical_penetration, with_interval
+from rftfit.model.shapes import estimate_map
 from rftfit.page.live import profiles, references
 from rftfit.page.page import page
 
@@ -272,27 +278,257 @@ def test_play_turns_the_leg_and_stops(browser: Chromium) -> None:
     assert later == stopped
 
 
+def field_pushes(count: int) -> pd.DataFrame:
+    """Pushes of a truth in scattered directions: alpha_x, errors and some of both not stated."""
+    random = np.random.default_rng(count)
+    beta, gamma = random.uniform(-90, 90, (2, count))
+    beta[0], gamma[0] = 0, 90
+    if count > 2:  # a node, its mirror image, and once more
+        beta[1:3], gamma[1:3] = [30, 30], [90, 90]
+        beta[-1], gamma[-1] = -30, 90
+    alpha = TableProfile.published("poppy_LP").alpha(np.radians(beta), np.radians(gamma))
+    z, x = np.stack(alpha) * random.normal(1, 0.1, (2, count))
+    x[::3] = np.nan
+    se = np.where(
+        random.uniform(size=(2, count)) < 0.5, np.nan, random.uniform(0, 0.03, (2, count))
+    )
+    names = [
+        "beta_deg",
+        "gamma_deg",
+        column("z"),
+        column("x"),
+        column("z", "_se"),
+        column("x", "_se"),
+    ]
+    return pd.DataFrame(dict(zip(names, (beta, gamma, z, x, *se), strict=True)))
+
+
+def in_page(pushes: pd.DataFrame) -> str:
+    """Pushes as the functions of the page take them."""
+    rows = [
+        {"beta_deg": b, "gamma_deg": g, "alpha": [z, x], "se": [se_z, se_x]}
+        for b, g, z, x, se_z, se_x in pushes.to_numpy().tolist()
+    ]
+    return json.dumps(rows)  # JavaScript knows NaN
+
+
+@pytest.mark.parametrize("count", [1, 3, 6, 12])
+def test_map_of_pushes_equals_that_of_the_library(
+    numbers: Chromium, results: Results, count: int
+) -> None:
+    pushes = field_pushes(count)
+    found = numbers.evaluate(
+        "(() => { const r = window.rftfit, d = r.data, shapes = d.shapes;"
+        " const grid = r.makeGrid(shapes, d.beta_deg, d.gamma_deg);"
+        f" const map = r.estimateMap(shapes, grid, {in_page(pushes)});"
+        " const theta = [...Array(271).keys()].map((i) => i - 135);"
+        " return {...map, covariance: map.covariance.map((row) => [...row]),"
+        " next: r.nextPush(shapes, grid, map), zeta: r.zetaOfMap(grid, map),"
+        " legs: Object.values(d.legs).map((leg) => r.sweepMap(grid, map, leg, theta, d.rate))}; })()"
+    )
+    ours = estimate_map(pushes)
+    scale = np.abs(ours.alpha).max()
+    np.testing.assert_allclose(found["alpha"], ours.alpha.ravel(), atol=1e-6 * scale, rtol=0)
+    rows = ours.factor.reshape(len(ours.factor), -1)
+    covariance = array(found["covariance"])
+    np.testing.assert_allclose(covariance, rows.T @ rows, atol=1e-6 * np.abs(covariance).max())
+    deviation = np.sqrt(np.diag(rows.T @ rows))
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), deviation, atol=1e-6 * scale, rtol=0)
+    assert found["measured"] == ours.measured.tolist()
+    assert found["dof"] == ours.dof
+    for name in ("size", "distance", "horizontal", "belongs"):
+        wanted = getattr(ours, name)
+        assert array(found[name]) == pytest.approx(wanted, rel=1e-5, nan_ok=True), name
+    assert ours.farthest is not None
+    worst, place = found["farthest"], found["farthest"]["place"]
+    at = np.degrees([place["beta"], place["gamma"]])
+    np.testing.assert_allclose(at, [ours.farthest.beta_deg, ours.farthest.gamma_deg])
+    expected = [worst["value"] - worst["off"], worst["error"]]
+    np.testing.assert_allclose(expected, [ours.farthest.expected, ours.farthest.error], rtol=1e-5)
+
+    terms = ours.coefficients(np.concatenate([ours.alpha[None], ours.factor]))
+    zeta = vertical_penetration(terms)
+    wanted = [zeta[0], np.sqrt(np.sum(zeta[1:] ** 2))]
+    np.testing.assert_allclose(found["zeta"], wanted, rtol=1e-6)
+
+    steps = plan("map", ours, count=1).steps
+    at = np.degrees([found["next"]["beta"], found["next"]["gamma"]])
+    np.testing.assert_allclose(at, steps[1].directions[0], atol=1e-9)
+    assert found["next"]["runs"] == steps[1].runs
+    wide = float(student_quantile(0.95, GIVEN_DOF))
+    half = [wide * found["next"][when] for when in ("before", "after")]
+    np.testing.assert_allclose(half, [step.typical for step in steps], rtol=1e-6)
+
+    best = TableProfile(*ours.alpha, ours.beta, ours.gamma)
+    parts = TableProfile(ours.factor[:, 0], ours.factor[:, 1], ours.beta, ours.gamma)
+    for leg, curves in zip(legs(results).values(), found["legs"], strict=True):
+        outline, poses = leg_outline(leg), rotation_poses(np.radians(THETA_DEG), leg.hip_height_cm)
+        force, each = forces_on(best, outline, poses), force_draws(parts, outline, poses)
+        for c in "zx":
+            value, errors = getattr(force, f"force_{c}_N"), getattr(each, f"force_{c}_N")
+            wanted = np.stack([value, np.sqrt((errors**2).sum(axis=0))], -1)
+            np.testing.assert_allclose(array(curves[c]), wanted, atol=1e-5, rtol=0)
+
+
+def test_quantiles_and_chances(numbers: Chromium) -> None:
+    at = [(0.5, 1e-9), (0.5, 0.3), (0.5, 40.0), (1.0, 2.0), (2.5, 2.4), (11.5, 30.0), (90.0, 80.0),
+          (90.0, 140.0), (2.0, 800.0)]  # fmt: skip
+    found = numbers.evaluate(f"{json.dumps(at)}.map(([a, x]) => window.rftfit.upperGamma(a, x))")
+    np.testing.assert_allclose(found, gammaincc(*np.transpose(at)), rtol=1e-9)
+    levels = [0.5, 0.9, 0.95, 0.999]
+    found = numbers.evaluate(f"{levels}.map((level) => window.rftfit.normalQuantile(level))")
+    np.testing.assert_allclose(found, ndtri(0.5 + np.array(levels) / 2), rtol=1e-9)
+
+
+RESULT = "document.querySelector('#calc-result').innerText"
+MESSAGE = "document.querySelector('#calc-message').textContent"
+HIDDEN = "document.querySelector('#calc-result').hidden"
+INPUTS = "[...document.querySelectorAll('#calc-rows tr')].map((r) => [...r.querySelectorAll('input')].map((b) => b.value))"
+FOCUS = "document.activeElement.getAttribute('aria-label') || document.activeElement.id"
+
+
 def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> None:
-    result = "document.querySelector('#calc-numbers').textContent"
-    message = "document.querySelector('#calc-message').textContent"
-    hidden = "document.querySelector('#calc-result').hidden"
-    browser.click("#calc-alpha")
+    assert browser.evaluate(HIDDEN) is False  # one push works at once
+    assert "One number tells how strong the medium is" in browser.evaluate(RESULT)
+    browser.click("#calc-rows input")
+    browser.press("Tab", 2)
+    assert browser.evaluate(FOCUS) == "Push 1, alpha_z"
     browser.type_text("0.689")
     reference = references(results)[0]
     scaled = scale_new_medium(0.689, 0.0, reference.chi, reference.m0, 0.95)
-    text = browser.evaluate(result)
-    for value in (scaled.zeta, scaled.zeta_lo, scaled.zeta_hi):
+    ours = estimate_map(pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], column("z"): [0.689]}))
+    text = browser.evaluate(RESULT)
+    for value in (scaled.zeta, scaled.zeta_lo, scaled.zeta_hi, ours.zeta[0]):
         assert f"{value:.4f}" in text
     browser.type_text("0,689")
-    assert "0.689" in browser.evaluate(message)
-    assert browser.evaluate(hidden) is True
+    assert "Write a decimal point: 0.689" in browser.evaluate(MESSAGE)
+    assert browser.evaluate(HIDDEN) is True
     browser.type_text("689")
-    assert browser.evaluate(message)
+    assert "another unit" in browser.evaluate(MESSAGE)
     browser.type_text("0.35")
-    browser.press("Tab")
-    assert browser.evaluate("document.activeElement.id") == "calc-se"
-    assert browser.evaluate(hidden) is False
-    assert browser.evaluate(message) == ""
+    assert browser.evaluate(MESSAGE) == ""
+
+    browser.press("Tab", 4)  # the only row cannot be removed
+    assert browser.evaluate(FOCUS) == "calc-add"
+    browser.press(" ")
+    assert browser.evaluate(FOCUS) == "Push 2, beta, \N{DEGREE SIGN}"
+    assert browser.evaluate(HIDDEN) is False  # an empty row is no push yet
+    for text in ("30", "45", "0.2"):
+        browser.type_text(text)
+        browser.press("Tab")
+    browser.type_text("0.08")
+    assert "for 2, and alpha_x is" in browser.evaluate(RESULT)
+    browser.press("Tab", 3)
+    assert browser.evaluate(FOCUS) == "Remove push 2"
+    browser.press(" ")
+    assert browser.evaluate(INPUTS) == [["0", "90", "0.35", "", "", ""]]
+    assert browser.evaluate(FOCUS) == "Push 1, beta, \N{DEGREE SIGN}"
+
+
+def test_next_push_is_added_to_the_table(browser: Chromium) -> None:
+    one = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], column("z"): [0.35]})
+    beta, gamma = plan("map", estimate_map(one), count=1).steps[1].directions[0]
+    browser.click("#calc-next")
+    added = browser.evaluate(INPUTS)[1]
+    np.testing.assert_allclose([float(text) for text in added[:2]], [beta, gamma], atol=0.005)
+    assert browser.evaluate(FOCUS) == "Push 2, alpha_z"
+
+
+def test_a_medium_that_does_not_belong_is_told_so(browser: Chromium) -> None:
+    paste(browser, "0,90,0.35\n60,10,0.05,0.9\n90,0,0.02,0.8\n30,45,0.2,0.7")
+    assert "do not trust what is estimated" in browser.evaluate(RESULT)
+    # and one without the push straight down has no routine to stand beside
+    paste(browser, "30,45,0.2,0.08")
+    assert "needs a push at beta 0" in browser.evaluate(RESULT)
+    assert browser.evaluate("document.querySelector('#calc-terms').hidden") is True
+
+
+def paste(browser: Chromium, text: str) -> None:
+    browser.evaluate(
+        f"(() => {{ document.querySelector('#calc-paste').value = {json.dumps(text)};"
+        " document.querySelector('#calc-take').click(); })()"
+    )
+
+
+NAMES = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0,90,0.35,,0.01,\n-30,45,0.2,0.08",
+        f"# made by hand\n{NAMES}\r\n0,90,0.35,,0.01,\r\n\r\n-30,45,0.2,0.08,,\r\n",
+        "0\t90\t0.35\t\t0.01\n\N{MINUS SIGN}30\t45\t0.2\t0.08",
+        'alpha_z_N_per_cm3;gamma_deg;of;beta_deg;"alpha_x_N_per_cm3";se_z\n0.35;90;a;0;;0.01\n0.2;45;b;-30;0.08;',
+    ],
+)
+def test_tables_that_are_pasted(browser: Chromium, text: str) -> None:
+    paste(browser, text)
+    rows = [
+        [cell.replace("\N{MINUS SIGN}", "-") for cell in row] for row in browser.evaluate(INPUTS)
+    ]
+    assert rows == [["0", "90", "0.35", "", "0.01", ""], ["-30", "45", "0.2", "0.08", "", ""]]
+    assert browser.evaluate(MESSAGE) == ""
+    assert browser.evaluate(HIDDEN) is False
+
+
+def test_a_table_pasted_into_a_cell_fills_the_rows(browser: Chromium) -> None:
+    browser.evaluate(
+        "(() => { const clipboardData = new DataTransfer();"
+        " clipboardData.setData('text', '0,90,0.35\\n30,45,0.2,0.08\\n');"
+        " document.querySelector('#calc-rows input').dispatchEvent("
+        "new ClipboardEvent('paste', {clipboardData, bubbles: true, cancelable: true})); })()"
+    )
+    assert [row[2] for row in browser.evaluate(INPUTS)] == ["0.35", "0.2"]
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "Found no row"),
+        (NAMES, "Found no row"),
+        ("beta_deg,gamma_deg\n0,90", "no column alpha_z_N_per_cm3"),
+        ("0,90,0.35\n" * 200, "Found 200 rows; at most 100"),
+        ("0,90,abc", 'Push 1, alpha_z: found "abc"; a number from \N{MINUS SIGN}1000 to 1000'),
+        ("0,90,0.3\n0,450,0.3", 'Push 2, gamma, \N{DEGREE SIGN}: found "450"'),
+        ("0,90,NaN", 'found "NaN"'),
+        ("0,90,1e999", 'found "1e999"'),
+        ("0,90,0x10", 'found "0x10"'),
+        ("0,90,0.3,,-1", 'error of z: found "-1"; a number from 0 to 1000, or nothing'),
+        ("0;90;0,35", "Write a decimal point: 0.35"),
+        ("0,90,-0.35", "meet no resistance"),
+        ("0,90,0", "meet no resistance"),
+        ("0,90,1e-300", "meet no resistance"),
+        ("0,90,,0.3", "Push 1, alpha_z"),
+        ("<img src=x onerror=window.hacked=1>,90,1", 'found "<img src=x onerror=window.hacked=1>"'),
+        (",,,,,\n,,,,,", "Type alpha_z of at least one push"),
+    ],
+)
+def test_pasted_nonsense_is_told_in_words(browser: Chromium, text: str, told: str) -> None:
+    paste(browser, text)
+    words = browser.evaluate(f"document.querySelector('#calc-pasted').textContent + {MESSAGE}")
+    assert told in words
+    assert browser.evaluate("window.hacked") is None
+
+
+def test_any_pushes_give_a_map_or_words(numbers: Chromium) -> None:
+    """Extreme but allowed numbers: repeats without an error, and sizes far apart."""
+    made = numbers.evaluate(
+        "(() => { const r = window.rftfit, d = r.data;"
+        " const grid = r.makeGrid(d.shapes, d.beta_deg, d.gamma_deg); let seed = 1;"
+        " const any = (of) => of[(seed = (seed * 48271) % 2147483647) % of.length];"
+        " const push = () => [any(['0', '90', '-90', '33.3']), any(['90', '-90', '0', '-12']),"
+        " any(['1000', '1e-9', '-1', '0', '0.3']), any(['', '1e3', '-1e-12', '0.1']),"
+        " any(['', '0', '1000', '1e-200']), any(['', '0', '0.01'])];"
+        " return [...Array(60).keys()].map((i) => {"
+        " const { pushes, wrong } = r.pushesOf([...Array(1 + (i % 9)).keys()].map(push));"
+        " const map = wrong.length ? null : r.estimateMap(d.shapes, grid, pushes);"
+        " if (!map) return 'none';"
+        " const all = [...map.alpha, ...map.covariance.map((row, k) => row[k]), r.nextPush(d.shapes, grid, map).after];"
+        " return all.every(Number.isFinite) ? 'map' : JSON.stringify(pushes); }); })()"
+    )
+    assert set(made) <= {"map", "none"}
+    assert made.count("map") > 20
 
 
 def test_robot_by_keyboard(browser: Chromium) -> None:

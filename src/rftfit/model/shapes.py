@@ -110,7 +110,7 @@ class Shapes:
         return ", ".join(self.profiles)
 
     @cached_property
-    def _horizontal(self) -> tuple[float, float]:
+    def horizontal_spread(self) -> tuple[float, float]:
         """Standard deviation of log(alpha_x over alpha_z): between known media, and what K allows it.
 
         Sizes as root mean squares over the published grid.
@@ -130,7 +130,7 @@ class Shapes:
 
         `seen`: of its estimate from some pushes, as far as K allows it.
         """
-        known, allowed = self._horizontal
+        known, allowed = self.horizontal_spread
         return float(np.sqrt(known**2 + max(seen**2 - allowed**2, 0.0)))
 
     def of_media(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:

@@ -2,6 +2,8 @@
 
 const CHART = { height: 230, left: 48, right: 20, top: 22, bottom: 40 };
 
+const LINES = ["measured", "routine", "predicted", "map"];
+
 function pathOf(points) {
   let text = "";
   let pen = "M";
@@ -19,12 +21,12 @@ function numbersIn(values) {
 }
 
 /**
- * Draw curves. `curves` has predicted {theta, y}, band {theta, lo, hi} and measured {theta, y}, each optional.
+ * Draw curves. `curves` has {theta, y} of any of `LINES` and band {theta, lo, hi}, each optional.
  * Gives {cursor(theta)}; `picked(theta)` is told where the chart was clicked.
  */
 function drawChart(image, title, curves, picked) {
   const all = [
-    0, ...numbersIn(curves.predicted?.y), ...numbersIn(curves.measured?.y),
+    0, ...LINES.flatMap((kind) => numbersIn(curves[kind]?.y)),
     ...numbersIn(curves.band?.lo), ...numbersIn(curves.band?.hi),
   ];
   let low = Math.min(...all);
@@ -56,7 +58,7 @@ function drawChart(image, title, curves, picked) {
     const down = theta.map((t, i) => [px(t), py(lo[i])]).reverse();
     image.append(svg("path", { class: "band", d: `${pathOf([...up, ...down])}Z` }));
   }
-  for (const kind of ["measured", "predicted"]) {
+  for (const kind of LINES) {
     if (!curves[kind]) continue;
     const { theta, y } = curves[kind];
     image.append(svg("path", { class: kind, d: pathOf(theta.map((t, i) => [px(t), py(y[i])])) }));
@@ -83,11 +85,12 @@ function drawChart(image, title, curves, picked) {
 
 function drawLegend(image, curves, right) {
   let x = right;
-  for (const kind of ["predicted", "measured"]) {
+  for (const kind of [...LINES].reverse()) {
     if (!curves[kind]) continue;
-    image.append(svg("text", { x, y: 14, "text-anchor": "end" }, kind));
-    x -= 62;
+    const text = kind === "routine" ? "paper\u2019s routine" : kind;
+    image.append(svg("text", { x, y: 14, "text-anchor": "end" }, text));
+    x -= 7 * text.length + 6;
     image.append(svg("line", { class: kind, x1: x - 26, x2: x - 2, y1: 10, y2: 10 }));
-    x -= 40;
+    x -= 36;
   }
 }

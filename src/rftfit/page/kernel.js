@@ -42,16 +42,21 @@ function intervalOf(nodes, at) {
   return [i, (at - nodes[i]) / (nodes[i + 1] - nodes[i])];
 }
 
-/** Bilinear on the torus; a missing node spoils only the points that depend on it. */
-function tableAlpha(profile, beta, gamma) {
+/** Row, column and weight of the four nodes around a point of the torus, which has the lines `beta` and `gamma`. */
+function cornersOf(lines, beta, gamma) {
   const b = mod(beta + Math.PI / 2, Math.PI) - Math.PI / 2;
   const g = Math.PI - mod(Math.PI - gamma, TWO_PI);
-  const [row, u] = intervalOf(profile.beta, b);
-  const [col, v] = intervalOf(profile.gamma, g);
-  const corners = [
+  const [row, u] = intervalOf(lines.beta, b);
+  const [col, v] = intervalOf(lines.gamma, g);
+  return [
     [row, col, (1 - u) * (1 - v)], [row, col + 1, (1 - u) * v],
     [row + 1, col, u * (1 - v)], [row + 1, col + 1, u * v],
   ];
+}
+
+/** Bilinear on the torus; a missing node spoils only the points that depend on it. */
+function tableAlpha(profile, beta, gamma) {
+  const corners = cornersOf(profile, beta, gamma);
   return [profile.z, profile.x].map((values) => {
     let total = 0;
     for (const [i, k, weight] of corners) {
@@ -89,14 +94,17 @@ function alphaOf(profile, beta, gamma) {
   return fourierAlpha(profile.values, beta, gamma);
 }
 
+/** beta and gamma of an element that is placed and moves. */
+function directionOf(e) {
+  return [Math.atan2(-e.tz, e.tx), Math.atan2(0 - e.vz, 0 - e.vx)];
+}
+
 /** Force on each element of a leg at theta (rad): [force z, force x, x, z of where it acts]. */
 function elementForces(profile, leg, theta, rate) {
   return placeElements(leg, theta, rate).map((e) => {
     const part = submerge(e);
     if (part.load === 0) return [0, 0, part.x, part.z];
-    const beta = Math.atan2(-e.tz, e.tx);
-    const gamma = Math.atan2(0 - e.vz, 0 - e.vx);
-    const [az, ax] = alphaOf(profile, beta, gamma);
+    const [az, ax] = alphaOf(profile, ...directionOf(e));
     return [part.load * az, part.load * ax, part.x, part.z];
   });
 }

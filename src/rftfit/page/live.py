@@ -16,8 +16,10 @@ from rftfit.measure.checks import UNUSABLE
 from rftfit.measure.fits import flags_of_all, without
 from rftfit.model.fourier import TERMS
 from rftfit.model.outlines import leg_outline
+from rftfit.model.planning import Rig
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 from rftfit.model.scaling import GENERIC, Reference, published, reference_from, routine, routines
+from rftfit.model.shapes import LEAST_PERCENT, NOT_ALIKE, USUAL_PERCENT, grid
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
     from rftfit.conventions import FloatArray
     from rftfit.model.profiles import Profile
+    from rftfit.model.shapes import Shapes
     from rftfit.results import Results
 
 _STEP_DEG = 15.0
@@ -34,6 +37,9 @@ _STEP_DEG = 15.0
 
 CURVE_DIGITS = 6
 """Significant digits of curves, as in the csv tables. Profiles and outlines keep all of theirs."""
+
+SHAPE_DIGITS = 8
+"""Of the known shapes of the calculator."""
 
 
 # What the page asks of profiles and of the scaling routine.
@@ -138,6 +144,7 @@ def live_data(results: Results) -> dict[str, Any]:
             }
             for medium, rows in predicted.groupby("medium")
         },
+        "shapes": _shapes(results.shapes()),
         "references": [
             {
                 "name": reference.name,
@@ -148,6 +155,29 @@ def live_data(results: Results) -> dict[str, Any]:
             }
             for reference in references(results)
         ],
+    }
+
+
+def _shapes(shapes: Shapes) -> dict[str, Any]:
+    """What the calculator knows of granular media before a push is made."""
+    sizes = [np.sqrt(np.mean(np.square(one.alpha(*grid())))) for one in shapes.profiles.values()]
+    return {
+        "media": list(shapes.profiles),
+        "tables": [
+            {
+                "beta": one.beta.tolist(),
+                "gamma": one.gamma.tolist(),
+                "z": as_lists(one.alpha_z / size, SHAPE_DIGITS),
+                "x": as_lists(one.alpha_x / size, SHAPE_DIGITS),
+            }
+            for one, size in zip(shapes.profiles.values(), sizes, strict=True)
+        ],
+        "variation": shapes.variation._asdict(),
+        "horizontal": [float(number) for number in shapes.horizontal_spread],
+        "horizontal_runs": Rig().depths,
+        "usual_percent": USUAL_PERCENT,
+        "least_percent": LEAST_PERCENT,
+        "not_alike": NOT_ALIKE,
     }
 
 

@@ -39,4 +39,4 @@ addEventListener("afterprint", () => {
 });
 
 // for those who want the numbers behind the page: the functions that draw it
-window.rftfit = { data, alphaOf, elementForces, netForce, sweepLeg, studentQuantile, scaleNewMedium, scaledCoefficients, scaledAlpha, scaledSweep };
+window.rftfit = { data, alphaOf, elementForces, netForce, sweepLeg, studentQuantile, scaleNewMedium, scaledCoefficients, scaledAlpha, scaledSweep, upperGamma, normalQuantile, makeGrid, estimateMap, zetaOfMap, sweepMap, nextPush, pushesOf };

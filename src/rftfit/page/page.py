@@ -12,6 +12,7 @@ from rftfit.compare.sensitivity import shapes, told
 from rftfit.measure.fits import flags_of_all, said_of_all
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
+from rftfit.model.shapes import LEAST_PERCENT, USUAL_PERCENT
 from rftfit.page import tables
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 SCRIPTS = (
-    "kernel.js", "student.js", "scaling.js", "drawing.js", "maps.js", "curves.js", "viewer.js",
+    "kernel.js", "student.js", "scaling.js", "pushes.js", "drawing.js", "maps.js", "curves.js", "viewer.js",
     "calculator.js", "robot.js", "page.js",
 )  # fmt: skip
 """Parts of the script, in this order."""
@@ -83,6 +84,8 @@ def context(results: Results) -> dict[str, Any]:
             for one in results
             if (words := said_of_all(flags_of_all(one.fits)))
         ],
+        "usual_percent": f"{USUAL_PERCENT:g}",
+        "least_percent": f"{LEAST_PERCENT:g}",
         "spreads": tables.spreads(results),
         "coefficients": {
             name: tables.coefficients(results, name) for name in tables.methods(results)

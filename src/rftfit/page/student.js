@@ -1,4 +1,4 @@
-// Quantiles of Student's t, from the regularised incomplete beta function.
+// Quantiles of Student's t and of the normal distribution, chances of chi squared.
 
 const LANCZOS = [
   0.99999999999980993, 676.5203681218851, -1259.1392167224028, 771.32342877765313, -176.61502916214059,
@@ -42,10 +42,34 @@ function incompleteBeta(a, b, x) {
   return 1 - (front * betaFraction(b, a, 1 - x)) / b;
 }
 
+/** Regularised upper incomplete gamma function: the chance of a chi squared of 2 a degrees of freedom above 2 x. */
+function upperGamma(a, x) {
+  if (!(x > 0)) return 1;
+  const front = Math.exp(a * Math.log(x) - x - logGamma(a));
+  let term = 1 / a;
+  let sum = term;
+  if (x < a + 1) {
+    for (let k = 1; term > 1e-17 * sum; k += 1) sum += term *= x / (a + k);
+    return 1 - front * sum;
+  }
+  let fraction = 0;
+  // the continued fraction, from far below
+  for (let k = 200 + Math.round(8 * Math.sqrt(a)); k > 0; k -= 1) fraction = (k * (k - a)) / (x + 2 * k + 1 - a - fraction);
+  return front / (x + 1 - a - fraction);
+}
+
 /** Half width of a two-sided interval in standard errors. */
 function studentQuantile(confidence, dof) {
   // probability beyond +-t is I_x(dof / 2, 1 / 2) with x = dof / (dof + t^2)
-  const beyond = (t) => incompleteBeta(dof / 2, 0.5, dof / (dof + t * t));
+  return quantileOf(confidence, (t) => incompleteBeta(dof / 2, 0.5, dof / (dof + t * t)));
+}
+
+function normalQuantile(confidence) {
+  return quantileOf(confidence, (t) => upperGamma(0.5, (t * t) / 2));
+}
+
+/** Where the probability beyond +-t, which falls, is what an interval leaves out. */
+function quantileOf(confidence, beyond) {
   let low = 0;
   let high = 1;
   while (beyond(high) > 1 - confidence && high < 1e12) high *= 2;
