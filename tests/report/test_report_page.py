@@ -23,8 +23,9 @@ from page_inputs import (
 )
 
 from rftfit import reference
-from rftfit.campaign.config import Table
+from rftfit.campaign.config import Maps, Table
 from rftfit.lab.marker import MARKER
+from rftfit.measure.alpha import column
 from rftfit.measure.errors import OF_CELL
 from rftfit.model.outlines import model_leg
 from rftfit.model.scaling import published
@@ -218,6 +219,24 @@ def test_numbers_of_the_live_parts(page: str, results: Results) -> None:
     assert data["shapes"]["media"] == list(reference.MEDIA)
     assert set(data["profiles"]["yuma"]) == {"generic"}
     assert [one["key"] for one in data["media"]] == [*reference.MEDIA, "yuma"]
+
+
+def test_own_media_are_known_shapes_where_the_config_says_so(tmp_path: Path) -> None:
+    own = page_results(tmp_path)
+    table = own.table("alpha/poppy_LP.csv")
+    name = column("x")
+    write(own, "alpha/poppy_LP.csv", table.assign(**{name: 2 * table[name]}))
+    known = {}
+    for use in (False, True):
+        config = own.config.model_copy(update={"maps": Maps(own_media=use)})
+        changed = Results(dataclasses.replace(own.campaign, config=config))
+        known[use] = live(make_page(changed))["shapes"]
+    assert known[True]["media"] == known[False]["media"] == list(reference.MEDIA)
+    z, x = (np.array([of["tables"][0][c] for of in (known[False], known[True])]) for c in "zx")
+    smaller = z[1].max() / z[0].max()  # by its size, which is 1 together with x
+    assert smaller < 1
+    np.testing.assert_allclose(z[1], smaller * z[0], atol=1e-6)
+    np.testing.assert_allclose(x[1], 2 * smaller * x[0], atol=1e-6)
 
 
 def test_a_term_that_is_not_kept_counts_as_nothing(tmp_path: Path) -> None:

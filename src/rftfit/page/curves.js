@@ -89,7 +89,7 @@ function drawLegend(image, curves, right) {
     if (!curves[kind]) continue;
     const text = kind === "routine" ? "paper\u2019s routine" : kind;
     image.append(svg("text", { x, y: 14, "text-anchor": "end" }, text));
-    x -= 7 * text.length + 6;
+    x -= 6.2 * text.length + 9;
     image.append(svg("line", { class: kind, x1: x - 26, x2: x - 2, y1: 10, y2: 10 }));
     x -= 36;
   }
