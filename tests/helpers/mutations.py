@@ -16,6 +16,8 @@ import yaml
 from other_labs import Case, make
 from rigroom import Room
 
+from rftfit.campaign.load import REENACTED
+
 if TYPE_CHECKING:
     import random
     from collections.abc import Callable
@@ -136,7 +138,7 @@ def _of_setting(luck: random.Random, made: Written) -> str:
 
 
 def _of_log(luck: random.Random, made: Written) -> str:
-    name = luck.choice(list(made.logs))
+    name = luck.choice([name for name in made.logs if not name.endswith(REENACTED)])
     how = luck.choice(DAMAGES)
     text = made.logs[name].decode()
     lines = text.splitlines()

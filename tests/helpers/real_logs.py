@@ -70,8 +70,8 @@ REAL_LOGS = [
             section={"columns": {"F3": "Pressão ABS."}}),
     RealLog("ros1/ur3_wrench.bag", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.bag"),
     RealLog("ros1/ur3_wrench.csv", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.csv"),
-    RealLog("ros1/ur3_wrench_noforces.bag", ALL, 2462, words="alpha_z is negative"),
-    RealLog("ros1/ur3_wrench_noforces.csv", ALL, 2462, words="alpha_z is negative"),
+    RealLog("ros1/ur3_wrench_noforces.bag", ALL, 2462, words="1 of 1 cells give energy back"),
+    RealLog("ros1/ur3_wrench_noforces.csv", ALL, 2462, words="1 of 1 cells give energy back"),
     RealLog("tdms/raw1.tdms", NOTHING, 2000, words="add `factor:`, so many N for each Volts",
             section={"columns": {"F3": VOLTS}}),
     RealLog("tdms/raw1.tdms", NOTHING, 2000, words="surface not reached",
@@ -140,7 +140,8 @@ def judge(log: RealLog, folder: Folder, *, page: bool) -> list[str]:
     if (found := int(ledger.loc[lost, "rows"].sum())) != log.lost:
         wrong.append(f"{found} lost samples in the ledger, not {log.lost}")
     fit = folder.table(f"fits/{MEDIUM}.csv").iloc[0]
-    said = f"{fit['reason']}; {fit['flags']}"
+    checks = folder.table(f"checks/{MEDIUM}.csv")["sentence"].dropna()
+    said = "; ".join([str(fit["reason"]), str(fit["flags"]), *map(str, checks)])
     if log.words not in said:
         wrong.append(f"{log.words!r} is not in {said!r}")
     html = folder.root / "results" / "report.html"

@@ -359,7 +359,7 @@ def test_map_of_pushes_equals_that_of_the_library(
     half = [wide * found["next"][when] for when in ("before", "after")]
     np.testing.assert_allclose(half, [step.typical for step in steps], rtol=1e-6)
 
-    best = TableProfile(*ours.alpha, ours.beta, ours.gamma)
+    best = TableProfile(ours.alpha[0], ours.alpha[1], ours.beta, ours.gamma)
     parts = TableProfile(ours.factor[:, 0], ours.factor[:, 1], ours.beta, ours.gamma)
     for leg, curves in zip(legs(results).values(), found["legs"], strict=True):
         outline, poses = leg_outline(leg), rotation_poses(np.radians(THETA_DEG), leg.hip_height_cm)

@@ -353,7 +353,7 @@ def test_profiles_from_the_tables(root: Path) -> None:
     np.testing.assert_allclose(robot_profile(results, "generic").alpha(beta, gamma), own, rtol=1e-6)
     assert robot_profile(results, "depth_only").alpha(0, np.pi / 2)[1] == pytest.approx(0)
     with pytest.raises(
-        InputError, match="found 'tabel'; allowed: table, fourier, generic, depth_only"
+        InputError, match="found 'tabel'; allowed: table, map, fourier, generic, depth_only"
     ):
         robot_profile(results, "tabel")
 

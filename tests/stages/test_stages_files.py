@@ -315,7 +315,7 @@ def test_disk_that_refuses(some: Room) -> None:
     with pytest.raises(OutputError, match="cannot write"):
         run_stage(config, "ingest")
     blocked.unlink()
-    with pytest.raises(InputError, match=re.escape("results/runs/poppy_LP.csv")):
+    with pytest.raises(InputError, match=re.escape("results/checks/poppy_LP.csv")):
         run_stage(config, "legs")
 
 

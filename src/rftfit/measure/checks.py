@@ -56,6 +56,8 @@ NO_SCALE = (
 COLUMNS = ["medium", "check", "verdict", "effect", "found", "allowed", "sentence"]
 
 _SIGMAS = 3.0
+_SIGMAS_PUSH = 2.0
+"""Of one cell that is known beforehand: no medium pulls a level plate down that is pushed straight down."""
 _BED_N_PER_CM3, _BED_SHARE = 0.005, 0.02
 """Scatter between beds where it is not known: as the paper states it, less in a weak medium."""
 _LEAST_D, _CELLS = 0.005, 3
@@ -200,7 +202,10 @@ class _Cells:
         """D = alpha_x cos gamma + alpha_z sin gamma, and how far below 0 noise may bring it."""
         share = np.stack([np.sin(self.gamma), np.cos(self.gamma)])
         se = np.sqrt(np.sum((share * self.se) ** 2, axis=0))
-        return np.sum(share * self.force, axis=0), np.maximum(_LEAST_D, _SIGMAS * se)
+        sigmas = np.full(se.shape, _SIGMAS)
+        if self.push is not None:
+            sigmas[self.push] = _SIGMAS_PUSH
+        return np.sum(share * self.force, axis=0), np.maximum(_LEAST_D, sigmas * se)
 
     @property
     def back(self) -> int:
@@ -211,8 +216,8 @@ class _Cells:
     @property
     def resists(self) -> bool:
         """Whether the medium takes energy, as it must."""
-        at = self.push
-        pulled = at is not None and self.force[0, at] < -_SIGMAS * self.se[0, at]
+        done, least = self.work
+        pulled = self.push is not None and done[self.push] < -least[self.push]
         return self.back < _CELLS and not pulled
 
     @property
