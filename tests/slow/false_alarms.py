@@ -46,7 +46,9 @@ def one_campaign(folder: Path, seed: int) -> tuple[str, list[str]]:
     values |= SECTIONS[protocol]
     values["fit"]["missing_tare"] = "flag"
     if stated:
-        values["fit"]["run_to_run_N_per_cm3"] = spread
+        values["errors"]["bed_N_per_cm3"] = spread
+    else:
+        del values["errors"]  # as a campaign that states none
     (folder / "config").mkdir(parents=True)
     config = folder / "config" / "config.yaml"
     config.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
