@@ -45,6 +45,7 @@ from rftfit.results import Results
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON
 from rftfit.store import write_csv
+from rftfit.workflow.profiles import maps
 
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
@@ -118,6 +119,7 @@ def _page_results(nasty: bool, robot: bool) -> Campaign:
     for name, table in paper_tables().items():
         write(results, f"{name}.csv", table)
     reason = NASTY if nasty else "saturated throughout"
+    write(results, "maps/yuma.csv", maps(results, "yuma"))
     write(results, "reproduction.csv", _reproduction(reason))
     write(results, "ledger.csv", _ledger(reason))
     shapes = leg_sensitivity(

@@ -242,6 +242,22 @@ def test_click_chooses_a_cell_and_a_hole_says_why(browser: Chromium) -> None:
     assert rows == 5  # measured, and four profiles
 
 
+def test_map_of_a_sand_is_shown_with_its_intervals(browser: Chromium, results: Results) -> None:
+    browser.evaluate(
+        "(() => { const s = document.querySelector('#map-medium');"
+        " s.value = 'yuma'; s.dispatchEvent(new Event('change')); })()"
+    )
+    assert browser.evaluate("document.querySelector('#map-profile').value") == "map"
+    browser.click('#map-pair svg[data-component="z"] rect[data-row="5"][data-col="9"]')
+    readout = browser.evaluate("document.querySelector('#map-readout').innerText")
+    table = results.table("maps/yuma.csv").query("beta_deg == 60 and abs(gamma_deg - 45) < 0.1")
+    for c in "zx":
+        for end in ("", "_lo", "_hi"):
+            number = f"{table[column(c, end)].iloc[0]:.4f}".replace("-", "\N{MINUS SIGN}")
+            assert number in readout
+    assert readout.endswith("estimated")
+
+
 def test_slider_turns_the_leg_by_key_and_by_mouse(browser: Chromium, results: Results) -> None:
     scene = "document.querySelector('#viewer-scene').innerHTML"
     before = browser.evaluate(scene)

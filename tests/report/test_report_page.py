@@ -217,7 +217,7 @@ def test_numbers_of_the_live_parts(page: str, results: Results) -> None:
     np.testing.assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=1e-5)
     assert [len(entry["media"]) for entry in data["references"]] == [5, 5]
     assert data["shapes"]["media"] == list(reference.MEDIA)
-    assert set(data["profiles"]["yuma"]) == {"generic"}
+    assert set(data["profiles"]["yuma"]) == {"map", "generic"}
     assert [one["key"] for one in data["media"]] == [*reference.MEDIA, "yuma"]
 
 

@@ -133,6 +133,11 @@ def live_data(results: Results) -> dict[str, Any]:
             for medium in results.media
         },
         "alpha": {one.name: _cells(one.alpha, flags_of_all(one.fits)) for one in results},
+        "maps": {
+            one.name: _cells(whole.assign(reason=whole["source"], flags=""), ())
+            for one in results
+            if len(whole := results.table(f"maps/{one.name}.csv"))
+        },
         "measured": {
             one.name: {str(leg): _curve(part) for leg, part in one.legs.groupby("leg")}
             for one in results

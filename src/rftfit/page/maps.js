@@ -150,20 +150,24 @@ function startMaps(data) {
     const own = data.profiles[medium.value];
     const cells = data.alpha[medium.value];
     const between = cells.points.length ? "Interpolated between the pushes, which are the dots." : "";
-    const measured = (beta, gamma) => {
-      const [row, col] = [cells.beta_deg.indexOf(beta), cells.gamma_deg.indexOf(gamma)];
-      if (row < 0 || col < 0) return { z: { value: null }, x: { value: null }, note: "" };
-      const of = (c) => ({ value: cells[c][row][col], lo: cells[`${c}_lo`][row][col], hi: cells[`${c}_hi`][row][col] });
-      return { z: of("z"), x: of("x"), note: cells.notes[`${row},${col}`] || between };
+    // a plate at -90 degrees is the one at 90
+    const place = (lines, at, period) => {
+      const exact = lines.indexOf(at);
+      return exact < 0 ? lines.findIndex((v) => Math.abs(mod(v - at + period / 2, period) - period / 2) <= SAME_DIRECTION) : exact;
     };
-    const result = [["measured", measured]];
-    for (const name of ["fourier", "generic", "depth_only"]) {
-      if (!own[name]) continue;
-      result.push([name, (beta, gamma) => {
-        const [z, x] = alphaOf(own[name], radians(beta), radians(gamma));
-        return { z: { value: z }, x: { value: x }, note: "" };
-      }]);
-    }
+    const cellsOf = (grid, otherwise) => (beta, gamma) => {
+      const [row, col] = [place(grid.beta_deg, beta, 180), place(grid.gamma_deg, gamma, 360)];
+      if (row < 0 || col < 0) return otherwise(beta, gamma);
+      const of = (c) => ({ value: grid[c][row][col], lo: grid[`${c}_lo`][row][col], hi: grid[`${c}_hi`][row][col] });
+      return { z: of("z"), x: of("x"), note: grid.notes[`${row},${col}`] || between };
+    };
+    const modelOf = (name) => (beta, gamma) => {
+      const [z, x] = alphaOf(own[name], radians(beta), radians(gamma));
+      return { z: { value: z }, x: { value: x }, note: "" };
+    };
+    const result = [["measured", cellsOf(cells, () => ({ z: { value: null }, x: { value: null }, note: "" }))]];
+    if (own.map) result.push(["map", cellsOf(data.maps[medium.value], modelOf("map"))]);
+    for (const name of ["fourier", "generic", "depth_only"]) if (own[name]) result.push([name, modelOf(name)]);
     return result;
   };
   const names = { ...data.profile_names, measured: "measured" };
@@ -172,21 +176,24 @@ function startMaps(data) {
     const all = readers().map(([name, read]) => [name, read(beta, gamma)]);
     const rows = all.map(([name, { z, x }]) => [names[name], valueCell(z, 4), valueCell(x, 4)]);
     const title = `beta = ${sayAngle(beta)}, gamma = ${sayAngle(gamma)}, N/cm\u00b3`;
-    const note = all[0][1].note;
+    const note = new Map(all).get(profile.value)?.note || all[0][1].note;
     byId("map-readout").replaceChildren(html("p", {}, html("strong", {}, title)), tableOf(head, rows), html("p", {}, note));
   });
   const update = () => {
     const all = readers();
-    const chosen = profile.value || (data.profiles[medium.value].table ? "measured" : "generic");
+    const own = data.profiles[medium.value];
+    const chosen = profile.value || (own.table ? "measured" : ["map", "generic"].find((name) => own[name]));
     fillSelect(profile, all.map(([name]) => [name, names[name]]), chosen);
     // a model is known everywhere, also where one push was made
     const cells = data.alpha[medium.value];
     const one = cells.beta_deg.length * cells.gamma_deg.length === 1;
-    maps.show(profile.value !== "measured" && one ? data : cells, new Map(all).get(profile.value));
+    const model = profile.value !== "measured" && one ? data : cells;
+    const grid = profile.value === "map" ? { ...data.maps[medium.value], points: cells.points } : model;
+    maps.show(grid, new Map(all).get(profile.value));
   };
   fillSelect(medium, data.media.map(({ key, title }) => [key, title]));
   medium.addEventListener("change", () => {
-    if (data.profiles[medium.value].generic && !data.profiles[medium.value].table) profile.value = "generic";
+    if (!data.profiles[medium.value].table) profile.value = "";
     update();
   });
   profile.addEventListener("change", update);
