@@ -134,7 +134,7 @@ def live_data(results: Results) -> dict[str, Any]:
         },
         "alpha": {one.name: _cells(one.alpha, flags_of_all(one.fits)) for one in results},
         "maps": {
-            one.name: _cells(whole.assign(reason=whole["source"], flags=""), ())
+            one.name: _cells(whole.assign(reason="map: " + whole["source"], flags=""), ())
             for one in results
             if len(whole := results.table(f"maps/{one.name}.csv"))
         },
