@@ -27,7 +27,7 @@ from rftfit.model.planning import plan
 from rftfit.model.profiles import FourierProfile, TableProfile
 from rftfit.model.reference_kernel import element_forces, place, pose_forces
 from rftfit.model.scaling import published, scale_new_medium, vertical_penetration, with_interval
-from rftfit.model.shapes import estimate_map
+from rftfit.model.shapes import estimate_map, grid
 from rftfit.page.live import profiles, references
 from rftfit.page.page import page
 
@@ -340,7 +340,8 @@ def test_map_of_pushes_equals_that_of_the_library(
         " const theta = [...Array(271).keys()].map((i) => i - 135);"
         " return {...map, covariance: map.covariance.map((row) => [...row]),"
         " next: r.nextPush(shapes, grid, map), zeta: r.zetaOfMap(grid, map),"
-        " legs: Object.values(d.legs).map((leg) => r.sweepMap(grid, map, leg, theta, d.rate))}; })()"
+        " legs: Object.values(d.legs).map((leg) => [1, -1].map((way) =>"
+        " r.sweepMap(grid, map, leg, theta, way * d.rate)))}; })()"
     )
     ours = estimate_map(pushes)
     scale = np.abs(ours.alpha).max()
@@ -377,13 +378,34 @@ def test_map_of_pushes_equals_that_of_the_library(
 
     best = TableProfile(ours.alpha[0], ours.alpha[1], ours.beta, ours.gamma)
     parts = TableProfile(ours.factor[:, 0], ours.factor[:, 1], ours.beta, ours.gamma)
-    for leg, curves in zip(legs(results).values(), found["legs"], strict=True):
-        outline, poses = leg_outline(leg), rotation_poses(np.radians(THETA_DEG), leg.hip_height_cm)
-        force, each = forces_on(best, outline, poses), force_draws(parts, outline, poses)
-        for c in "zx":
-            value, errors = getattr(force, f"force_{c}_N"), getattr(each, f"force_{c}_N")
-            wanted = np.stack([value, np.sqrt((errors**2).sum(axis=0))], -1)
-            np.testing.assert_allclose(array(curves[c]), wanted, atol=1e-5, rtol=0)
+    for leg, ways in zip(legs(results).values(), found["legs"], strict=True):
+        outline = leg_outline(leg)
+        for way, curves in zip((1, -1), ways, strict=True):  # backward: directions behind the grid
+            poses = rotation_poses(np.radians(THETA_DEG), leg.hip_height_cm, way)
+            force, each = forces_on(best, outline, poses), force_draws(parts, outline, poses)
+            for c in "zx":
+                value, errors = getattr(force, f"force_{c}_N"), getattr(each, f"force_{c}_N")
+                wanted = np.stack([value, np.sqrt((errors**2).sum(axis=0))], -1)
+                np.testing.assert_allclose(array(curves[c]), wanted, atol=1e-5, rtol=0)
+
+
+def test_a_horizontal_push_counts_the_runs_that_it_takes(numbers: Chromium) -> None:
+    """Where all other directions were pushed a horizontal one is next."""
+    beta, gamma = (np.degrees(angle) for angle in grid())
+    use = gamma != 0
+    alpha = TableProfile.published("poppy_LP").alpha(*np.radians([beta[use], gamma[use]]))
+    columns = (beta[use], gamma[use], *alpha, *np.full((2, use.sum()), 1e-4))
+    pushes = field_pushes(1).iloc[:0].reindex(range(use.sum()))
+    pushes[:] = np.stack(columns, axis=1)
+    found = numbers.evaluate(
+        "(() => { const r = window.rftfit, d = r.data, shapes = d.shapes;"
+        " const grid = r.makeGrid(shapes, d.beta_deg, d.gamma_deg);"
+        f" return r.nextPush(shapes, grid, r.estimateMap(shapes, grid, {in_page(pushes)})); }})()"
+    )
+    step = plan("map", estimate_map(pushes), count=1).steps[1]
+    assert step.directions[0][1] == 0
+    assert (np.degrees(found["beta"]), found["gamma"]) == pytest.approx(step.directions[0])
+    assert found["runs"] == step.runs > 1
 
 
 def test_quantiles_and_chances(numbers: Chromium) -> None:
