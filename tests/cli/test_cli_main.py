@@ -60,7 +60,7 @@ def test_exit_codes_are_those_of_the_errors() -> None:
     assert sorted(numbers) == sorted(main.MEANINGS) == [0, 1, 2, 3, 4, 5, 130, 141]
 
 
-@pytest.mark.parametrize("words", [["chekc"], ["check", "--strickt"], ["scale"], ["init"]])
+@pytest.mark.parametrize("words", [["chekc"], ["check", "--strickt"], ["inspect"], ["init"]])
 def test_usage_errors(rftfit: Callable[..., Said], words: list[str]) -> None:
     said = rftfit(*words)
     assert said.code == main.INPUT_NOT_VALID

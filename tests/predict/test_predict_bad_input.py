@@ -131,7 +131,7 @@ def test_leg_log_that_breaks_off(room: Room, run: str, kinds: tuple[str, ...]) -
     other = pd.DataFrame({
         "medium": "poppy_LP", "leg": "flat_leg", "run_id": "other", "theta_deg": [0.0],
         "samples": 9, "force_z_N": 1.0, "force_x_N": 1.0, "zero_se_z_N": 0.0, "zero_se_x_N": 0.0,
-        "spread_z_N": 0.0, "spread_x_N": 0.0, "flags": "",
+        "spread_z_N": 0.0, "spread_x_N": 0.0, "flags": "", "checks": "",
     })  # fmt: skip
     _, errors = on_trial(room, alpha_of("poppy_LP"), other)
     rows = of_c_leg(errors)
