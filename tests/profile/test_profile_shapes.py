@@ -258,6 +258,22 @@ def test_what_cannot_be_estimated_says_why() -> None:
         Shapes({"one": TableProfile.published("poppy_LP"), "holed": TableProfile(holes, holes)})
 
 
+def test_repeated_pushes_are_one_with_their_weighted_mean() -> None:
+    # the second of the level plate and the mirror image of the third are the same directions
+    alpha = np.array([[0.30, 0.36, 0.20, 0.22], [np.nan, 0.0, 0.10, -0.16]])
+    se = np.array([[0.01, 0.02, 0.01, 0.01], [0.01, 0.01, 0.01, 0.03]])
+    several = Pushes.of([0, 0, 30, -30], [90, 90, 45, 135], alpha, se)
+    once = np.array([[0.8 * 0.30 + 0.2 * 0.36, 0.21], [0.0, 0.9 * 0.10 + 0.1 * 0.16]])
+    errors = np.array([[np.sqrt(1 / (1e4 + 2.5e3)), 0.01 / np.sqrt(2)],
+                       [0.01, np.sqrt(1 / (1e4 + 1e4 / 9))]])  # fmt: skip
+    one, other = estimate(several), estimate(Pushes.of([0, 30], [90, 45], once, errors))
+    np.testing.assert_allclose(one.alpha, other.alpha, atol=1e-9)
+    rows = [made.factor.reshape(len(made.factor), -1) for made in (one, other)]
+    np.testing.assert_allclose(rows[0].T @ rows[0], rows[1].T @ rows[1], atol=1e-9)
+    assert (one.pushes, other.pushes) == (4, 2)
+    assert one.dof == other.dof
+
+
 def test_errors_that_nobody_stated() -> None:
     np.testing.assert_allclose(usual_error(np.array([2.0, 0.0])), [np.hypot(0.1, 0.02), 0.02])
     stated = Pushes.of(

@@ -335,6 +335,38 @@ def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
     return Pushes(beta[use], gamma[use], alpha[:, use], covariance)
 
 
+def merged(pushes: Pushes) -> Pushes:
+    """Each direction once: repeated pushes are one, weighted with their errors."""
+    count = pushes.beta.size
+    known = np.isfinite(pushes.alpha.ravel()) & np.isfinite(np.diag(pushes.covariance))
+    covariance = np.where(np.outer(known, known), pushes.covariance, 0.0)
+    least = (1e-9 * np.abs(np.where(known, pushes.alpha.ravel(), 0.0)).max(initial=1e-9)) ** 2
+    weight = np.where(known, 1 / np.maximum(np.diag(covariance), least), 0.0)
+    first, rows = [], np.zeros((2, 0, 2 * count))
+    left = np.ones(count, dtype=bool)
+    for push in range(count):
+        if not left[push]:
+            continue
+        same, turned = _same_direction(
+            pushes.beta[push], pushes.gamma[push], pushes.beta, pushes.gamma
+        )
+        left[same] = False
+        first.append(push)
+        row = np.zeros((2, 1, 2 * count))
+        for component, sign in enumerate((np.ones(same.size), turned)):
+            there = component * count + same
+            total = float(weight[there].sum())
+            row[component, 0, there] = sign * weight[there] / total if total else np.nan
+        rows = np.concatenate([rows, row], axis=1)
+    mean = rows.reshape(2 * len(first), -1)
+    alpha = (np.nan_to_num(mean) @ np.where(known, pushes.alpha.ravel(), 0.0)).reshape(2, -1)
+    lost = np.isnan(mean).any(axis=1).reshape(2, -1)
+    return Pushes(
+        pushes.beta[first], pushes.gamma[first], np.where(lost, np.nan, alpha),
+        np.nan_to_num(mean) @ covariance @ np.nan_to_num(mean).T,
+    )  # fmt: skip
+
+
 _MOST_NODES = 400
 
 
@@ -383,6 +415,8 @@ def estimate(
     """
     shapes = shapes or published_shapes()
     nodes = _GRID if nodes is None else nodes
+    made = int(np.isfinite(pushes.alpha).any(axis=0).sum())
+    pushes = merged(pushes)
     count, every = nodes[0].size, pushes.beta.size
     mean, prior = shapes.moments(
         np.concatenate([nodes[0], pushes.beta]), np.concatenate([nodes[1], pushes.gamma])
@@ -432,7 +466,7 @@ def estimate(
     )
     return Map(
         name, *nodes, best.reshape(2, count), factor, measured, expected, given.distance(expected),
-        y[told].size - 1, int(told.reshape(2, -1).any(axis=0).sum()), shapes.name,
+        y[told].size - 1, made, shapes.name,
         given.farthest(pushes, told, expected), horizontal, float(off), confidence,
     )  # fmt: skip
 

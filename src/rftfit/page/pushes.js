@@ -106,11 +106,32 @@ function makeGrid(shapes, betaDeg, gammaDeg) {
 function numbersOf(shapes, pushes) {
   const largest = Math.max(0, ...pushes.flatMap(({ alpha }) => alpha.filter(Number.isFinite).map(Math.abs)));
   const usual = (value) => Math.hypot((shapes.usual_percent / 100) * value, (shapes.least_percent / 100) * largest);
-  const all = pushes.flatMap(({ beta_deg, gamma_deg, alpha, se }, push) => {
-    const place = placeOf(shapes, beta_deg * RADIAN, gamma_deg * RADIAN);
-    return alpha.map((value, c) => ({ place, push, c, value, error: (Number.isFinite(se[c]) ? se[c] : usual(value)) ** 2 }));
+  const places = pushes.map(({ beta_deg, gamma_deg }) => placeOf(shapes, beta_deg * RADIAN, gamma_deg * RADIAN));
+  const all = pushes.flatMap(({ alpha, se }, i) => {
+    // the first push in this direction, or in that of its mirror image
+    const [[push, turned]] = sameDirection(places, places[i]);
+    const signs = [1, turned];
+    return alpha.map((value, c) => ({
+      place: places[push], push, c, value: signs[c] * value, error: (Number.isFinite(se[c]) ? se[c] : usual(value)) ** 2,
+    }));
   });
-  return all.filter(({ place, c, value }) => Number.isFinite(value) && priorCovariance(shapes, place, c, place, c) > NO_VARIANCE);
+  const known = all.filter(({ place, c, value }) => Number.isFinite(value) && priorCovariance(shapes, place, c, place, c) > NO_VARIANCE);
+  return merged(known, largest);
+}
+
+/** Each number once: those of one direction are one, weighted with their errors. */
+function merged(numbers, largest) {
+  const once = [];
+  for (const number of numbers) {
+    const weight = 1 / Math.max(number.error, (1e-9 * largest) ** 2);
+    const same = once.find((one) => one.push === number.push && one.c === number.c);
+    if (same) {
+      same.value = (same.value * same.weight + number.value * weight) / (same.weight + weight);
+      same.weight += weight;
+      same.error = 1 / same.weight;
+    } else once.push({ ...number, weight });
+  }
+  return once;
 }
 
 /** Numbers seen of a shape whose size is unknown: what follows from a size. */
@@ -170,7 +191,7 @@ function sameDirection(nodes, place) {
  * Gives alpha with its covariance, and how far the pushes agree with the known shape.
  */
 function estimateMap(shapes, grid, pushes) {
-  // of two pushes in one direction the larger is the cell, whatever their order
+  // in any order the same numbers
   const keys = ({ beta_deg, gamma_deg, alpha: [z, x] }) => [beta_deg, gamma_deg, z, Number.isFinite(x) ? x : Infinity];
   const difference = (a, b) => a.map((v, i) => (v === b[i] ? 0 : v - b[i])).find((v) => v !== 0) || 0;
   const numbers = numbersOf(shapes, [...pushes].sort((a, b) => difference(keys(a), keys(b))));
