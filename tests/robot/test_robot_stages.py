@@ -12,6 +12,7 @@ import pytest
 import yaml
 from light_campaign import alpha_frame
 
+import rftfit
 from rftfit import reference
 from rftfit.__main__ import main
 from rftfit.campaign.config import Config
@@ -36,6 +37,7 @@ from rftfit.workflow.robot import (
     fill,
     forget_others,
     key,
+    profiles_of,
     robot_measured,
     robot_profile,
     robot_sweep,
@@ -356,6 +358,22 @@ def test_profiles_from_the_tables(root: Path) -> None:
         InputError, match="found 'tabel'; allowed: table, map, fourier, generic, depth_only"
     ):
         robot_profile(results, "tabel")
+
+
+def test_the_map_is_run_on_where_the_table_has_holes(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    z, x = (part.copy() for part in reference.alpha_grid("poppy_LP"))
+    assert "map" not in profiles_of(with_alpha(root, (z, x)))
+    z[1:6:2, 4:9] = x[1:6:2, 4:9] = np.nan
+    results = with_alpha(root, (z, x))
+    assert profiles_of(results) == stages.PROFILES
+    monkeypatch.setattr(stages, "conditions_of", lambda *_: [Condition(2.0, 1.0, 0.0)])
+    write_csv(robot_measured(results)[1], root / "results" / "robot" / "measured.csv")
+    lost, found = (swept(results, name, SWEEPS[0], 1).iloc[0] for name in ("table", "map"))
+    assert np.isnan(lost["speed_cm_per_s"])
+    truth = rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0).speed_cm_per_s
+    assert found["speed_cm_per_s"] == pytest.approx(truth, rel=0.15)
 
 
 def test_a_missing_fit_is_a_reason_not_a_number(root: Path) -> None:

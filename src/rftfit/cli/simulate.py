@@ -273,10 +273,7 @@ def sweep(
         "config/config.yaml"
     ),
     profile: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Only this profile; may be repeated; default: table, generic, depth_only."
-        ),
+        list[str] | None, typer.Option(help="Only this profile; may be repeated; default: all.")
     ] = None,
     cores: Annotated[
         int | None, typer.Option(min=1, help="Runs at once; default: all cores.")
@@ -289,7 +286,7 @@ def sweep(
     again to go on.
     """
     from rftfit.results import config_of
-    from rftfit.workflow.robot import PROFILES, SWEEPS, swept
+    from rftfit.workflow.robot import PROFILES, SWEEPS, profiles_of, swept
     from rftfit.workflow.run_stage import run_stage
 
     names = list(dict.fromkeys(profile or PROFILES))
@@ -308,7 +305,7 @@ def sweep(
     rftfit.run(config, NEEDED, cores)
     threads, results = cores or os.cpu_count() or 1, rftfit.open(config)
     try:
-        for name in names:
+        for name in (one for one in profiles_of(results) if one in names):
             with _bar(name) as show:
                 swept(results, name, SWEEPS[1], threads, show)
     except KeyboardInterrupt:

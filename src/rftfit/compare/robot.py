@@ -35,7 +35,12 @@ PAPER_SHARES = {20: 90.0, 35: 100.0}
 BEST_HZ, BEST_CURVATURE, BEST_SPEED_CM_PER_S = 5.0, 0.86, 72.0
 
 _WHERE = "text, Fig. 4C"
-_TITLES = {"table": "measured table", "generic": "scaled generic", "depth_only": "depth-only"}
+_TITLES = {
+    "table": "measured table",
+    "map": "map",
+    "generic": "scaled generic",
+    "depth_only": "depth-only",
+}
 _CAUSES = {
     "generic": "nine terms lift a belly that slides level, where the measured table has next to no lift",
     "depth_only": "without the direction of stress they push like c-legs (as the model legs do)",

@@ -370,6 +370,7 @@ _KINEMATICS = (
 )
 _PROFILE_LOOKS = {
     "table": (style.OKABE_ITO["blue"], "-"),
+    "map": (style.OKABE_ITO["orange"], (0, (6, 1))),
     "generic": (style.OKABE_ITO["reddish purple"], (0, (5, 1.2, 1, 1.2))),
     "depth_only": (style.OKABE_ITO["bluish green"], (0, (1.5, 1))),
 }

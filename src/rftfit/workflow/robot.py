@@ -177,7 +177,7 @@ def _sweep_tables(
 
     _, robot = robot_of(results.campaign)
     measured = results.table("robot/measured.csv")
-    whole = pd.concat(runs.values(), ignore_index=True)
+    whole = pd.concat([one for one in runs.values() if len(one)], ignore_index=True)
     marked = measured[measured["calibrated"] == "yes"]
     places = set(zip(marked["curvature_times_R"], marked["frequency_Hz"], strict=True))
     here = zip(whole["curvature_times_R"], whole["frequency_Hz"], strict=True)
@@ -192,8 +192,15 @@ def _sweep_tables(
 # --- The force profiles that the robot runs on, from the tables of the earlier stages.
 
 
-PROFILES = ("table", "generic", "depth_only")
-"""Measured table, scaled generic coefficients, depth-only model: those of the paper's Fig. S13."""
+PROFILES = ("table", "map", "generic", "depth_only")
+"""Measured table, scaled generic coefficients, depth-only model: those of the paper's Fig. S13. The map
+is run on where the table has holes: of a medium that was pushed in every direction they are one."""
+
+
+def profiles_of(results: Results) -> tuple[str, ...]:
+    """Profiles of the robot's medium that differ."""
+    holes = robot_profile(results, "table").reason
+    return tuple(name for name in PROFILES if holes or name != "map")
 
 
 def robot_profile(results: Results, name: str) -> Profile:
@@ -370,15 +377,27 @@ def robot_sweep(results: Results, threads: int) -> tuple[pd.DataFrame, ...]:
 
     Returns the runs of each profile, half widths of the intervals, and the tables of the sweep.
     """
-    runs = {profile: swept(results, profile, SWEEPS[0], threads) for profile in PROFILES}
+    runs = _swept(results, SWEEPS[0], threads)
     half_widths = robot_intervals(results, threads)
     return *runs.values(), half_widths, *_sweep_tables(results, runs, half_widths)
 
 
 def robot_full(results: Results, threads: int) -> tuple[pd.DataFrame, ...]:
     """Tables of the paper's whole sweep, started by ``rftfit sweep``."""
-    runs = {profile: swept(results, profile, SWEEPS[1], threads) for profile in PROFILES}
+    runs = _swept(results, SWEEPS[1], threads)
     return *runs.values(), *_sweep_tables(results, runs, results.table("robot/intervals.csv"))
+
+
+def _swept(results: Results, sweep: str, threads: int) -> dict[str, pd.DataFrame]:
+    """Runs by profile; none of one that is the same as another."""
+    import pandas as pd
+
+    names = profiles_of(results)
+    nothing = pd.DataFrame(columns=["profile", "medium", *RUN_COLUMNS])
+    return {
+        name: swept(results, name, sweep, threads) if name in names else nothing
+        for name in PROFILES
+    }
 
 
 def swept(
@@ -422,14 +441,15 @@ def swept(
 # --- Half widths of the intervals of the robot's speed and best curvature, from the errors of alpha.
 
 
-INTERVAL_PROFILES = ("table", "generic")
+INTERVAL_PROFILES = ("table", "map", "generic")
 """On which speeds are predicted in earnest; depth-only is the baseline that they are held against."""
 
 
 def robot_intervals(results: Results, threads: int) -> pd.DataFrame:
     """Half widths of speeds and best curvature, from runs of the robot on draws of alpha."""
     section, robot = robot_of(results.campaign)
-    every = {name: results[section.medium].profile(name) for name in INTERVAL_PROFILES}
+    names = [name for name in profiles_of(results) if name in INTERVAL_PROFILES]
+    every = {name: results[section.medium].profile(name) for name in names}
     # without a nine-term fit there is no generic profile
     profiles = {name: one for name, one in every.items() if isinstance(one.spread, Profile)}
     measured = results.table("robot/measured.csv")
@@ -494,7 +514,7 @@ def robot_motion(results: Results) -> tuple[pd.DataFrame, str]:
 
     section, robot = robot_of(results.campaign)
     parts = []
-    for name in PROFILES:
+    for name in profiles_of(results):
         profile = robot_profile(results, name)
         for curvature in MOTION_CURVATURES:
             part = last_strides(robot, profile, MOTION_HZ, curvature)
