@@ -19,6 +19,7 @@ from rftfit.lab.truth import table_s5
 from rftfit.measure.checks import (
     COLUMNS,
     GIVES_BACK,
+    NOT_CHECKED,
     check_axes,
     check_rods,
     check_size,
@@ -381,3 +382,13 @@ def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path: Any
     assert np.isnan(lost.generic()).all()
     assert lost.reference().printed
     assert "no medium that passes its checks" in lost[media[0]].profile("generic").reason
+
+
+def test_a_rod_log_in_place_of_the_plates() -> None:
+    """The same log as plate and as rod leaves no force at all: told, and nothing is divided by it."""
+    names = [f"alpha_{c}{end}_N_per_cm3" for c in "zx" for end in ("", "_se", "_lo", "_hi")]
+    alpha = pd.DataFrame([dict.fromkeys(names, 0.0) | {"beta_deg": 0.0, "gamma_deg": 90.0}])
+    alpha = alpha.assign(medium="sand", spread="as prepared", reason="", flags="")
+    found = {one.check: one for one in check_axes(alpha, "transducer.axes")}
+    assert found["symmetry"].verdict == NOT_CHECKED
+    assert "is 0" in found["symmetry"].found

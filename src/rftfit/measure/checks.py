@@ -313,6 +313,8 @@ def _symmetry(cells: _Cells, other: tuple[str, _Cells] | None) -> Check:
     if cells.push is None:
         return Check("symmetry", NOT_CHECKED, "no alpha at (0, 90) deg")
     (z, x), se = cells.force[:, cells.push], cells.se[1, cells.push]
+    if z == 0:
+        return Check("symmetry", NOT_CHECKED, "alpha_z at (0, 90) deg is 0")
     found = f"alpha_x/alpha_z at (0, 90) deg is {_percent(x / z)}"
     allowed = f"{_percent(math.hypot(_TURN, _SIGMAS * se / z))} of either sign"
     turn = cells.turn_deg
@@ -443,14 +445,21 @@ def check_rods(tares: pd.DataFrame, sheet: Mapping[str, Run]) -> Check:
         if row["tare_run"] and sheet[row["run_id"]].kind == "plate"
     ]  # fmt: skip
     down = [row for row in rows if sheet[row["run_id"]].direction != "extraction"]
-    ratio = np.array([row["tare_rms_N"] / row["force_rms_N"] for row in down or rows])
-    ratio = ratio[np.isfinite(ratio)]
+    tare, force = (
+        np.array([row[name] for row in down or rows], dtype=float)
+        for name in ("tare_rms_N", "force_rms_N")
+    )
+    known = np.isfinite(tare) & (force > 0)
+    ratio = tare[known] / force[known]
     if not ratio.size:
         return Check("rods", NOT_CHECKED, "no plate run has a tare")
     typical = float(np.median(ratio))
     found = f"a rod alone feels {typical:.3g} times what plate and rod feel (median of {ratio.size} runs)"
-    said = f"Logs of plates and rods look exchanged ({found}): look at kind and tare_run of the run sheet."
-    return _judged("rods", typical <= 1, found, "less than 1", said)
+    said = (
+        f"Logs of plates and rods look exchanged, or are the same ({found}): look at kind and tare_run of "
+        "the run sheet."
+    )
+    return _judged("rods", typical < 1, found, "less than 1", said)
 
 
 def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tuple[str, ...]]:
