@@ -386,32 +386,10 @@ def estimate(
     confidence: float = 0.95,
     name: str = "",
 ) -> Map:
-    """Estimate alpha over all directions from what was pushed.
+    """Estimate alpha over all directions from what was pushed: `estimate_map` with errors that are known.
 
-    Parameters
-    ----------
-    pushes : Pushes
-        Any number of them, in any direction.
-    shapes : Shapes, optional
-        What is known beforehand; default: the five published media.
-    nodes : tuple of numpy.ndarray, shape (n,), optional
-        Directions (beta, gamma) of the map, rad, all on lines of a grid (`grid`); default: the
-        published grid. A node that was pushed keeps what was measured.
-    size : float, optional
-        Root mean square of alpha of this medium over the published grid, N/cm^3, where it is known.
-    confidence : float, optional
-        Level of the intervals.
-    name : str, optional
-        Of the medium, for people.
-
-    Returns
-    -------
-    Map
-
-    Raises
-    ------
-    ValueError
-        If no push has a number, or none of them meets resistance.
+    `nodes`: (beta, gamma) of the map, rad, all on lines of a grid (`grid`). `size`: Root mean square of alpha
+    over the published grid, N/cm^3, where it is known.
     """
     shapes = shapes or published_shapes()
     nodes = _GRID if nodes is None else nodes
