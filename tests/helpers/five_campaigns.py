@@ -1,0 +1,91 @@
+"""Five campaigns that page and figures are judged on: whole, one push, scattered, a table, unusable.
+
+python tests/helpers/five_campaigns.py FOLDER      writes them and runs their workflows
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from campaigns import FEW, PROJECT, Folder, make_campaign
+from other_labs import Case, make
+
+from rftfit import reference
+from rftfit.cli.main import main
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+DEPTHS_CM = (1.0, 2.0, 3.0, 4.0, 5.0)
+
+
+def demonstration(root: Path) -> None:
+    """The paper's campaign, with a coarse robot."""
+    make_campaign(root)
+
+
+def one_push(root: Path) -> None:
+    """One plate pushed straight down."""
+    make(root, Case("one-push", "paper"))
+
+
+def scattered(root: Path) -> None:
+    """25 scattered directions without a tare."""
+    make(root, Case("scattered", "stroke-only", tare=False))
+
+
+def stress_table(root: Path) -> None:
+    """A table of stress against depth instead of logs, of two media on a grid of its own."""
+    rows = []
+    for medium in ("poppy_LP", "glass3mm_CP"):
+        alpha = reference.alpha_grid(medium)
+        for i, beta in enumerate(reference.BETA_DEG):
+            for j, gamma in enumerate(reference.GAMMA_DEG[::2]):
+                z, x = (float(part[i, 2 * j]) for part in alpha)
+                rows += [(medium, beta, gamma, d, z * d, x * d) for d in DEPTHS_CM if np.isfinite(z)]
+    names = ["medium", "beta_deg", "gamma_deg", "depth_cm"]
+    names += [f"stress_{c}_N_per_cm2" for c in "zx"]
+    source = root.with_name(f"{root.name}.csv")
+    pd.DataFrame(rows, columns=names).to_csv(source, index=False)
+    code = main(["init", str(root), "--stress-table", str(source)])
+    assert code == 0, "rftfit init refused the table"
+
+
+def unusable(root: Path) -> None:
+    """Two media and a sand; in one medium the vertical channel is wired the wrong way round."""
+    made = make_campaign(root, ("poppy_LP", "poppy_CP", "yuma"), directions=FEW)
+    sheet = pd.read_csv(made.root / "raw" / "paper" / "runs.csv", comment="#")
+    for name in sheet.loc[sheet["medium"] == "poppy_CP", "force_log"]:
+        path = made.root / "raw" / "paper" / name
+        head = "".join(f"{line}\n" for line in path.read_text().splitlines() if line[:1] == "#")
+        table = pd.read_csv(path, comment="#")
+        table["F3_N"] = -table["F3_N"]
+        path.write_text(head + table.to_csv(index=False, float_format="%.10g"))
+
+
+CAMPAIGNS: dict[str, Callable[[Path], None]] = {
+    "demonstration": demonstration,
+    "one-push": one_push,
+    "scattered": scattered,
+    "stress-table": stress_table,
+    "unusable": unusable,
+}
+
+
+def make_and_run(name: str, root: Path) -> Folder:
+    """Write one of the campaigns and run its workflow as a user does."""
+    CAMPAIGNS[name](root)
+    folder = Folder(root)
+    folder.run()
+    return folder
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(PROJECT / "tests" / "helpers"))
+    for name in CAMPAIGNS:
+        made = make_and_run(name, Path(sys.argv[1]).resolve() / name)
+        print(made.root / "results" / "report.html", flush=True)
