@@ -71,9 +71,9 @@ def test_whole_run_and_nothing_to_do(
     assert [line[:5] for line in lines[:4]] == ["[1/4]", "[2/4]", "[3/4]", "[4/4]"]
     assert lines[4:] == [
         "Done: 4 jobs.",
+        "Of 2 runs, 1 used and 1 dropped; of 9 rows, 4 used. Every reason is in results/ledger.csv.",
         "To look at:",
         "  results/ledger.csv",
-        "Of 2 runs, 1 used and 1 dropped; of 9 rows, 4 used. Every reason is in results/ledger.csv.",
     ]
     assert (campaign / "results/a.txt").read_text().strip() == "config/config.yaml"
     assert '"progress"' in (campaign / "results/logs/snakemake.log").read_text()
@@ -82,7 +82,7 @@ def test_whole_run_and_nothing_to_do(
     said = rftfit("run", *fake)
     seconds = time.perf_counter() - began
     assert said.code == 0
-    assert said.out.startswith("Nothing to do: all results are up to date.\nTo look at:\n")
+    assert said.out.startswith("Nothing to do: all results are up to date.\nOf 2 runs, ")
     assert seconds < whole
 
 

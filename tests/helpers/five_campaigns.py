@@ -46,7 +46,9 @@ def stress_table(root: Path) -> None:
         for i, beta in enumerate(reference.BETA_DEG):
             for j, gamma in enumerate(reference.GAMMA_DEG[::2]):
                 z, x = (float(part[i, 2 * j]) for part in alpha)
-                rows += [(medium, beta, gamma, d, z * d, x * d) for d in DEPTHS_CM if np.isfinite(z)]
+                rows += [
+                    (medium, beta, gamma, d, z * d, x * d) for d in DEPTHS_CM if np.isfinite(z)
+                ]
     names = ["medium", "beta_deg", "gamma_deg", "depth_cm"]
     names += [f"stress_{c}_N_per_cm2" for c in "zx"]
     source = root.with_name(f"{root.name}.csv")

@@ -82,6 +82,10 @@ def numbers(chromium: Chromium, address: str) -> Chromium:
     return chromium
 
 
+SLOW = 4
+"""How much slower than a desktop a machine may be that runs the tests beside others."""
+
+
 def array(values: Any) -> FloatArray:
     """Nested lists of the page as an array; what JSON has no word for comes back as None."""
     return np.array(values, dtype=float)
@@ -150,7 +154,7 @@ def test_calculator_equals_the_scaling_routine(
         each = np.stack([of(own) for own in reference.scaled])
         return with_interval(scaled, of(reference.m0), each, 0.95)
 
-    beta, gamma = (
+    beta, γ = (
         grid.ravel()
         for grid in np.meshgrid(np.radians([-60, 0, 30]), np.radians([-45, 0, 90]), indexing="ij")
     )
@@ -219,14 +223,14 @@ def test_policy_stops_a_foreign_script(chromium: Chromium, address: str) -> None
 
 def test_keys_move_the_cell_of_a_map(browser: Chromium) -> None:
     label = "document.querySelector('#map-pair svg').getAttribute('aria-label')"
-    assert "beta 0°, gamma 90°: 0.35" in browser.evaluate(label)
+    assert "β 0°, γ 90°: 0.35" in browser.evaluate(label)
     browser.evaluate("document.querySelector('#map-pair svg').focus()")
     browser.press("ArrowUp")
     browser.press("ArrowLeft", 2)
-    assert "beta 30°, gamma 56.3°" in browser.evaluate(label)
+    assert "β 30°, γ 56.3°" in browser.evaluate(label)
     # no further than the edge
     browser.press("ArrowDown", 20)
-    assert "beta \N{MINUS SIGN}90°" in browser.evaluate(label)
+    assert "β \N{MINUS SIGN}90°" in browser.evaluate(label)
 
 
 def test_click_chooses_a_cell_and_a_hole_says_why(browser: Chromium) -> None:
@@ -236,7 +240,7 @@ def test_click_chooses_a_cell_and_a_hole_says_why(browser: Chromium) -> None:
     )
     browser.click('#map-pair svg[data-component="x"] rect[data-row="2"][data-col="9"]')
     readout = browser.evaluate("document.querySelector('#map-readout').textContent")
-    assert "beta = \N{MINUS SIGN}30°, gamma = 45°" in readout
+    assert "β = \N{MINUS SIGN}30°, γ = 45°" in readout
     assert "no tare: rod_p_017 is too short" in readout
     rows = browser.evaluate("document.querySelectorAll('#map-readout tr').length")
     assert rows == 5  # measured, and four profiles
@@ -297,7 +301,7 @@ def test_play_turns_the_leg_and_stops(browser: Chromium) -> None:
 def field_pushes(count: int) -> pd.DataFrame:
     """Pushes of a truth in scattered directions: alpha_x, errors and some of both not stated."""
     random = np.random.default_rng(count)
-    beta, gamma = random.uniform(-90, 90, (2, count))
+    beta, γ = random.uniform(-90, 90, (2, count))
     beta[0], gamma[0] = 0, 90
     if count > 2:  # a node, its mirror image, and once more
         beta[1:3], gamma[1:3] = [30, 30], [90, 90]
@@ -391,8 +395,8 @@ def test_map_of_pushes_equals_that_of_the_library(
 
 def test_a_horizontal_push_counts_the_runs_that_it_takes(numbers: Chromium) -> None:
     """Where all other directions were pushed a horizontal one is next."""
-    beta, gamma = (np.degrees(angle) for angle in grid())
-    use = gamma != 0
+    beta, γ = (np.degrees(angle) for angle in grid())
+    use = γ != 0
     alpha = TableProfile.published("poppy_LP").alpha(*np.radians([beta[use], gamma[use]]))
     columns = (beta[use], gamma[use], *alpha, *np.full((2, use.sum()), 1e-4))
     pushes = field_pushes(1).iloc[:0].reindex(range(use.sum()))
@@ -430,7 +434,7 @@ def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> No
     assert "One number tells how strong the medium is" in browser.evaluate(RESULT)
     browser.click("#calc-rows input")
     browser.press("Tab", 2)
-    assert browser.evaluate(FOCUS) == "Push 1, alpha_z"
+    assert browser.evaluate(FOCUS) == "Push 1, α_z"
     browser.type_text("0.689")
     reference = references(results)[0]
     scaled = scale_new_medium(0.689, 0.0, reference.chi, reference.m0, 0.95)
@@ -465,7 +469,7 @@ def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> No
 
 def test_next_push_is_added_to_the_table(browser: Chromium) -> None:
     one = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], column("z"): [0.35]})
-    beta, gamma = plan("map", estimate_map(one), count=1).steps[1].directions[0]
+    beta, γ = plan("map", estimate_map(one), count=1).steps[1].directions[0]
     browser.click("#calc-next")
     added = browser.evaluate(INPUTS)[1]
     np.testing.assert_allclose([float(text) for text in added[:2]], [beta, gamma], atol=0.005)
@@ -477,7 +481,7 @@ def test_a_medium_that_does_not_belong_is_told_so(browser: Chromium) -> None:
     assert "do not trust what is estimated" in browser.evaluate(RESULT)
     # and one without the push straight down has no routine to stand beside
     paste(browser, "30,45,0.2,0.08")
-    assert "needs a push at beta 0" in browser.evaluate(RESULT)
+    assert "needs a push at β 0" in browser.evaluate(RESULT)
     assert browser.evaluate("document.querySelector('#calc-terms').hidden") is True
 
 
@@ -527,8 +531,8 @@ def test_a_table_pasted_into_a_cell_fills_the_rows(browser: Chromium) -> None:
         (NAMES, "Found no row"),
         ("beta_deg,gamma_deg\n0,90", "no column alpha_z_N_per_cm3"),
         ("0,90,0.35\n" * 200, "Found 200 rows; at most 100"),
-        ("0,90,abc", 'Push 1, alpha_z: found "abc"; a number from \N{MINUS SIGN}1000 to 1000'),
-        ("0,90,0.3\n0,450,0.3", 'Push 2, gamma, \N{DEGREE SIGN}: found "450"'),
+        ("0,90,abc", 'Push 1, α_z: found "abc"; a number from \N{MINUS SIGN}1000 to 1000'),
+        ("0,90,0.3\n0,450,0.3", 'Push 2, γ, \N{DEGREE SIGN}: found "450"'),
         ("0,90,NaN", 'found "NaN"'),
         ("0,90,1e999", 'found "1e999"'),
         ("0,90,0x10", 'found "0x10"'),
@@ -537,9 +541,9 @@ def test_a_table_pasted_into_a_cell_fills_the_rows(browser: Chromium) -> None:
         ("0,90,-0.35", "meet no resistance"),
         ("0,90,0", "meet no resistance"),
         ("0,90,1e-300", "meet no resistance"),
-        ("0,90,,0.3", "Push 1, alpha_z"),
+        ("0,90,,0.3", "Push 1, α_z"),
         ("<img src=x onerror=window.hacked=1>,90,1", 'found "<img src=x onerror=window.hacked=1>"'),
-        (",,,,,\n,,,,,", "Type alpha_z of at least one push"),
+        (",,,,,\n,,,,,", "Type α_z of at least one push"),
     ],
 )
 def test_pasted_nonsense_is_told_in_words(browser: Chromium, text: str, told: str) -> None:
@@ -589,6 +593,68 @@ def test_robot_by_keyboard(browser: Chromium) -> None:
     for wanted in ("true", "false"):
         browser.evaluate("document.getElementById('robot-play').click()")
         assert browser.evaluate(pressed) == wanted
+
+
+def test_long_table_is_filtered_and_sorted(browser: Chromium, results: Results) -> None:
+    errors = results.table("leg_errors.csv")
+    rows = "[...document.querySelectorAll('#legs tbody tr:not([hidden])')]"
+    browser.click("#legs input[type=search]")
+    browser.type_text("loose flat table")
+    known = errors["leg"].eq("flat_leg") & errors["profile"].eq("table")
+    wanted = known & errors["medium"].isin(["poppy_LP", "glass0.3mm_LP"])
+    assert browser.evaluate(f"{rows}.length") == wanted.sum() == 4
+    assert browser.evaluate(
+        "document.querySelector('#legs .filter [role=status]').textContent"
+    ) == (f"4 of {len(errors)} rows")
+    browser.evaluate("document.querySelector('#legs input[type=search]').focus()")
+    browser.type_text("")
+    head = "#legs thead th:nth-child(6) button"
+    shown = f"{rows}.map((row) => row.cells[5].firstChild.textContent)"
+    for order, least in (("ascending", "min"), ("descending", "max")):
+        browser.click(head)
+        assert browser.evaluate(f"document.querySelector('{head}').parentElement.ariaSort") == order
+        first, last = browser.evaluate(
+            f"(() => {{ const all = {shown}; return [all[0], all.at(-1)]; }})()"
+        )
+        found = float(
+            (first if least == "min" else last)
+            .replace("\N{MINUS SIGN}", "-")
+            .replace("no value", "nan")
+        )
+        if least == "min":
+            assert found == pytest.approx(errors["peak_predicted_N"].min(), abs=0.005)
+    assert browser.evaluate(f"{rows}.length") == len(errors)
+
+
+def test_columns_below_a_common_heading_are_sorted_by_their_own(browser: Chromium) -> None:
+    browser.evaluate("[...document.querySelectorAll('#summary thead button')].at(-1).click()")
+    texts = browser.evaluate(
+        "[...document.querySelectorAll('#summary tbody tr')].map((row) => row.cells[row.cells.length - 1].textContent)"
+    )
+    known = [
+        float(text.split()[0].replace("\N{MINUS SIGN}", "-"))
+        for text in texts
+        if text[:1] in "+\N{MINUS SIGN}0"
+    ]
+    assert len(known) >= 4
+    assert known == sorted(known)
+
+
+def test_first_paint_and_print(browser: Chromium) -> None:
+    painted = browser.evaluate(
+        "new Promise((done) => { const told = performance.getEntriesByName('first-contentful-paint');"
+        " if (told.length) done(told[0].startTime); else new PerformanceObserver((list) =>"
+        " done(list.getEntries()[0].startTime)).observe({type: 'paint', buffered: true}); })"
+    )
+    assert 0 < painted < 1000 * SLOW
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    hidden = (
+        "[...document.querySelectorAll('.tall, .controls, #viewer, #calculator, details')]"
+        ".every((one) => one.offsetParent === null)"
+    )
+    assert browser.evaluate(hidden)
+    assert browser.evaluate("document.querySelector('.findings').offsetHeight") > 0
+    browser.call("Emulation.setEmulatedMedia", media="")
 
 
 @pytest.mark.parametrize("width", [360, 1280])

@@ -178,26 +178,35 @@ def _display() -> Iterator[Callable[[Progress, Job | None], None]]:
 
 
 def closing_lines(root: Path) -> list[str]:
-    """Name the results that are there, and say how many runs they stand on."""
-    lines = [line for name in FILES if (line := _shown(root, name))]
-    if lines:
-        lines.insert(0, "To look at:")
-    counted = ledger_line(root / LEDGER)
-    return [*lines, counted] if counted else lines
+    """Say what was found and how many runs it stands on, and name the results that are there."""
+    # a terminal may have no true minus sign
+    found = [
+        f"  {row.get('finding', '')}".replace("\N{MINUS SIGN}", "-")
+        for row in _rows(root / "results/findings.csv")[:3]
+    ]
+    shown = [line for name in FILES if (line := _shown(root, name))]
+    return [
+        *(["Found:", *found] if found else []),
+        *filter(None, [ledger_line(root / LEDGER)]),
+        *(["To look at:", *shown] if shown else []),
+    ]
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    """Rows of a table, none where it cannot be read."""
+    try:
+        with path.open(encoding="utf-8", newline="") as handle:
+            return [*csv.DictReader(handle)]
+    except (OSError, ValueError, csv.Error):
+        return []
 
 
 def failed_checks(root: Path) -> list[str]:
     """What the checks say of the media that fail one."""
-    rows: list[dict[str, str]] = []
-    for path in sorted((root / "results/checks").glob("*.csv")):
-        try:
-            with path.open(encoding="utf-8", newline="") as handle:
-                rows += [*csv.DictReader(handle)]
-        except (OSError, csv.Error):
-            continue
     return [
         f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}"
-        for row in rows
+        for path in sorted((root / "results/checks").glob("*.csv"))
+        for row in _rows(path)
         if row.get("verdict") in ("failed", "accepted")
     ]
 

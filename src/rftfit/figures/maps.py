@@ -63,7 +63,8 @@ Dots are single directions that lie on no grid; the colour between them is inter
 
 
 _MAPS_CAPTION = """Measured alpha over attack angle beta and intrusion angle gamma, and the half width of \
-its {level} interval. Red pushes up or toward +x. Hatched cells have no usable run.{dots}
+its {level} interval. Red pushes up or toward +x. Hatched cells have no usable run.
+{dots}
 Good: smooth from cell to cell, and intervals small beside alpha.
 In N/cm^3: {cells}."""
 

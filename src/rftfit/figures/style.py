@@ -260,7 +260,11 @@ _METADATA: dict[str, dict[str, Any]] = {
 
 _REMARK = {"png": "Description", "pdf": "Subject", "svg": "Description"}
 
-FORMATS = tuple(_METADATA)
+FORMATS = (*_METADATA, "webp")
+"""Endings of a figure's files; webp is the preview that the page holds."""
+
+PREVIEW = 125 / 300
+"""Size of a preview beside the png: 900 pixels for a figure of two columns."""
 
 
 @contextlib.contextmanager
@@ -284,7 +288,7 @@ def _lean_fonts() -> Iterator[None]:
 
 
 def content(figure: Figure, ending: str, about: str = "") -> bytes:
-    """Return what a figure's file of one of `FORMATS` holds, with a remark in its metadata.
+    """Return what a figure's file of one of the formats of print holds, with a remark in its metadata.
 
     The whole file: what matplotlib itself raises on a full disk does not say that it is full.
     """
@@ -301,13 +305,39 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
     return whole.getvalue()
 
 
+def preview(png: bytes) -> bytes:
+    """Return a smaller picture of a png, for the page."""
+    from PIL import Image
+
+    with Image.open(BytesIO(png)) as whole:
+        picture = whole.convert("RGB")
+    size = max(1, round(PREVIEW * picture.width)), max(1, round(PREVIEW * picture.height))
+    picture = picture.resize(size, Image.Resampling.LANCZOS, reducing_gap=2)
+    made = BytesIO()
+    picture.save(made, "webp", quality=50, method=4)
+    return made.getvalue()
+
+
+def size_of_preview(content: bytes) -> tuple[int, int]:
+    """Width and height of a preview, pixels; of a file that is empty or no picture 1 and 1."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(BytesIO(content)) as picture:
+            return picture.size
+    except UnidentifiedImageError:
+        return 1, 1
+
+
 def save(figure: Figure, base: str | Path, about: str = "") -> list[Path]:
-    """Write ``base.png``, ``base.pdf`` and ``base.svg``; a point in the name is part of the name."""
+    """Write a figure in all `FORMATS`; a point in the name is part of the name."""
     base = Path(base)
+    made = {ending: content(figure, ending, about) for ending in _METADATA}
+    made["webp"] = preview(made["png"])
     # not with_suffix: it would cut glass0.3mm_LP at the point
     targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in FORMATS}
     for ending, target in targets.items():
-        write_bytes(target, content(figure, ending, about))
+        write_bytes(target, made[ending])
     return list(targets.values())
 
 

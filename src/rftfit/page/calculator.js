@@ -3,10 +3,10 @@
 const PLAUSIBLE = [0.05, 5];
 const MOST_PUSHES = 100;
 const PUSH_COLUMNS = [
-  { name: "beta_deg", label: "beta, \u00b0", limits: [-90, 90] },
-  { name: "gamma_deg", label: "gamma, \u00b0", limits: [-90, 90] },
-  { name: "alpha_z_N_per_cm3", label: "alpha_z", limits: [-1000, 1000] },
-  { name: "alpha_x_N_per_cm3", label: "alpha_x", limits: [-1000, 1000], optional: true },
+  { name: "beta_deg", label: "β, \u00b0", limits: [-90, 90] },
+  { name: "gamma_deg", label: "γ, \u00b0", limits: [-90, 90] },
+  { name: "alpha_z_N_per_cm3", label: "α_z", limits: [-1000, 1000] },
+  { name: "alpha_x_N_per_cm3", label: "α_x", limits: [-1000, 1000], optional: true },
   { name: "se_z", label: "error of z", limits: [0, 1000], optional: true },
   { name: "se_x", label: "error of x", limits: [0, 1000], optional: true },
 ];
@@ -72,20 +72,20 @@ function startCalculator(data) {
   const maps = makeMaps(byId("calc-maps"), (beta, gamma) => {
     const { z, x, note } = read(beta, gamma);
     const other = routine && scaledAlpha(routine, reference, beta * RADIAN, gamma * RADIAN);
-    const rows = [["alpha_z", z], ["alpha_x", x]].map(([name, v], c) => [name, valueCell(v, 4), ...(other ? [cell(other[c], 4)] : [])]);
-    const head = [`beta = ${sayAngle(beta)}, gamma = ${sayAngle(gamma)}`, "map, N/cm\u00b3", ...(other ? ["paper\u2019s routine"] : [])];
+    const rows = [["z", z], ["x", x]].map(([component, v], c) => [quantity("α", component), valueCell(v, 4), ...(other ? [cell(other[c], 4)] : [])]);
+    const head = [`β = ${sayAngle(beta)}, γ = ${sayAngle(gamma)}`, "map, N/cm\u00b3", ...(other ? ["paper\u2019s routine"] : [])];
     byId("calc-readout").replaceChildren(tableOf(head, rows), html("p", {}, note));
   });
 
   function showNumbers() {
     const zeta = band(zetaOfMap(grid, map));
-    const rows = [["zeta", cell(zeta, 4), ...(routine ? [cell(routine.zeta, 4)] : [])]];
-    if (routine) rows.push(["chi", "", cell(routine.chi, 4)]);
+    const rows = [["ζ", cell(zeta, 4), ...(routine ? [cell(routine.zeta, 4)] : [])]];
+    if (routine) rows.push(["χ", "", cell(routine.chi, 4)]);
     byId("calc-terms").hidden = !routine;
     if (routine) byId("calc-terms").lastElementChild.replaceChildren(tableOf(["", "N/cm\u00b3"], scaledCoefficients(routine, reference).map((one, i) => [data.terms[i], cell(one, 4)])));
     const note = routine
       ? `The routine takes the push straight down alone, for a nine-term profile whose alpha_z(0, 90\u00b0) is zeta, N/cm\u00b3; its intervals are for one further medium, from the scatter between ${reference.media.join(", ")}.`
-      : "The paper\u2019s routine needs a push at beta 0\u00b0, gamma 90\u00b0.";
+      : "The paper\u2019s routine needs a push at β 0\u00b0, γ 90\u00b0.";
     byId("calc-numbers").replaceChildren(tableOf(["", "map", ...(routine ? ["paper\u2019s routine"] : [])], rows), html("p", { class: "note" }, note));
   }
 
@@ -96,7 +96,7 @@ function startCalculator(data) {
       const who = i ? html("span", { class: "faint" }, "paper\u2019s routine") : data.leg_names[name];
       return [who, cell(z[top], 2), sayAngle(theta[top]), cell(x[side], 2), sayAngle(theta[side])];
     }));
-    byId("calc-peaks")?.replaceChildren(tableOf(["Leg", "peak F_z, N", "at theta", "peak F_x, N", "at theta"], rows));
+    byId("calc-peaks")?.replaceChildren(tableOf(["Leg", ["peak ", ...quantity("F", "z"), ", N"], "at θ", ["peak ", ...quantity("F", "x"), ", N"], "at θ"], rows));
   }
 
   function showCurves() {
@@ -118,16 +118,16 @@ function startCalculator(data) {
     const known = `the known media (${data.shapes.media.join(", ")})`;
     const strong = Number.isFinite(horizontal) ? `, and alpha_x is ${say(horizontal, 2)} times as strong beside alpha_z` : "";
     const told = [dof
-      ? `Agreement with ${known}: chi\u00b2 = ${say(distance, 1)} for ${dof}${strong}. Of media that have their shape, ${percent(belongs)} % lie as far from it or farther.`
+      ? `Agreement with ${known}: χ\u00b2 = ${say(distance, 1)} for ${dof}${strong}. Of media that have their shape, ${percent(belongs)} % lie as far from it or farther.`
       : `One number tells how strong the medium is, not whether it has the shape of ${known}.`];
-    const doubt = `This medium does not have the shape of the known media. The push farthest from it: beta ${sayAngle(farthest.place.beta / RADIAN)}, gamma ${sayAngle(farthest.place.gamma / RADIAN)}, alpha_${"zx"[farthest.c]}: found ${say(farthest.value)}, expected by the others ${say(farthest.value - farthest.off)} \u00b1 ${say(farthest.error)} N/cm\u00b3. A wet, cohesive or angular medium, or a wrong sign or angle: do not trust what is estimated.`;
+    const doubt = `This medium does not have the shape of the known media. The push farthest from it: β ${sayAngle(farthest.place.beta / RADIAN)}, γ ${sayAngle(farthest.place.gamma / RADIAN)}, α_${"zx"[farthest.c]}: found ${say(farthest.value)}, expected by the others ${say(farthest.value - farthest.off)} \u00b1 ${say(farthest.error)} N/cm\u00b3. A wet, cohesive or angular medium, or a wrong sign or angle: do not trust what is estimated.`;
     byId("calc-agreement").replaceChildren(html("p", {}, ...told), ...(belongs < data.shapes.not_alike ? [html("p", { class: "bad" }, doubt)] : []));
     const next = nextPush(data.shapes, grid, map);
     const [beta, gamma] = [next.beta, next.gamma].map((angle) => Math.round((100 * angle) / RADIAN) / 100);
     const button = html("button", { type: "button", id: "calc-next" }, "Add it to the table");
     button.addEventListener("click", () => addRow([String(beta), String(gamma)]));
     byId("calc-advice").replaceChildren(
-      html("p", {}, html("strong", {}, `Next best push: beta ${sayAngle(beta)}, gamma ${sayAngle(gamma)}. `),
+      html("p", {}, html("strong", {}, `Next best push: β ${sayAngle(beta)}, γ ${sayAngle(gamma)}. `),
         `It narrows the ${level} intervals of alpha from typically \u00b1${percent(wide * next.before)} % of the largest alpha to \u00b1${percent(wide * next.after)} %${next.runs > 1 ? `, for ${next.runs} runs, one at each depth` : ""}.`), button);
   }
 
@@ -146,9 +146,9 @@ function startCalculator(data) {
     });
     byId("calc-add").disabled = rows.length >= MOST_PUSHES;
     if (wrong.length) return wrong[0][2];
-    if (!pushes.length) return "Type alpha_z of at least one push.";
+    if (!pushes.length) return "Type α_z of at least one push.";
     map = estimateMap(data.shapes, grid, pushes);
-    if (!map) return "The pushes tell nothing of the medium, or meet no resistance: look at the signs of alpha and at the angles.";
+    if (!map) return "The pushes tell nothing of the medium, or meet no resistance: look at the signs of α and at the angles.";
     reference = data.references[Number(from.value)];
     const down = pushes.find(({ beta_deg, gamma_deg }) => Math.abs(beta_deg) <= SAME_DIRECTION && Math.abs(gamma_deg - 90) <= SAME_DIRECTION);
     routine = down && down.alpha[0] > 0 ? scaleNewMedium(down.alpha[0], down.se[0] || 0, reference, data.confidence) : null;

@@ -49,12 +49,13 @@ class Cell:
     """What stands in one place of a table.
 
     `notes`: Small print below; empty ones are left out.
-    `look`: Classes of the style sheet.
+    `look`: Classes of the style sheet. `link`: Where a click leads.
     """
 
     text: str
     notes: Sequence[str] = ()
     look: str = ""
+    link: str = ""
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,13 @@ def text_column(
 
     `note`: Column of the results that is printed small. `more`: Of `Column`.
     """
-    text = name if callable(name) else lambda row: str(row[name])
+
+    def of(row: Row) -> str:
+        found = row[name]
+        # what is marked up stays so
+        return found if isinstance(found, str) else str(found)
+
+    text = name if callable(name) else of
     return Column(heading, lambda row: Cell(text(row), _note(row, note)), **more)
 
 

@@ -65,7 +65,7 @@ function drawChart(image, title, curves, picked) {
   }
   image.append(svg("text", { x: CHART.left, y: 14 }, `${title}, N`));
   drawLegend(image, curves, right);
-  image.append(svg("text", { x: px(0), y: CHART.height - 6, "text-anchor": "middle" }, "theta (0: leg straight down)"));
+  image.append(svg("text", { x: px(0), y: CHART.height - 6, "text-anchor": "middle" }, "θ (0: leg straight down)"));
   const cursor = svg("line", { class: "cursor", y1: CHART.top, y2: floor });
   if (picked) {
     image.append(cursor);

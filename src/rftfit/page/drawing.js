@@ -18,6 +18,11 @@ function html(name, attributes = {}, ...children) {
   return element;
 }
 
+/** A letter with its component as an index. */
+function quantity(letter, component) {
+  return [letter, html("sub", {}, component)];
+}
+
 function byId(id) {
   return document.getElementById(id);
 }
@@ -50,7 +55,7 @@ function tableOf(head, rows) {
   const body = rows.map((row) =>
     html("tr", {}, ...row.map((cell, i) => html(i ? "td" : "th", i ? { class: "num" } : { scope: "row" }, ...[cell].flat()))),
   );
-  const top = html("tr", {}, ...head.map((cell, i) => html("th", { scope: "col", class: i ? "num" : "" }, cell)));
+  const top = html("tr", {}, ...head.map((cell, i) => html(cell === "" ? "td" : "th", { ...(cell === "" ? {} : { scope: "col" }), class: i ? "num" : "" }, ...[cell].flat())));
   const table = html("table", {}, html("thead", {}, top), html("tbody", {}, ...body));
   return html("div", { class: "scroll" }, table);
 }
@@ -60,10 +65,10 @@ function fillSelect(select, options, chosen) {
   if (options.some(([value]) => value === chosen)) select.value = chosen;
 }
 
-// from blue (negative) over near white (0) to orange-brown (positive): told apart by every colour vision
+// as in the figures: from blue (negative) over near white (0) to red (positive), told apart by every colour vision
 const COLOURS = [
-  [5, 48, 97], [33, 102, 172], [67, 147, 195], [146, 197, 222], [247, 247, 247],
-  [253, 204, 138], [252, 141, 60], [217, 72, 1], [127, 39, 4],
+  [5, 48, 97], [33, 102, 172], [67, 147, 195], [146, 197, 222], [209, 229, 240], [247, 247, 247],
+  [253, 219, 199], [244, 165, 130], [214, 96, 77], [178, 24, 43], [103, 0, 31],
 ];
 
 function colourOf(value, largest) {

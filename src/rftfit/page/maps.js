@@ -24,7 +24,7 @@ function makeMaps(parent, show) {
       viewBox: `0 0 ${MAP.width} ${MAP.height}`, tabindex: "0", role: "application", class: "map",
       "aria-roledescription": "map; arrow keys move the chosen cell", "data-component": component,
     });
-    const caption = html("figcaption", {}, "alpha", html("sub", {}, component), ", N/cm\u00b3");
+    const caption = html("figcaption", {}, ...quantity("α", component), ", N/cm\u00b3");
     parent.append(html("figure", {}, caption, image));
     return { component, image };
   });
@@ -48,8 +48,8 @@ function makeMaps(parent, show) {
       const shift = b === 90 ? 9 : b === -90 ? 0 : 4;
       image.append(svg("text", { x: MAP.left - 6, y: py(b) + shift, "text-anchor": "end" }, sayAngle(b)));
     }
-    image.append(svg("text", { x: px(0), y: floor + 32, "text-anchor": "middle" }, "gamma"));
-    image.append(svg("text", { x: 12, y: py(15), "text-anchor": "middle", transform: `rotate(-90 12 ${py(15)})` }, "beta"));
+    image.append(svg("text", { x: px(0), y: floor + 32, "text-anchor": "middle" }, "γ"));
+    image.append(svg("text", { x: 12, y: py(15), "text-anchor": "middle", transform: `rotate(-90 12 ${py(15)})` }, "β"));
   }
 
   function drawKey(image, largest) {
@@ -85,7 +85,7 @@ function makeMaps(parent, show) {
       for (const point of state.points) {
         const value = point[component === "z" ? 2 : 3];
         const dot = svg("circle", { class: "push", cx: px(point[1]), cy: py(point[0]), r: 4, fill: value === null ? "none" : colourOf(value, largest) });
-        dot.append(svg("title", {}, `push at beta ${sayAngle(point[0])}, gamma ${sayAngle(point[1])}: ${say(value)} N/cm\u00b3`));
+        dot.append(svg("title", {}, `push at β ${sayAngle(point[0])}, γ ${sayAngle(point[1])}: ${say(value)} N/cm\u00b3`));
         image.append(dot);
       }
       image.append(svg("rect", { class: "chosen" }), svg("rect", { class: "chosen-in" }));
@@ -107,8 +107,8 @@ function makeMaps(parent, show) {
       for (const mark of image.querySelectorAll(".chosen, .chosen-in")) {
         for (const [key, value] of Object.entries(boxOf(state.row, state.col))) mark.setAttribute(key, value);
       }
-      const place = `beta ${sayAngle(beta[state.row])}, gamma ${sayAngle(gamma[state.col])}`;
-      image.setAttribute("aria-label", `alpha_${component} at ${place}: ${say(found[component].value)} N/cm\u00b3`);
+      const place = `β ${sayAngle(beta[state.row])}, γ ${sayAngle(gamma[state.col])}`;
+      image.setAttribute("aria-label", `α_${component} at ${place}: ${say(found[component].value)} N/cm\u00b3`);
     }
     show(beta[state.row], gamma[state.col]);
   }
@@ -172,17 +172,20 @@ function startMaps(data) {
   };
   const names = { ...data.profile_names, measured: "measured" };
   const maps = makeMaps(byId("map-pair"), (beta, gamma) => {
-    const head = ["", "alpha_z", "alpha_x"];
+    const head = ["", quantity("α", "z"), quantity("α", "x")];
     const all = readers().map(([name, read]) => [name, read(beta, gamma)]);
     const rows = all.map(([name, { z, x }]) => [names[name], valueCell(z, 4), valueCell(x, 4)]);
-    const title = `beta = ${sayAngle(beta)}, gamma = ${sayAngle(gamma)}, N/cm\u00b3`;
+    const title = `β = ${sayAngle(beta)}, γ = ${sayAngle(gamma)}, N/cm\u00b3`;
     const note = new Map(all).get(profile.value)?.note || all[0][1].note;
     byId("map-readout").replaceChildren(html("p", {}, html("strong", {}, title)), tableOf(head, rows), html("p", {}, note));
   });
   const update = () => {
     const all = readers();
     const own = data.profiles[medium.value];
-    const chosen = profile.value || (own.table ? "measured" : ["map", "generic"].find((name) => own[name]));
+    // a few pushes are seen best in the map that is made of them
+    const known = data.alpha[medium.value].z.flat();
+    const whole = own.table && known.filter((v) => v !== null).length > 9;
+    const chosen = profile.value || (whole ? "measured" : ["map", "generic", "measured"].find((name) => name === "measured" || own[name]));
     fillSelect(profile, all.map(([name]) => [name, names[name]]), chosen);
     // a model is known everywhere, also where one push was made
     const cells = data.alpha[medium.value];

@@ -9,18 +9,24 @@ from typing import TYPE_CHECKING, Any
 from rftfit.measure.checks import (
     ACCEPTED,
     CHECKS,
+    DOUBTFUL,
     FAILED,
     GIVES_BACK,
     NO_SCALE,
     NOT_CHECKED,
     PASSED,
+    UNUSABLE,
 )
 from rftfit.measure.fits import flags_of_all, without
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.page.cells import records
 
 if TYPE_CHECKING:
     from rftfit.results import Results
+
+SOUND, NOTHING = "sound", "no result"
+"""Verdicts on a medium, besides those of the checks."""
 
 USED_AS = {
     "plate": "slope",
@@ -136,6 +142,23 @@ def gravest_doubt(results: Results, medium: str) -> tuple[str, int]:
     return min((flag for _, flag in doubts), key=_rank), len({who for who, _ in doubts})
 
 
+def verdict_of(results: Results, medium: str) -> tuple[str, str]:
+    """Verdict on a medium in one word, and why."""
+    table = results.checks
+    rows = table[(table["medium"] == medium) & table["verdict"].isin([FAILED, ACCEPTED])]
+    failed = ", ".join(rows["check"])
+    for word in (UNUSABLE, DOUBTFUL):
+        if (rows["effect"] == word).any():
+            return word, f"fails {failed}"
+    if len(rows):
+        return DOUBTFUL, f"fails {failed}, which the config accepts"
+    if not results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
+        return NOTHING, "no run gave a slope"
+    if NO_TARE_FLAG in flags_of_all(results[medium].fits):
+        return DOUBTFUL, NO_TARE_FLAG
+    return SOUND, ""
+
+
 def believed(results: Results) -> dict[str, Any]:
     """What the checks come to: failed ones by medium, what all media passed, what was not checked."""
     table, titles = results.checks, results.campaign.titles
@@ -148,7 +171,7 @@ def believed(results: Results) -> dict[str, Any]:
         unchecked.append(CHECKS[str(check)][1] + ("" if everywhere else f" ({where})"))
     return {
         "failed": [
-            (titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
+            (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
             for row in records(failed)
         ],
         "passed": [CHECKS[check][1] for check in dict.fromkeys(good["check"])],

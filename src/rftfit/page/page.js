@@ -11,6 +11,7 @@ function startPart(id, part) {
   }
 }
 
+startPart("summary", startTables);
 startPart("maps", startMaps);
 if (byId("viewer")) startPart("viewer", startViewer);
 startPart("calculator", startCalculator);
@@ -26,16 +27,6 @@ byId("methods-copy").addEventListener("click", async () => {
     getSelection().selectAllChildren(text);
     byId("methods-copied").textContent = "Selected: copy it with the keyboard.";
   }
-});
-
-// paper has no buttons to open things with
-let closed = [];
-addEventListener("beforeprint", () => {
-  closed = [...document.querySelectorAll("details:not([open])")];
-  for (const part of closed) part.open = true;
-});
-addEventListener("afterprint", () => {
-  for (const part of closed) part.open = false;
 });
 
 // for those who want the numbers behind the page: the functions that draw it

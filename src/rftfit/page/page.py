@@ -4,30 +4,69 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from markupsafe import Markup, escape
+
 from rftfit.campaign.config import Leg
 from rftfit.compare.sensitivity import shapes, told
+from rftfit.figures.registry import greek
 from rftfit.measure.fits import flags_of_all, said_of_all
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
 from rftfit.model.shapes import LEAST_PERCENT, USUAL_PERCENT
 from rftfit.page import tables
+from rftfit.page.findings import findings
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
 from rftfit.page.outcome import believed, outcome_of_runs
+from rftfit.page.pictures import first_of, pictures
 from rftfit.page.robot import robot_data, robot_tables
 from rftfit.store.environment import versions
 
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.page.outcome import Outcome
     from rftfit.results import Results
 
 SCRIPTS = (
-    "kernel.js", "student.js", "scaling.js", "pushes.js", "drawing.js", "maps.js", "curves.js", "viewer.js",
+    "kernel.js", "student.js", "scaling.js", "pushes.js", "drawing.js", "tables.js", "maps.js", "curves.js", "viewer.js",
     "calculator.js", "robot.js", "page.js",
 )  # fmt: skip
 """Parts of the script, in this order."""
+
+
+SECTIONS = {
+    "summary": "Summary",
+    "believed": "Checks",
+    "measurement": "Measurement",
+    "maps": "Maps of \N{GREEK SMALL LETTER ALPHA}",
+    "coefficients": "Coefficients",
+    "scaling": "Scaling",
+    "viewer": "Leg viewer",
+    "calculator": "Field calculator",
+    "legs": "Legs",
+    "sands": "Sands",
+    "robot": "Robot",
+    "reproduction": "Reproduction",
+    "dropped": "Dropped runs",
+    "methods": "Methods",
+    "provenance": "Provenance",
+}
+"""Sections by id, in their order."""
+
+_COMPONENT = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b")
+
+
+def report(results: Results) -> tuple[str, pd.DataFrame]:
+    """Make the page, and the table of what was found."""
+    import pandas as pd
+
+    found = [(one.text, one.section) for one in findings(results)]
+    return page(results), pd.DataFrame(found, columns=["finding", "section"])
 
 
 def page(results: Results) -> str:
@@ -42,6 +81,7 @@ def page(results: Results) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["quantities"] = quantities
     template = environment.from_string(_part("page.html"))
     return template.render(
         context(results),
@@ -62,8 +102,24 @@ def context(results: Results) -> dict[str, Any]:
     scaling, other_scaling = tables.scaling(results)
     counts, not_the_same, reproduction = tables.reproduction(results)
     reversal = tables.reversal(results)
+    found, errors = pictures(results), tables.leg_errors(results)
+    has = {
+        "measurement": any(one.section in ("Measurement", "quality") for one in found),
+        "viewer": any(isinstance(item, Leg) for item in config.intruders.values()),
+        "legs": bool(results.table("leg_errors.csv")["peak_measured_N"].notna().any()),
+        "sands": bool(results.sands),
+        "robot": bool(results.campaign.robot_medium),
+        "reproduction": bool(reproduction.rows),
+    }
+    names = {key: name for key, name in SECTIONS.items() if has.get(key, True)}
     return {
         "title": config.title,
+        "measured": _measured(results, outcome),
+        "findings": findings(results),
+        "pictures": found,
+        "first": first_of(found, results),
+        "names": names,
+        "sections": list(names.items()),
         "reenacted": results.campaign.reenacted,
         "level": f"{100 * config.fit.confidence:g} %",
         "method": config.fourier.method,
@@ -72,8 +128,9 @@ def context(results: Results) -> dict[str, Any]:
         "in_air": outcome.used[""],
         "from_table": config.table is not None,
         "kinds": _kinds(results),
-        "legs": any(isinstance(item, Leg) for item in config.intruders.values()),
-        "natural_sands": bool(results.sands),
+        "legs": has["viewer"],
+        "legs_measured": has["legs"],
+        "natural_sands": has["sands"],
         "notes": [
             (medium.title, ". ".join(filter(None, (medium.compaction, medium.note))))
             for medium in config.media.values()
@@ -96,9 +153,9 @@ def context(results: Results) -> dict[str, Any]:
         "from_print": [tables.title_of(results, medium) for medium in scaled_from_print(results)],
         "reversal": reversal,
         "table_above": any(row["found"].above("table") for row in reversal.rows),
-        "leg_errors": tables.leg_errors(results),
-        "shapes": (found := shapes(results.table("leg_sensitivity.csv"))),
-        "told_of_shapes": told(found[1:]),
+        "leg_errors": errors,
+        "shapes": (varied := shapes(results.table("leg_sensitivity.csv"))),
+        "told_of_shapes": told(varied[1:]),
         "sands": tables.sands(results),
         "corrections": tables.corrections(results),
         "robot": robot_tables(results),
@@ -113,6 +170,23 @@ def context(results: Results) -> dict[str, Any]:
         "versions": versions(),
         "settings": settings_digest(config),
     }
+
+
+def _measured(results: Results, outcome: Outcome) -> str:
+    """Say in a sentence what was measured, and whether it was recorded."""
+    number, dropped = len(results.media), len(outcome.dropped)
+    media = "one medium" if number == 1 else f"{number} media"
+    if results.config.table is not None:
+        return f"{media} from a table of stress or alpha.".capitalize()
+    runs = "1 run" if outcome.runs_used == 1 else f"{outcome.runs_used:,} runs"
+    how = "re-enacted" if results.campaign.reenacted else "recorded"
+    lost = f"{dropped} {'run' if dropped == 1 else 'runs'} dropped" if dropped else "none dropped"
+    return f"{media}, {runs} used, {lost}; logs {how}.".capitalize()
+
+
+def quantities(text: str) -> Markup:
+    """Write Greek letters and components as an index; the text itself is escaped."""
+    return Markup(_COMPONENT.sub(r"\1<sub>\2</sub>", str(escape(greek(text)))))
 
 
 def _kinds(results: Results) -> list[str]:

@@ -85,9 +85,13 @@ def _peaks(results: Results, medium: str) -> tuple[dict[tuple[str, str], float],
             peaks[str(profile), str(leg)] = float(force.max())
             if (profile, leg) == ("fourier", REVERSED):
                 theta_deg = float(part["theta_deg"].iloc[int(force.argmax())])
-    for leg, part in results[medium].legs.groupby("leg"):
-        if part["force_z_N"].notna().any():
-            peaks["measured", str(leg)] = float(part["force_z_N"].max())
+    errors = results.table("leg_errors.csv")
+    own = errors[(errors["medium"] == medium) & (errors["component"] == "z")]
+    known = own[own["peak_measured_N"].notna()]
+    peaks |= {
+        ("measured", str(leg)): float(peak)
+        for leg, peak in zip(known["leg"], known["peak_measured_N"], strict=True)
+    }
     return peaks, theta_deg
 
 

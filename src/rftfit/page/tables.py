@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from rftfit.campaign.config import Leg
 from rftfit.compare.published import EVIDENCE, SAME, VERDICTS
 from rftfit.figures.captions import PROFILES, name_of
 from rftfit.measure.fits import flags_of_all, without
@@ -27,7 +26,8 @@ from rftfit.page.cells import (
     text_column,
     value,
 )
-from rftfit.page.outcome import gravest_doubt, rows_by_reason
+from rftfit.page.findings import misfits
+from rftfit.page.outcome import NOTHING, SOUND, gravest_doubt, rows_by_reason, verdict_of
 from rftfit.page.reversal import FLAT, REVERSED, reversals
 
 if TYPE_CHECKING:
@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from rftfit.page.reversal import Reversal
     from rftfit.results import Results
 
-ALPHA_Z = Markup("alpha<sub>z</sub>")
+ALPHA_Z = Markup("\N{GREEK SMALL LETTER ALPHA}<sub>z</sub>")
+ZETA, CHI = "\N{GREEK SMALL LETTER ZETA}", "\N{GREEK SMALL LETTER CHI}"
 PER_CM3 = "N/cm\N{SUPERSCRIPT THREE}"
 DEGREE = "\N{DEGREE SIGN}"
 
@@ -59,14 +60,37 @@ def summary(results: Results, outcome: Outcome) -> Table:
     lift = {
         (row["medium"], row["leg"], row["profile"]): percent(row["peak_error_percent"])
         for row in records(errors[errors["component"] == "z"])
+        if math.isfinite(row["peak_measured_N"])
     }
+    legs = [leg for leg in results.config.intruders if any(leg == name for _, name, _ in lift)]
+
+    shares = misfits(results)
 
     def title(row: Row) -> Cell:
         return Cell(title_of(results, row["medium"]), ("natural sand",) if row["sand"] else ())
 
-    def runs_dropped(row: Row) -> Cell:
+    def verdict(row: Row) -> Cell:
+        word, why = verdict_of(results, row["medium"])
+        flag, count = gravest_doubt(results, row["medium"])
+        more = f"{flag} ({count} flags in all)" if count > 1 else flag
+        notes = (why,) if why and word != NOTHING else (why, more, row.get("reason", ""))
+        places = {SOUND: "", NOTHING: "#dropped"}
+        link = places.get(word, f"#checks-{row['medium']}")
+        return Cell(word, notes, f"verdict {'same' if word == SOUND else 'differs'}", link)
+
+    def chi(row: Row) -> Cell:
+        cell = number_column("", "chi", ends="chi_{}").cell(row)
+        borrowed = row["sand"] and math.isfinite(row.get("chi", math.nan))
+        return Cell(cell.text, (*cell.notes, "not measured" if borrowed else ""))
+
+    def misfit(row: Row) -> Cell:
+        share = shares.get(row["medium"])
+        return Cell("" if share is None else f"{value(share, 1)} %")
+
+    def runs(row: Row) -> Cell:
         count = dropped[row["medium"]]
-        return Cell(str(count), look="bad" if count else "")
+        note = f"{count} dropped" if count else ""
+        return Cell(str(outcome.used[row["medium"]]), (note,), "bad" if count else "")
 
     def peak(leg: str) -> Column:
         def cell(row: Row) -> Cell:
@@ -76,26 +100,16 @@ def summary(results: Results, outcome: Outcome) -> Table:
         name = name_of(leg)
         return Column(name, cell, "num", "Error of peak lift", f"peak lift, {name}")
 
-    def doubt(row: Row) -> Cell:
-        flag, count = gravest_doubt(results, row["medium"])
-        reason = row.get("reason", "")
-        if not flag:
-            return Cell(reason or "none")
-        return Cell(flag, (f"{count} flags in all" if count > 1 else "", reason))
-
     return Table(
         "Summary table",
         [
             Column("Medium", title),
-            text_column(
-                "used", lambda row: str(outcome.used[row["medium"]]),
-                look="num", group="Runs", label="runs used",
-            ),
-            Column("dropped", runs_dropped, "num", "Runs", "runs dropped"),
-            number_column("zeta", "zeta", ends="zeta_{}"),
-            number_column("chi", "chi", ends="chi_{}"),
-            *(peak(name) for name, item in results.config.intruders.items() if isinstance(item, Leg)),
-            Column("Worst quality flag", doubt, "why", label="worst flag"),
+            Column("Verdict", verdict),
+            Column("Runs", runs, "num"),
+            number_column(ZETA, "zeta", ends="zeta_{}"),
+            Column(CHI, chi, "num"),
+            Column("Nine terms miss", misfit, "num"),
+            *(peak(leg) for leg in legs),
         ],
         [
             {**scaled.get(medium, {}), "medium": medium, "sand": medium in results.sands}
@@ -134,7 +148,7 @@ def coefficients(results: Results, method: str) -> Table:
     rows = [{"term": term} for term in TERMS]
     if any(math.isfinite(one["misfit_rms_N_per_cm3"]) for one in found.values()):
         rows += [
-            {"term": f"misfit of alpha_{c}, rms", "of": of}
+            {"term": Markup(f"misfit of \N{GREEK SMALL LETTER ALPHA}<sub>{c}</sub>, rms"), "of": of}
             for c, of in (("z", "A00"), ("x", "C11"))
         ]
     return Table(f"Coefficients by {method}", columns, rows)
@@ -177,9 +191,9 @@ def scaling(results: Results) -> tuple[Table, Table]:
             ends="alpha_z_measured_{}_N_per_cm3",
         ),
         Column(ALPHA_Z + f" fit, {PER_CM3}", fit, "num"),
-        number_column("chi", "chi", ends="chi_{}"),
-        number_column("zeta", "zeta", ends="zeta_{}"),
-        text_column("Errors behind zeta, share of the variance", "zeta_errors"),
+        number_column(CHI, "chi", ends="chi_{}"),
+        number_column(ZETA, "zeta", ends="zeta_{}"),
+        text_column(f"Errors behind {ZETA}, share of the variance", "zeta_errors"),
     ]  # fmt: skip
     method = results.config.fourier.method
     rows = _untold(results, "penetration.csv")
@@ -212,8 +226,8 @@ def reversal(results: Results) -> Table:
         mean = f": nine terms {value(fourier.alpha_z_N_per_cm3)}, table {value(table.alpha_z_N_per_cm3)}"
         note = (
             f"lift {value(fourier.lift_N, 2)} N and {value(table.lift_N, 2)} N; "
-            f"theta {value(found.theta_deg, 0)}{DEGREE}, beta {span(*found.beta_deg, 0)}{DEGREE}, "
-            f"gamma {span(*found.gamma_deg, 0)}{DEGREE}"
+            f"\N{GREEK SMALL LETTER THETA} {value(found.theta_deg, 0)}{DEGREE}, "
+            f"\N{GREEK SMALL LETTER BETA} {span(*found.beta_deg, 0)}{DEGREE}, \N{GREEK SMALL LETTER GAMMA} {span(*found.gamma_deg, 0)}{DEGREE}"
         )
         return Cell(ALPHA_Z + mean, (note,))
 
@@ -254,7 +268,7 @@ def leg_errors(results: Results) -> Table:
             _medium(results),
             text_column("Leg", lambda row: name_of(row["leg"])),
             text_column("Profile", lambda row: name_of(row["profile"])),
-            text_column("Force", lambda row: f"F_{row['component']}"),
+            text_column("Force", lambda row: Markup(f"F<sub>{row['component']}</sub>")),
             number_column("Peak measured, N", "peak_measured_N", 2, note="reason"),
             number_column(
                 "Peak predicted, N", "peak_predicted_N", 2,
@@ -275,7 +289,7 @@ def leg_errors(results: Results) -> Table:
 def sands(results: Results) -> Table:
     """Penetration of the natural sands, by the stated and by the detected linear regime."""
     return Table(
-        "Natural sands",
+        "Penetration of natural sands",
         [
             _medium(results, "Sand"),
             text_column("Run", "run_id"),
@@ -283,7 +297,7 @@ def sands(results: Results) -> Table:
             number_column("Linear to, cm", "linear_to_cm", 2),
             number_column(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", "alpha_z_N_per_cm3", ends="{}"),
             number_column("Departure from a line", "bend", show=share),
-            number_column("zeta", "zeta", ends="zeta_{}"),
+            number_column(ZETA, "zeta", ends="zeta_{}"),
         ],
         _untold(results, "sands.csv"),
         cards=True,

@@ -125,7 +125,7 @@ function startViewer(data) {
     ];
     const why = Number.isFinite(net[0]) ? "" : state.profile.reason || "";
     byId("viewer-readout").replaceChildren(
-      tableOf([`theta = ${sayAngle(degrees)}`, "F_z, N", "F_x, N", "moment, N cm"], rows),
+      tableOf([`θ = ${sayAngle(degrees)}`, [...quantity("F", "z"), ", N"], [...quantity("F", "x"), ", N"], "moment, N cm"], rows),
       html("p", {}, why || `Longest arrow of this turn: ${say(state.largest, 3)} N on one element.`),
     );
   }

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from rftfit.campaign.load import Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.figures.registry import figures
+from rftfit.figures.style import FORMATS
 from rftfit.results import FOLDER
 from rftfit.store.digests import Seen, code_digest, digest_of
 from rftfit.workflow.records import Finding, Records
@@ -133,7 +134,7 @@ class Plan:
             if stage.robot and not self.names["robot"]:
                 media = ()
             tasks = [self._task(stage, medium, written) for medium in media]
-            if "*" in stage.reads:
+            if stage.name == "provenance":
                 earlier = found.copy()
                 tasks = [
                     replace(task, state=partial(_with_stages, task, earlier)) for task in tasks
@@ -175,7 +176,7 @@ class Plan:
                 task = Task(
                     figure.group, name, figure.run, medium,
                     self._filled(("checks/{media}.csv", *figure.reads), medium, written),
-                    tuple(f"{FOLDER}/{name}.{ending}" for ending in ("png", "pdf", "svg")),
+                    tuple(f"{FOLDER}/{name}.{ending}" for ending in FORMATS),
                     partial(self._figure_depends, figure, medium),
                 )  # fmt: skip
                 groups.setdefault(figure.group, []).append(task)

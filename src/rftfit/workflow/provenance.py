@@ -172,6 +172,7 @@ _FORMATS = {
     ".png": "image/png",
     ".sha256": "text/plain",
     ".svg": "image/svg+xml",
+    ".webp": "image/webp",
     ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
 }
 

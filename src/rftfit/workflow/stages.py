@@ -157,13 +157,8 @@ STAGES = (
         writes=("alpha_tables.xlsx", "coefficients.xlsx"),
     ),
     Stage(
-        "page", "rftfit.page.page:page", settings=(ALL,), rows=True,
-        reads=("checks/{media}.csv", "alpha/{media}.csv", "runs/{media}.csv", "fits/{media}.csv",
-               "legs/{media}.csv", "maps/{media}.csv",
-               "coefficients.csv", "penetration.csv", "reproduction.csv", "ledger.csv",
-               "predicted.csv", "leg_errors.csv", "leg_sensitivity.csv", "sands.csv", "sand_correction.csv",
-               "robot/speed.csv", "robot/errors.csv", "robot/optimum.csv", "robot/frames.json"),
-        writes=("report.html",),
+        "page", "rftfit.page.page:report", settings=(ALL,), rows=True, reads=("*",),
+        writes=("report.html", "findings.csv"),
     ),
     Stage(
         "provenance", "rftfit.workflow.provenance:provenance", settings=(ALL,), rows=True, logs=True,

@@ -1,0 +1,213 @@
+"""What a campaign found: sentences, each with its number, its interval and the section that shows it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rftfit.figures.captions import PROFILES, name_of
+from rftfit.measure.alpha import cell_at
+from rftfit.measure.checks import UNUSABLE
+from rftfit.measure.fits import flags_of_all
+from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.page.cells import percent, records, span, value
+from rftfit.robot.speeds import share_within
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    import pandas as pd
+
+    from rftfit.results import Results
+
+NEAR_PERCENT = 33.0
+"""What the paper says of all its legs and media."""
+_MOST_MEDIA = 3
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One sentence, with quantities named as in the tables.
+
+    `section`: Id of the section of the page that shows where it comes from.
+    """
+
+    text: str
+    section: str
+
+
+def findings(results: Results) -> list[Finding]:
+    """What was found, the most important first; nothing is said of what the campaign lacks."""
+    parts = (_doubts, _legs, _sands, _robot, _pushes, _size, _misfit)
+    return [one for part in parts for one in part(results)]
+
+
+def usable(results: Results, media: Iterable[str]) -> list[str]:
+    """Those of the media that fail no check that makes them unusable."""
+    return [name for name in media if not results.marks.get(name, "").startswith(UNUSABLE)]
+
+
+def _doubts(results: Results) -> Iterable[Finding]:
+    """What must be known before any number is read."""
+    good = usable(results, results.media)
+    bad = [results.campaign.titles[name] for name in results.media if name not in good]
+    if bad:
+        yield Finding(f"Not usable, by checks that need no model: {_listed(bad)}.", "believed")
+    bare = [one.title for one in results if NO_TARE_FLAG in flags_of_all(one.fits)]
+    if bare:
+        yield Finding(
+            f"No tare was subtracted in {_listed(bare)}: the force on rod and mount is in every number of it.",
+            "dropped",
+        )
+
+
+def _legs(results: Results) -> Iterable[Finding]:
+    """How far the measured table can be trusted: the worst error of peak lift of every leg."""
+    errors = _peaks(results, usable(results, results.laboratory), "table")
+    told, where = _worst(results, errors, "media")
+    if told:
+        near = int((errors["peak_error_percent"].abs() <= NEAR_PERCENT).sum())
+        yield Finding(
+            f"Peak lift predicted from the measured table is off by at most {told} ({where}). Within "
+            f"{NEAR_PERCENT:g} % are {near} of {len(errors)} peaks of lift and thrust.",
+            "legs",
+        )
+
+
+def _sands(results: Results) -> Iterable[Finding]:
+    """How far one push straight down goes in natural sands."""
+    media = usable(results, results.sands)
+    for profile, start in (
+        ("map", "From one push straight down, peak lift predicted by the map is"),
+        ("generic", "By the paper's routine, the generic profile scaled to the same push, it is"),
+    ):
+        told, where = _worst(results, _peaks(results, media, profile), "sands")
+        if told:
+            yield Finding(f"{start} off by at most {told} ({where}).", "sands")
+
+
+def _worst(results: Results, errors: pd.DataFrame, kind: str) -> tuple[str, str]:
+    """The largest error of peak lift of every leg with its interval, and where."""
+    lift = errors[errors["component"] == "z"]
+    told = []
+    for leg, part in lift.groupby("leg", sort=False):
+        worst = max(records(part), key=lambda row: abs(row["peak_error_percent"]))
+        ends = span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
+        off = percent(worst["peak_error_percent"]) + (f" ({ends})" if ends else "")
+        told.append(f"{off} for the {name_of(str(leg))}")
+    media = list(dict.fromkeys(lift["medium"]))
+    where = results.titles[media[0]] if len(media) == 1 else f"{len(media)} {kind}"
+    return _listed(told) if told else "", where
+
+
+def _robot(results: Results) -> Iterable[Finding]:
+    """How near the simulated robot comes."""
+    if not results.campaign.robot_medium:
+        return
+    errors = results.table("robot/errors.csv")
+    for profile in ("table", "map"):
+        own = errors[(errors["profile"] == profile) & errors["measured_cm_per_s"].notna()]
+        if not own["error_percent"].notna().any():
+            continue
+        near, rough = share_within(own, 20), share_within(own, 35)
+        top = max(records(own), key=lambda row: float(row["measured_cm_per_s"]))
+        ends = span(top["simulated_lo_cm_per_s"], top["simulated_hi_cm_per_s"], 1)
+        yield Finding(
+            f"On the {PROFILES[profile]} the robot runs within 20 % of its measured speed in {near[0]} of {near[1]} "
+            f"conditions and within 35 % in {rough[0]}; the fastest, measured at {value(top['measured_cm_per_s'], 1)} cm/s, "
+            f"is simulated at {value(top['simulated_cm_per_s'], 1)} cm/s"
+            + (f" ({ends})" if ends else "")
+            + ".",
+            "robot",
+        )
+        return
+
+
+def _pushes(results: Results) -> Iterable[Finding]:
+    """What few pushes say of a medium of which no leg was measured."""
+    predicted = results.table("predicted.csv")
+    for name in usable(results, results.media)[:_MOST_MEDIA]:
+        medium = results[name]
+        own = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
+        if len(medium.legs) or not len(own):
+            continue
+        known = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
+        told = []
+        for leg, part in own.groupby("leg", sort=False):
+            known_force = part[part["force_z_N"].notna()]
+            if len(known_force):
+                top = max(records(known_force), key=lambda row: float(row["force_z_N"]))
+                ends = span(top["force_z_lo_N"], top["force_z_hi_N"], 1)
+                told.append(f"{value(top['force_z_N'], 1)} N ({ends}) on the {name_of(str(leg))}")
+        if told:
+            pushes = "one push" if known == 1 else f"{known} directions"
+            yield Finding(
+                f"{results.titles[name]}, from {pushes}: the map predicts a peak lift of {_listed(told)}.",
+                "viewer",
+            )
+
+
+def _size(results: Results) -> Iterable[Finding]:
+    """How hard the media are to a level plate pushed straight down."""
+    found = []
+    for name in usable(results, results.media):
+        cell = cell_at(results[name].alpha, 0.0, 90.0)
+        if cell is not None and math.isfinite(cell["alpha_z_N_per_cm3"]):
+            found.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
+    found.sort(key=lambda one: one[0])
+    told = [
+        f"{_number(cell, 'alpha_z{}_N_per_cm3')} N/cm^3 in {results.titles[name]}"
+        for _, name, cell in (found if len(found) < 3 else [found[0], found[-1]])
+    ]
+    if told:
+        yield Finding(f"Straight down, alpha_z(0, 90 deg) is {' to '.join(told)}.", "maps")
+
+
+def _misfit(results: Results) -> Iterable[Finding]:
+    """What nine terms miss, beside what was measured."""
+    shares = misfits(results)
+    known = {name: share for name, share in shares.items() if name in usable(results, shares)}
+    if known:
+        least, most = min(known.values()), max(known.values())
+        size = value(most, 0) if len(known) == 1 else f"{value(least, 0)} to {value(most, 0)}"
+        yield Finding(
+            f"Nine Fourier terms miss {size} % of the largest alpha_z (root mean square over the "
+            "directions); no interval of measurement contains this.",
+            "coefficients",
+        )
+
+
+def misfits(results: Results) -> dict[str, float]:
+    """Root mean square of what nine terms miss of alpha_z over the largest, percent, by medium."""
+    table = results.table("coefficients.csv")
+    own = table[
+        (table["method"] == results.config.fourier.method) & (table["coefficient"] == "A00")
+    ]
+    found = {}
+    for row in records(own):
+        name = str(row["medium"])
+        if name in results.media and math.isfinite(row["misfit_rms_N_per_cm3"]):
+            largest = float(np.nanmax(np.abs(results[name].alpha["alpha_z_N_per_cm3"])))
+            found[name] = 100 * row["misfit_rms_N_per_cm3"] / largest
+    return found
+
+
+def _peaks(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
+    table = results.table("leg_errors.csv")
+    known = table["medium"].isin(list(media)) & (table["profile"] == profile)
+    return table[known & table["peak_error_percent"].notna()]
+
+
+def _number(row: Any, pattern: str, digits: int = 3) -> str:
+    """A number of a row with its interval."""
+    ends = span(row[pattern.format("_lo")], row[pattern.format("_hi")], digits)
+    return value(row[pattern.format("")], digits) + (f" ({ends})" if ends else "")
+
+
+def _listed(parts: Iterable[str]) -> str:
+    """A list in words."""
+    *most, last = parts
+    return f"{', '.join(most)} and {last}" if most else last

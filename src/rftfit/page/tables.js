@@ -1,0 +1,62 @@
+// Tables that sort by a click on a heading; long ones are filtered by words.
+
+/** What a cell sorts by: its number, else its text. */
+function sortKey(row, column) {
+  const text = row.cells[column]?.firstChild?.textContent.trim() || "";
+  const number = parseFloat(text.replace(MINUS, "-"));
+  return Number.isFinite(number) && /^[+\u2212-]?[\d.]/.test(text) ? number : text.toLowerCase();
+}
+
+function compareKeys(a, b) {
+  if (typeof a === typeof b) return a < b ? -1 : a > b ? 1 : 0;
+  return typeof a === "number" ? -1 : 1;
+}
+
+function makeSortable(table) {
+  const heads = [...table.tHead.rows].flatMap((row) => [...row.cells]).filter((cell) => cell.scope === "col");
+  const body = table.tBodies[0];
+  const places = new Map();
+  // headings in two rows: those of the second row stand below a common one
+  const [top, below] = [...table.tHead.rows].map((row) => [...row.cells]);
+  let column = 0;
+  for (const cell of top) {
+    if (cell.scope === "col") places.set(cell, column);
+    for (let i = 0; i < cell.colSpan; i += 1, column += 1) if (cell.scope !== "col") places.set(below.shift(), column);
+  }
+  for (const head of heads) {
+    const button = html("button", { type: "button", class: "sort" }, ...head.childNodes);
+    head.replaceChildren(button);
+    button.addEventListener("click", () => {
+      const up = head.getAttribute("aria-sort") !== "ascending";
+      for (const other of heads) other.removeAttribute("aria-sort");
+      head.setAttribute("aria-sort", up ? "ascending" : "descending");
+      const keyed = [...body.rows].map((row) => [sortKey(row, places.get(head)), row]);
+      keyed.sort(([a], [b]) => (up ? compareKeys(a, b) : compareKeys(b, a)));
+      body.append(...keyed.map(([, row]) => row));
+    });
+  }
+}
+
+function makeFilter(frame) {
+  const rows = [...frame.querySelectorAll("tbody tr")];
+  const input = html("input", { type: "search", spellcheck: "false" });
+  const count = html("span", { class: "note", role: "status" });
+  const show = () => {
+    const words = input.value.toLowerCase().split(/\s+/).filter(Boolean);
+    let shown = 0;
+    for (const row of rows) {
+      const text = row.textContent.toLowerCase();
+      row.hidden = !words.every((word) => text.includes(word));
+      if (!row.hidden) shown += 1;
+    }
+    count.textContent = `${shown} of ${rows.length} rows`;
+  };
+  input.addEventListener("input", show);
+  frame.before(html("div", { class: "controls filter" }, html("label", {}, `${frame.dataset.filter}: rows with the words`, input), count));
+  show();
+}
+
+function startTables() {
+  for (const table of document.querySelectorAll("main .scroll > table")) if (table.tBodies[0].rows.length > 2) makeSortable(table);
+  for (const frame of document.querySelectorAll(".scroll[data-filter]")) makeFilter(frame);
+}

@@ -1,0 +1,188 @@
+"""What was found: every number of the sentences is read back from the page and compared with the tables."""
+
+from __future__ import annotations
+
+import html
+import re
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import pytest
+from page_inputs import page_results, sand_results, write
+
+from rftfit.figures.style import FORMATS, preview
+from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.page.page import page as make_page
+from rftfit.page.pictures import pictures
+from rftfit.results import Results
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+NUMBER = re.compile(r"(?<![\w.])[\u2212+]?\d+(?:\.\d+)?")
+
+
+def sentences(page: str) -> list[tuple[str, str]]:
+    """Text and section of each sentence, as a reader sees it."""
+    found = re.search(r'<ul class="findings">(.*?)</ul>', page, re.DOTALL)
+    assert found is not None
+    items = re.findall(r'<li>(.*?) <a href="#(\w+)".*?</li>', found[1], re.DOTALL)
+    return [(html.unescape(re.sub(r"</?sub>", "", text)), section) for text, section in items]
+
+
+def numbers(text: str) -> list[float]:
+    """Numbers of a sentence, without those of its directions and units."""
+    plain = re.sub(r"\(0, 90 deg\)|N/cm\u00b3|\d+(?:\.\d+)? mm glass", "", text)
+    return [float(one.replace("\u2212", "-")) for one in NUMBER.findall(plain)]
+
+
+def worst(errors: pd.DataFrame, media: Sequence[str], profile: str) -> list[float]:
+    """Largest error of peak lift of each leg with its interval."""
+    own = errors[errors["medium"].isin(media) & (errors["profile"] == profile)]
+    found: list[float] = []
+    for leg in dict.fromkeys(own["leg"]):
+        part = own[(own["leg"] == leg) & (own["component"] == "z")]
+        row = part.loc[[part["peak_error_percent"].abs().idxmax()]].iloc[0]
+        found += [
+            row["peak_error_percent"],
+            row["peak_error_lo_percent"],
+            row["peak_error_hi_percent"],
+        ]
+    return found
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    made = page_results(tmp_path_factory.mktemp("found"), robot=True)
+    errors = made.table("leg_errors.csv")
+    sand = errors["medium"] == "yuma"
+    errors.loc[sand, ["peak_measured_N", "peak_error_percent"]] = [2.0, 12.0]
+    # made different from leg to leg, with intervals
+    errors["peak_error_percent"] += (
+        errors["leg"].map({"c_leg": 3.0, "flat_leg": -40.0}).fillna(25.0)
+    )
+    errors["peak_error_lo_percent"] = errors["peak_error_percent"] - 5
+    errors["peak_error_hi_percent"] = errors["peak_error_percent"] + 7
+    write(made, "leg_errors.csv", errors)
+    return Results(made.campaign)
+
+
+@pytest.fixture(scope="module")
+def said(results: Results) -> dict[str, list[str]]:
+    """Sentences by the section that they lead to."""
+    found: dict[str, list[str]] = {}
+    for text, section in sentences(make_page(results)):
+        found.setdefault(section, []).append(text)
+    return found
+
+
+def test_every_section_that_is_named_once_has_its_sentence(said: dict[str, list[str]]) -> None:
+    assert {name: len(texts) for name, texts in said.items()} == {
+        "legs": 1, "robot": 1, "maps": 1, "sands": 1,
+    } | ({"coefficients": 1} if "coefficients" in said else {})  # fmt: skip
+
+
+def test_errors_of_legs(results: Results, said: dict[str, list[str]]) -> None:
+    errors = results.table("leg_errors.csv")
+    own = errors[errors["medium"].isin(results.laboratory) & (errors["profile"] == "table")]
+    own = own[own["peak_error_percent"].notna()]
+    near = int((own["peak_error_percent"].abs() <= 33).sum())
+    wanted = worst(errors, results.laboratory, "table")
+    found = numbers(said["legs"][0])
+    assert found[:9] == pytest.approx(wanted, abs=0.5)
+    assert found[9:] == [len(results.laboratory), 33, near, len(own)]
+
+
+def test_errors_in_sands(results: Results, said: dict[str, list[str]]) -> None:
+    wanted = worst(results.table("leg_errors.csv"), ["yuma"], "generic")
+    assert numbers(said["sands"][0]) == pytest.approx(wanted, abs=0.5)
+    assert said["sands"][0].endswith("(Yuma sand).")
+
+
+def test_speeds_of_the_robot(results: Results, said: dict[str, list[str]]) -> None:
+    errors = results.table("robot/errors.csv")
+    own = errors[(errors["profile"] == "table") & errors["measured_cm_per_s"].notna()]
+    within = [int((own["error_percent"].abs() <= percent).sum()) for percent in (20, 35)]
+    top = own.sort_values("measured_cm_per_s").iloc[-1]
+    assert numbers(said["robot"][0])[:7] == pytest.approx(
+        [20, within[0], len(own), 35, within[1], top["measured_cm_per_s"], top["simulated_cm_per_s"]],
+        abs=0.05,
+    )  # fmt: skip
+
+
+def test_softest_and_hardest_medium(results: Results, said: dict[str, list[str]]) -> None:
+    found: dict[str, tuple[Any, ...]] = {}
+    for one in results:
+        table = one.alpha
+        row = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
+        found[one.title] = tuple(row[f"alpha_z{end}_N_per_cm3"] for end in ("", "_lo", "_hi"))
+    ordered = sorted(found, key=lambda title: found[title][0])
+    text = said["maps"][0]
+    assert ordered[0] in text
+    assert ordered[-1] in text
+    wanted = [end for title in (ordered[0], ordered[-1]) for end in found[title] if end == end]  # noqa: PLR0124
+    assert numbers(text) == pytest.approx(wanted, abs=0.0005)
+
+
+def test_one_push_of_a_sand_tells_what_the_map_predicts(tmp_path: Path) -> None:
+    results = sand_results(tmp_path)
+    predicted = results.table("predicted.csv").assign(profile="map")
+    write(results, "predicted.csv", predicted)
+    (text, section), *_ = sentences(make_page(Results(results.campaign)))
+    assert section == "viewer"
+    wanted = [
+        part["force_z_N"].max() + add
+        for _, part in predicted.groupby("leg", sort=False)
+        for add in (0, -0.1, 0.1)
+    ]
+    assert numbers(text) == pytest.approx(wanted, abs=0.05)
+
+
+def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path: Path) -> None:
+    results = page_results(tmp_path)
+    checks = pd.DataFrame(
+        [{"medium": "poppy_CP", "check": "work", "verdict": "failed", "effect": "unusable",
+          "sentence": "Z looks reversed."}]
+    )  # fmt: skip
+    write(results, "checks/poppy_CP.csv", checks)
+    write(
+        results,
+        "fits/poppy_LP.csv",
+        pd.DataFrame({"run_id": ["a", "b"], "flags": [NO_TARE_FLAG] * 2}),
+    )
+    page = make_page(Results(results.campaign))
+    first, second, third = sentences(page)[:3]
+    assert first == ("Not usable, by checks that need no model: poppy seeds, close.", "believed")
+    assert "No tare was subtracted in poppy seeds, loose" in second[0]
+    # what is unusable is in no sentence on what was found
+    assert numbers(third[0])[3] == 4
+    assert '<a href="#checks-poppy_CP">unusable</a>' in page
+    assert 'id="checks-poppy_CP"' in page
+    assert ">doubtful</a>" in page
+
+
+def test_figures_are_previewed_with_captions_and_links(tmp_path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    from rftfit.figures.style import content
+
+    results = page_results(tmp_path)
+    png = content(Figure(figsize=(7.2, 3), dpi=300), "png")
+    names = ("figures/alpha_maps_poppy_LP", "figures/stress_of_runs", "quality/yuma")
+    for name in names:
+        target = results.root / "results" / f"{name}.webp"
+        target.parent.mkdir(exist_ok=True)
+        target.write_bytes(preview(png))
+    found = pictures(results)
+    assert [one.name for one in found] == ["stress_of_runs", "yuma", "alpha_maps_poppy_LP"]
+    assert {(one.width, one.height) for one in found} == {(900, 375)}
+    page = make_page(results)
+    # the two of the first screen stand in their sections too
+    assert page.count("<img ") == 5
+    for name in names[:2]:
+        for ending in set(FORMATS) - {"webp"}:
+            assert f'href="{name}.{ending}"' in page
+    assert page.index("alpha_maps_poppy_LP, beside") < page.index('id="believed"')
+    assert page.index('id="figure-yuma"') < page.index('<section id="maps"')
+    assert page.index('id="figure-alpha_maps_poppy_LP"') > page.index('<section id="maps"')

@@ -1,0 +1,68 @@
+"""axe-core on report pages: both themes, everything open.
+
+make accessible                             the page of the published tables
+make accessible ARGS="results/report.html"  others
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve()
+sys.path.insert(0, str(HERE.parents[1] / "helpers"))
+import chromium
+from page_inputs import page_results
+
+from rftfit.page.page import page
+
+AXE = HERE.parents[2] / ".mutants" / "axe" / "axe_playwright_python" / "axe.min.js"
+ASK = """axe.run(document, {resultTypes: ["violations"]}).then((told) => JSON.stringify(told.violations
+  .map((one) => [one.id, one.impact, one.help, one.nodes.map((node) => node.html.slice(0, 120))])))"""
+
+
+def main(pages: list[Path]) -> int:
+    """Print every finding; the exit status says whether there is one."""
+    program = chromium.find()
+    if program is None:
+        print("There is no Chromium here.")
+        return 2
+    # colour contrast of a long page takes minutes on a slow machine
+    chromium._DEADLINE_S = 600.0
+    number = 0
+    with (
+        tempfile.TemporaryDirectory() as profile,
+        chromium.Chromium(program, Path(profile)) as browser,
+    ):
+        browser.call("Page.setBypassCSP", enabled=True)
+        for path in pages:
+            for theme in ("light", "dark"):
+                browser.open(path.resolve().as_uri())
+                calm = {"name": "prefers-reduced-motion", "value": "reduce"}
+                chosen = {"name": "prefers-color-scheme", "value": theme}
+                browser.call("Emulation.setEmulatedMedia", features=[calm, chosen])
+                browser.evaluate(
+                    "for (const one of document.querySelectorAll('details')) one.open = true"
+                )
+                browser.evaluate(f"{AXE.read_text(encoding='utf-8')};0")
+                found = json.loads(browser.evaluate(ASK))
+                number += len(found)
+                print(
+                    f"{path.name}, {theme}: {len(found)} findings; console: {browser.complaints() or 'silent'}"
+                )
+                for rule, impact, what, nodes in found:
+                    print(f"  {rule} ({impact}): {what}", *nodes[:5], sep="\n    ")
+    return min(number, 1)
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as made:
+        given = [Path(word) for word in sys.argv[1:]]
+        if not given:
+            given = [Path(made) / "report.html"]
+            given[0].write_text(
+                page(page_results(Path(made) / "lab", robot=True)), encoding="utf-8"
+            )
+        sys.exit(main(given))
