@@ -154,7 +154,7 @@ def test_calculator_equals_the_scaling_routine(
         each = np.stack([of(own) for own in reference.scaled])
         return with_interval(scaled, of(reference.m0), each, 0.95)
 
-    beta, γ = (
+    beta, gamma = (
         grid.ravel()
         for grid in np.meshgrid(np.radians([-60, 0, 30]), np.radians([-45, 0, 90]), indexing="ij")
     )
@@ -301,7 +301,7 @@ def test_play_turns_the_leg_and_stops(browser: Chromium) -> None:
 def field_pushes(count: int) -> pd.DataFrame:
     """Pushes of a truth in scattered directions: alpha_x, errors and some of both not stated."""
     random = np.random.default_rng(count)
-    beta, γ = random.uniform(-90, 90, (2, count))
+    beta, gamma = random.uniform(-90, 90, (2, count))
     beta[0], gamma[0] = 0, 90
     if count > 2:  # a node, its mirror image, and once more
         beta[1:3], gamma[1:3] = [30, 30], [90, 90]
@@ -395,8 +395,8 @@ def test_map_of_pushes_equals_that_of_the_library(
 
 def test_a_horizontal_push_counts_the_runs_that_it_takes(numbers: Chromium) -> None:
     """Where all other directions were pushed a horizontal one is next."""
-    beta, γ = (np.degrees(angle) for angle in grid())
-    use = γ != 0
+    beta, gamma = (np.degrees(angle) for angle in grid())
+    use = gamma != 0
     alpha = TableProfile.published("poppy_LP").alpha(*np.radians([beta[use], gamma[use]]))
     columns = (beta[use], gamma[use], *alpha, *np.full((2, use.sum()), 1e-4))
     pushes = field_pushes(1).iloc[:0].reindex(range(use.sum()))
@@ -453,7 +453,7 @@ def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> No
     browser.press("Tab", 4)  # the only row cannot be removed
     assert browser.evaluate(FOCUS) == "calc-add"
     browser.press(" ")
-    assert browser.evaluate(FOCUS) == "Push 2, beta, \N{DEGREE SIGN}"
+    assert browser.evaluate(FOCUS) == "Push 2, β, \N{DEGREE SIGN}"
     assert browser.evaluate(HIDDEN) is False  # an empty row is no push yet
     for text in ("30", "45", "0.2"):
         browser.type_text(text)
@@ -469,7 +469,7 @@ def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> No
 
 def test_next_push_is_added_to_the_table(browser: Chromium) -> None:
     one = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], column("z"): [0.35]})
-    beta, γ = plan("map", estimate_map(one), count=1).steps[1].directions[0]
+    beta, gamma = plan("map", estimate_map(one), count=1).steps[1].directions[0]
     browser.click("#calc-next")
     added = browser.evaluate(INPUTS)[1]
     np.testing.assert_allclose([float(text) for text in added[:2]], [beta, gamma], atol=0.005)
