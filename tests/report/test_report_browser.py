@@ -464,7 +464,7 @@ def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> No
     assert browser.evaluate(FOCUS) == "Remove push 2"
     browser.press(" ")
     assert browser.evaluate(INPUTS) == [["0", "90", "0.35", "", "", ""]]
-    assert browser.evaluate(FOCUS) == "Push 1, beta, \N{DEGREE SIGN}"
+    assert browser.evaluate(FOCUS) == "Push 1, β, \N{DEGREE SIGN}"
 
 
 def test_next_push_is_added_to_the_table(browser: Chromium) -> None:
@@ -473,7 +473,7 @@ def test_next_push_is_added_to_the_table(browser: Chromium) -> None:
     browser.click("#calc-next")
     added = browser.evaluate(INPUTS)[1]
     np.testing.assert_allclose([float(text) for text in added[:2]], [beta, gamma], atol=0.005)
-    assert browser.evaluate(FOCUS) == "Push 2, alpha_z"
+    assert browser.evaluate(FOCUS) == "Push 2, α_z"
 
 
 def test_a_medium_that_does_not_belong_is_told_so(browser: Chromium) -> None:
