@@ -323,11 +323,11 @@ class Sheet:
         # the end of a run's name tells runs apart
         run = run if len(run) <= room else "\N{HORIZONTAL ELLIPSIS}" + run[1 - room :]
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
-        write(left + margin, top - margin, f"{run}\nβ {beta}  γ {gamma}", 5.2)  # noqa: RUF001
+        write(left + margin, top - margin, f"{run}\nβ {beta}  γ {gamma}", 5.2)
         for c, x, side in (("z", left + margin, "left"), ("x", left + inner - margin, "right")):
             alpha, colour = float(fit[f"alpha_{c}_N_per_cm3"]), style.COMPONENT_COLOURS[c]
             if np.isfinite(alpha):
-                text = f"α{c} {style.number(alpha)}"  # noqa: RUF001
+                text = f"α{c} {style.number(alpha)}"
                 write(x, top - 0.54, text, 5.2, color=colour, ha=side)
         if trace:
             least, most = (f"{end:g}".replace("-", "\N{MINUS SIGN}") for end in span(trace))
@@ -396,6 +396,6 @@ class Sheet:
         text = (
             f"Across each panel: depth from 0 to {self.reach[0]:g} cm (horizontal runs: path from 0 "
             f"to {self.reach[1]:g} cm). Up: stress, from the panel's bottom to its top as written in "
-            "it. α in N/cm³. Extractions as filed."  # noqa: RUF001
+            "it. α in N/cm³. Extractions as filed."
         )
         self.axes.text(LEFT, -self.paper[1] + 1.05, text, fontsize=7.5, va="center")
