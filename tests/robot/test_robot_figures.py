@@ -189,8 +189,7 @@ def test_motion_over_two_strides(motion: pd.DataFrame) -> None:
     first = motion[(motion["profile"] == "table") & (motion["curvature_times_R"] == 1.0)]
     assert first["stride"].iloc[-1] == pytest.approx(2 - 1 / 50)
     pitch = figure.axes[2 * 2].lines[0]
-    # nose up is drawn upward, the tables count it downward
-    np.testing.assert_allclose(xy(pitch)[1], -first["pitch_deg"])
+    np.testing.assert_allclose(xy(pitch)[1], first["pitch_deg"])
     assert group_names(motion)[:3] == ["tripod_1", "tripod_2", "belly"]
 
 

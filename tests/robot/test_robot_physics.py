@@ -73,7 +73,7 @@ def test_momentum_and_energy_with_sand(
     s = each_step(robot, profile, curvature, frequency).series
     assert s is not None
     mass, inertia = robot.body.mass_g, robot.body.inertia_g_cm2
-    step_s, spin = s.time_s[1], np.radians(s.pitch_rate_deg_per_s)
+    step_s, spin = s.time_s[1], -np.radians(s.pitch_rate_deg_per_s)
     force_x = ERG_PER_N_CM * together(s.force_x_N)[:-1]
     force_z = ERG_PER_N_CM * together(s.force_z_N)[:-1]
     moment = ERG_PER_N_CM * s.moment_N_cm[:-1]
@@ -105,7 +105,7 @@ def test_granular_work_is_energy_less_drive(robot: Robot, table: Profile) -> Non
     s = each_step(robot, table, 1.0, 2.0).series
     assert s is not None
     parts, rate, every = assemble(robot, 1.0), 4 * math.pi, 250
-    mass, inertia, spin = 150.0, 2080.0, np.radians(s.pitch_rate_deg_per_s)
+    mass, inertia, spin = 150.0, 2080.0, -np.radians(s.pitch_rate_deg_per_s)
     for index in range(0, len(s.time_s), every):
         state, turn = s.states[index], math.radians(s.leg_angle_deg[index])
         power = 0.0

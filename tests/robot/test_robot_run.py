@@ -202,6 +202,12 @@ def test_elements_over_time(robot: Robot, table: TableProfile) -> None:
     np.testing.assert_allclose(legs.ends_x_cm[:, :, :-1, 1], legs.ends_x_cm[:, :, 1:, 0], atol=0.02)
     front = run.series.x_cm[::4] + 5.5 * np.cos(np.radians(run.series.pitch_deg[::4]))
     assert np.abs(legs.ends_x_cm[:, 0, 0, 0] - front).max() < 0.75
+    # nose up is positive: the belly rises forward
+    x, z = (np.ptp(ends[:, 0], axis=(1, 2)) for ends in (belly.ends_x_cm, belly.ends_z_cm))
+    rising = belly.ends_z_cm[:, 0, -1, 1] > belly.ends_z_cm[:, 0, 0, 0]
+    assert (belly.ends_x_cm[:, 0, -1, 1] > belly.ends_x_cm[:, 0, 0, 0]).all()
+    pitch = np.degrees(np.arctan2(np.where(rising, z, -z), x))
+    np.testing.assert_allclose(pitch, run.series.pitch_deg[::4], atol=1e-6)
     with pytest.raises(ValueError, match="samples_per_stride"):
         element_series(robot, table, simulate(robot, table, 2.0, 1.0, strides=1))
 

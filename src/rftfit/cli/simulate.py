@@ -71,7 +71,7 @@ def write_motion(folder: Path, run: RobotRun, tail: pd.DataFrame, notes: Sequenc
     speed = f"{run.speed_cm_per_s:.6g} cm/s" if math.isfinite(run.speed_cm_per_s) else "none"
     lines = [f"{MARK} (rftfit {rftfit.__version__})"]
     lines += [f"# {' '.join(note.split())}" for note in notes]
-    lines += [f"# outcome: {run.outcome}; speed: {speed}", "# pitch: nose down is positive"]
+    lines += [f"# outcome: {run.outcome}; speed: {speed}", "# pitch: nose up is positive"]
     body = run.series.table().to_csv(index=False, float_format="%.9g", lineterminator="\n")
     write_text(folder / MOTION, "\n".join(lines) + f"\n{body}")
     figure = draw_motion(tail.assign(profile="table"))
@@ -223,7 +223,7 @@ def simulate(
 
     Prints speed and outcome. Writes motion and ground reaction forces of both tripods over time as
     csv, a figure of the last two strides, and an animation with the force on every element as an
-    arrow. x is forward, z up; a pitch above 0 is nose down.
+    arrow. x is forward, z up; a pitch above 0 is nose up.
     """
     from rftfit.robot.config import paper_robot, read_robot
     from rftfit.workflow.robot import SAMPLES, tail_of

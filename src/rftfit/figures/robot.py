@@ -477,9 +477,7 @@ def draw_motion(motion: pd.DataFrame, profile: str = "table") -> Figure:
         stride = part["stride"].to_numpy(float)
         for row, (name, label) in enumerate(_KINEMATICS):
             axes = panels[row][column]
-            # the tables' angles turn from z toward x: nose down is positive there
-            sign = -1 if name == "pitch_deg" else 1
-            axes.plot(stride, sign * part[name], color="black", linewidth=1)
+            axes.plot(stride, part[name], color="black", linewidth=1)
             if column == 0:
                 axes.set_ylabel(label)
         mean = _mean_speed(part)

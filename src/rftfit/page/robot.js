@@ -14,7 +14,8 @@ function robotColours(curvatures) {
 }
 
 /** Places of body and legs in one pose: x from the centre of mass, cm. */
-function robotLines(frames, legPoints, [, z, pitch, theta]) {
+function robotLines(frames, legPoints, [, z, noseUp, theta]) {
+  const pitch = -noseUp; // angles turn from z toward x
   const place = ([x, y]) => [x * Math.cos(pitch) + y * Math.sin(pitch), z + y * Math.cos(pitch) - x * Math.sin(pitch)];
   const plates = frames.plates.map(([x0, z0, x1, z1]) => [place([x0, z0]), place([x1, z1])]);
   const legs = frames.hips.map(([hx, hz, phase]) => {
@@ -136,7 +137,7 @@ function startRobot(data) {
         ["lift of the ground, N", say(lift / 1000, 2)],
         ["thrust of the ground, N", say(thrust / 1000, 2)],
         ["height of the centre of mass, cm", say(run.pose[at][1], 2)],
-        ["pitch, nose up", sayAngle((-run.pose[at][2] * 180) / Math.PI)],
+        ["pitch, nose up", sayAngle((run.pose[at][2] * 180) / Math.PI)],
       ]),
       ...(run.warning ? [html("p", { class: "note" }, run.warning)] : []),
     );

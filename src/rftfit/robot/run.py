@@ -26,7 +26,7 @@ class Series:
     `groups`: Plates of the body by name, then ``tripod_1``, ``tripod_2``, ...
     `time_s`: shape (n,).
     `x_cm`, `z_cm`: shape (n,); Centre of mass; z = 0 is the free surface.
-    `pitch_deg`: shape (n,); From z toward x, as every angle: nose down is positive.
+    `pitch_deg`: shape (n,); Nose up is positive (in states it turns from z toward x, as every angle).
     `velocity_x_cm_per_s`, `velocity_z_cm_per_s`, `pitch_rate_deg_per_s`: shape (n,).
     `leg_angle_deg`: shape (n,); theta of the legs of phase 0 relative to the body, growing without
         end.
@@ -72,17 +72,17 @@ class Series:
         force_x = {name: rows[:, 10 + 2 * index] for index, name in enumerate(groups)}
         degrees = np.degrees
         return cls(
-            groups, time, x, z, degrees(pitch), vx, vz, degrees(pitch_rate), degrees(turned),
+            groups, time, x, z, -degrees(pitch), vx, vz, -degrees(pitch_rate), degrees(turned),
             moment, -against, force_z, force_x,
         )  # fmt: skip
 
     @property
     def states(self) -> FloatArray:
-        """States (n, 6) for `rftfit.robot.body.Parts.place`: x, z (cm), pitch (rad), their rates."""
+        """States (n, 6) for `rftfit.robot.body.Parts.place`: x, z (cm), pitch (rad, nose down), their rates."""
         return np.column_stack(
             [
-                self.x_cm, self.z_cm, np.radians(self.pitch_deg), self.velocity_x_cm_per_s,
-                self.velocity_z_cm_per_s, np.radians(self.pitch_rate_deg_per_s),
+                self.x_cm, self.z_cm, -np.radians(self.pitch_deg), self.velocity_x_cm_per_s,
+                self.velocity_z_cm_per_s, -np.radians(self.pitch_rate_deg_per_s),
             ]
         )  # fmt: skip
 
@@ -128,7 +128,7 @@ def fallen(parts: Parts, ends: FloatArray, numerics: Numerics) -> Assessment | N
         return Assessment("not steady", f"a force is unknown in stride {number}")
     pitch = math.degrees(state[2])
     if abs(pitch) > numerics.tipped_deg:
-        return Assessment("tipped", f"pitch {pitch:.0f} degrees after stride {number}")
+        return Assessment("tipped", f"pitch {-pitch:.0f} degrees after stride {number}")
     if highest_point(parts, state) < 0:
         return Assessment("buried", f"the whole body is below the surface after stride {number}")
     return None

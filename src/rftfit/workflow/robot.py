@@ -531,7 +531,7 @@ def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
     Returns ``title``; ``plates`` (ends, cm) and ``hips`` (x, z, cm; phase, turns) in the body's
     frame; ``legs``: points of a leg about its hip at theta = 0, by curvature; ``runs``: of each
     condition frequency, curvature, speed, outcome, warning, time of a stride, and by frame `pose`
-    (x from the first frame, z, pitch in rad, theta in rad) and `arrows` (x from the centre of
+    (x from the first frame, z, pitch, nose up, and theta in rad) and `arrows` (x from the centre of
     mass, z, force x, force z for each loaded element; cm and mN).
     """
     shapes = {}
