@@ -17,18 +17,22 @@ from rftfit.figures.robot import (
     curvature_looks,
     draw_motion,
     draw_optimum,
+    draw_profiles,
     draw_speeds,
+    draw_stances,
     group_names,
     profiles,
+    read_at,
     robot_reaction,
     speed,
 )
 from rftfit.figures.style import save
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
+from rftfit.robot.run import simulate
 from rftfit.robot.speeds import published_speeds, speed_errors
-from rftfit.robot.sweep import CALIBRATED_ON
-from rftfit.workflow.robot import last_strides
+from rftfit.robot.sweep import CALIBRATED_ON, MOTION
+from rftfit.workflow.robot import stance_of, tail_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -74,13 +78,29 @@ def compared() -> pd.DataFrame:
 
 
 @pytest.fixture(scope="module")
-def motion() -> pd.DataFrame:
-    profile = TableProfile.published("poppy_LP")
+def runs() -> dict[str, pd.DataFrame]:
+    """Motion and mid-stance of the runs of Fig. 4B, coarse in time."""
+    robot, profile = paper_robot(), TableProfile.published("poppy_LP")
+    every = [simulate(robot, profile, f, k, samples_per_stride=50) for k, f in MOTION]
+    return {
+        "motion": pd.concat([tail_of(run, 50) for run in every], ignore_index=True),
+        "stances": pd.concat([stance_of(robot, profile, run, 50) for run in every]),
+    }
+
+
+@pytest.fixture
+def motion(runs: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    return runs["motion"]
+
+
+def strides(speed: float = 26.0) -> pd.DataFrame:
+    """Mean strides of two trials of the c-leg, whose surge begins at different moments."""
+    at = np.arange(50) / 50
     parts = [
-        last_strides(paper_robot(), profile, 4.0, k, 50).assign(profile=name)
-        for name in ("table", "depth_only")
-        for k in (1.0, -1.0)
-    ]
+        pd.DataFrame({"run_id": name, "curvature_times_R": 1.0, "frequency_Hz": 1.96, "stride": at,
+                      "velocity_x_cm_per_s": speed + 8 * np.cos(4 * np.pi * (at - late))})
+        for name, late in (("a", 0.0), ("b", 0.2))
+    ]  # fmt: skip
     return pd.concat(parts, ignore_index=True)
 
 
@@ -113,17 +133,18 @@ def inside(figure: Figure) -> list[str]:
     return out
 
 
-@pytest.mark.parametrize("profiles", [("table",), PROFILES])
-def test_speeds_are_those_of_the_tables(profiles: tuple[str, ...]) -> None:
+def test_speeds_are_those_of_the_tables() -> None:
     errors, runs = compared(), speeds()
-    figure = draw_speeds(runs, errors, profiles)
-    assert len(figure.axes) == len(profiles)
-    assert inside(figure) == []
-    for axes, profile in zip(figure.axes, profiles, strict=True):
+    one, grid = draw_speeds(runs, errors), draw_profiles(runs, errors)
+    assert (len(one.axes), len(grid.axes)) == (1, 2 * len(PROFILES))
+    assert inside(one) == inside(grid) == []
+    panels = [*one.axes, *grid.axes[::2]]
+    for axes, profile in zip(panels, ("table", *PROFILES), strict=True):
         drawn = [
             (x, y, line.get_markerfacecolor() == "white")
             for line in axes.lines
-            if line.get_marker() not in ("None", None, "|", "_", 2, 3)
+            if line.get_marker() not in ("None", None, "|", "_", 2, 3, "x")
+            and line.get_markersize() < 5
             for x, y in xy(line).T
         ]
         own = errors[errors["profile"] == profile]
@@ -131,6 +152,8 @@ def test_speeds_are_those_of_the_tables(profiles: tuple[str, ...]) -> None:
         assert sum(hollow for *_, hollow in drawn) == 3
         hollow = {round(float(x), 3) for x, _, white in drawn if white}
         assert hollow == {round(f, 3) for _, f in CALIBRATED_ON.values()}
+        (rings,) = (xy(line) for line in axes.lines if line.get_markersize() > 5)
+        np.testing.assert_allclose(sorted(rings[0]), [1.954, 2.246])
         texts = [text.get_text() for text in axes.texts]
         assert "within 20 %: 42 of 42\nwithin 35 %: 42 of 42" in texts
         curve = next(line for line in axes.lines if xy(line).shape[1] == 4)
@@ -139,10 +162,39 @@ def test_speeds_are_those_of_the_tables(profiles: tuple[str, ...]) -> None:
         np.testing.assert_allclose(xy(curve)[:, 0], 0)
 
 
+def test_speed_against_curvature_is_read_off_speed_against_frequency() -> None:
+    frequencies, values = np.array([1.0, 2.0, 4.0]), np.array([10.0, 30.0, 50.0])
+    assert read_at(frequencies, values, 0.5) == 5.0
+    assert read_at(frequencies, values, 1.25) == 15.0
+    assert read_at(frequencies, values, 4.0) == 50.0
+    # between 2 and 4 Hz nothing is known, beyond 4 Hz neither
+    assert read_at(frequencies, values, 3.0) is read_at(frequencies, values, 5.0) is None
+    errors = compared()
+    axes = draw_profiles(speeds(), errors).axes[1]
+    points = next(line for line in axes.lines if line.get_marker() == "s")
+    own = errors[(errors["profile"] == "table") & (errors["curvature_times_R"] == 1.0)]
+    wanted = np.interp(2.0, own["frequency_Hz"], own["measured_cm_per_s"])
+    assert dict(xy(points).T.tolist())[1.0] == pytest.approx(wanted)
+    assert len(xy(points).T) == 7
+
+
+def test_a_robot_upside_down_is_marked() -> None:
+    runs = speeds()
+    over = (runs["profile"] == "depth_only") & (runs["curvature_times_R"] == 1.0)
+    runs.loc[over, ["speed_cm_per_s", "outcome"]] = np.nan, "tipped"
+    page = draw_profiles(runs, compared())
+    crosses = [xy(line).T.tolist() for line in page.axes[5].lines if line.get_marker() == "x"]
+    assert [at for one in crosses for at in one] == [[1.0, 0.0]] * 3
+    assert "turned upside down" in [text.get_text() for text in page.legends[0].get_texts()]
+    assert not any(xy(line).size for line in page.axes[1].lines if line.get_marker() == "x")
+
+
 def test_speeds_without_a_measurement() -> None:
-    figure = draw_speeds(speeds(), compared().iloc[:0])
+    figure = draw_profiles(speeds(), compared().iloc[:0])
     assert inside(figure) == []
-    assert len(figure.axes) == 3
+    assert len(figure.axes) == 6
+    # seven of the curvatures that were simulated
+    assert sum(xy(line).shape[1] == 4 for line in figure.axes[0].lines) == 7
     (told,) = draw_speeds(speeds().iloc[:0], compared()).texts
     assert "no simulated speed" in told.get_text()
 
@@ -158,14 +210,14 @@ def test_curvatures_look_different() -> None:
 def test_optimum_is_drawn_where_it_is() -> None:
     runs = speeds()
     best = optima(runs)
-    figure = draw_optimum(runs, best)
+    figure = draw_optimum(runs, best, compared())
     assert inside(figure) == []
     own = best[best["profile"] == "table"]
-    left = figure.axes[0]
-    line = next(line for line in left.lines if xy(line).shape[1] == 3)
+    right = figure.axes[1]
+    line = next(line for line in right.lines if xy(line).shape[1] == 3)
     np.testing.assert_allclose(xy(line)[0], own["best_curvature_times_R"])
     np.testing.assert_allclose(xy(line)[1], [1, 2, 5])
-    grid = left.collections[0].get_array()
+    grid = right.collections[0].get_array()
     assert grid is not None
     assert grid.max() == pytest.approx(runs[runs["profile"] == "table"]["speed_cm_per_s"].max())
 
@@ -176,42 +228,77 @@ def test_a_sweep_without_a_steady_run_says_why() -> None:
     runs.loc[lost, "speed_cm_per_s"] = np.nan
     runs.loc[lost, "reason"] = "no alpha at (beta, gamma) in degrees (30, 90)"
     best = optima(speeds())
-    figure = draw_optimum(runs, best[best["profile"] != "table"])
+    figure = draw_optimum(runs, best[best["profile"] != "table"], compared())
     assert inside(figure) == []
     assert any("(30, 90)" in text.get_text() for text in figure.texts)
-    assert inside(draw_speeds(runs, compared().iloc[:0], ["table"])) == []
+    assert inside(draw_speeds(runs, compared().iloc[:0])) == []
 
 
 def test_motion_over_two_strides(motion: pd.DataFrame) -> None:
-    figure = draw_motion(motion)
+    figure = draw_motion(motion, strides())
     assert inside(figure) == []
     assert len(figure.axes) == 2 * 5
-    first = motion[(motion["profile"] == "table") & (motion["curvature_times_R"] == 1.0)]
+    first = motion[motion["curvature_times_R"] == 1.0]
     assert first["stride"].iloc[-1] == pytest.approx(2 - 1 / 50)
-    pitch = figure.axes[2 * 2].lines[0]
+    one, two, simulated = (xy(line)[1] for line in figure.axes[0].lines[:3])
+    np.testing.assert_allclose(simulated, first["velocity_x_cm_per_s"])
+    # both trials are moved to the moment at which they surge as the simulated robot does
+    np.testing.assert_allclose(one, two, atol=0.3)
+    assert np.corrcoef(one, simulated)[0, 1] > 0.8
+    pitch = figure.axes[2].lines[0]
     np.testing.assert_allclose(xy(pitch)[1], first["pitch_deg"])
     assert group_names(motion)[:3] == ["tripod_1", "tripod_2", "belly"]
 
 
+def test_forces_are_means_over_ten_milliseconds(motion: pd.DataFrame) -> None:
+    first = motion[motion["curvature_times_R"] == 1.0].reset_index(drop=True)
+    fine = first.assign(time_s=np.arange(len(first)) / 1000, force_z_belly_N=0.0)
+    fine.loc[50, "force_z_belly_N"] = 11.0
+    axes = draw_motion(fine).axes[3]
+    belly = xy(axes.lines[group_names(fine).index("belly")])[1]
+    np.testing.assert_allclose(belly[45:56], 1.0)
+    assert belly.sum() == pytest.approx(11)
+
+
 def test_tripods_take_turns(motion: pd.DataFrame) -> None:
-    first = motion[(motion["profile"] == "table") & (motion["curvature_times_R"] == 1.0)]
+    first = motion[motion["curvature_times_R"] == 1.0]
     one, two = (first[f"force_z_tripod_{n}_N"].to_numpy(float) for n in (1, 2))
     np.testing.assert_allclose(np.roll(one, 25)[25:75], two[25:75], atol=0.02 * one.max())
 
 
-def test_reaction_by_profile(motion: pd.DataFrame) -> None:
+def test_reaction_of_both_tripods(motion: pd.DataFrame) -> None:
     figure = robot_reaction(memory({"robot/motion.csv": motion}))
     assert inside(figure) == []
-    assert len(figure.axes) == 2 * 3
+    assert len(figure.axes) == 2 * 2
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == ["measured table", "depth-only"]
+    assert legend == ["tripod 1", "tripod 2"]
+    dashes = [line.get_linestyle() for line in figure.axes[0].lines]
+    assert dashes[:2] == ["-", "--"]
+
+
+def test_stance_shows_the_forces_of_one_tripod(runs: dict[str, pd.DataFrame]) -> None:
+    table = runs["stances"]
+    figure = draw_stances(table)
+    assert inside(figure) == []
+    assert [axes.get_title(loc="left") for axes in figure.axes] == [
+        "c-leg, 2 Hz", "reversed c-leg, 2.2 Hz",
+    ]  # fmt: skip
+    own = table[(table["group"] == "tripod_1") & (table["curvature_times_R"] == 1.0)]
+    # the tips hang below the hips
+    ends = own[["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float).reshape(3, -1, 4)
+    np.testing.assert_allclose(ends[:, 0, 0], ends[:, -1, 2], atol=0.5)
+    assert (ends[:, 0, 1] > ends[:, -1, 3]).all()
+    arrows = figure.axes[0].collections[-1]
+    assert 0 < arrows.get_offsets().shape[0] <= len(own)
+    deep = own["at_z_cm"] < 0
+    assert own.loc[~deep, ["force_z_N", "force_x_N"]].abs().to_numpy().max() == 0
 
 
 def test_each_sweep_has_its_figures_and_captions() -> None:
     errors, runs = compared(), speeds().assign(warning="")
     runs.loc[:2, "outcome"] = "tipped"
     results = memory({"robot_full/errors.csv": errors, "robot_full/speed.csv": runs})
-    for draw, panels in ((speed, 1), (profiles, 3)):
+    for draw, panels in ((speed, 1), (profiles, 6)):
         assert len(draw(results, "robot_full").axes) == panels
     own = {one.file(sweep): one for one in figures() for sweep in one.media(results.campaign)}
     told = own["figures/robot_full_speed"].caption_of(results, "robot_full")
@@ -219,20 +306,23 @@ def test_each_sweep_has_its_figures_and_captions() -> None:
     assert "within 20 % in 42 and within 35 % in 42 of 42 conditions; of the 39 that" in told
     told = own["figures/robot_full_profiles"].caption_of(results, "robot_full")
     assert f"Of {len(runs)} runs, 3 came to no steady speed" in told
+    assert "upside down (3 runs)" in told
     assert own["figures/robot_speed"].group == "robot_figures"
 
 
 def test_captions_of_motion_and_curvature(motion: pd.DataFrame) -> None:
     best = optima(speeds())
-    results = memory({"robot/motion.csv": motion, "robot/optimum.csv": best})
+    tables = {"robot/motion.csv": motion, "robot/optimum.csv": best, "robot/strides.csv": strides()}
+    results = memory(tables)
     own = {one.file(sweep): one for one in figures() for sweep in one.media(results.campaign)}
-    first = motion[(motion["profile"] == "table") & (motion["curvature_times_R"] == 1.0)]
+    first = motion[motion["curvature_times_R"] == 1.0]
     lift = first["force_z_tripod_1_N"].max()
     told = own["figures/robot_motion"].caption_of(results)
-    assert f"c-leg at 4.0 Hz: {first['x_cm'].iloc[-1] / first['time_s'].iloc[-1]:.1f} cm/s" in told
+    assert f"c-leg, 2 Hz: {first['x_cm'].iloc[-1] / first['time_s'].iloc[-1]:.1f} cm/s" in told
     assert f"lift of a tripod up to {lift:.2f} N" in told
-    assert "depth-only" not in told
-    assert "depth-only, reversed c-leg" in own["figures/robot_reaction"].caption_of(results)
+    assert "c-leg, 2 trials" in told
+    results.tables["robot/strides.csv"] = strides().iloc[:0]
+    assert "marker track" not in own["figures/robot_motion"].caption_of(results)
     top = best.query("profile == 'table' and frequency_Hz == 5").iloc[0]
     told = own["figures/robot_curvature"].caption_of(results, "robot")
     assert f"5.0 Hz: fastest at R'/r {top['best_curvature_times_R']:.2f} (read within" in told
@@ -240,6 +330,6 @@ def test_captions_of_motion_and_curvature(motion: pd.DataFrame) -> None:
 
 def test_same_figure_same_bytes(tmp_path: Path) -> None:
     for name in "ab":
-        save(draw_speeds(speeds(), compared()), tmp_path / name)
+        save(draw_profiles(speeds(), compared()), tmp_path / name)
     for ending in ("png", "pdf", "svg"):
         assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()

@@ -74,7 +74,7 @@ def write_motion(folder: Path, run: RobotRun, tail: pd.DataFrame, notes: Sequenc
     lines += [f"# outcome: {run.outcome}; speed: {speed}", "# pitch: nose up is positive"]
     body = run.series.table().to_csv(index=False, float_format="%.9g", lineterminator="\n")
     write_text(folder / MOTION, "\n".join(lines) + f"\n{body}")
-    figure = draw_motion(tail.assign(profile="table"))
+    figure = draw_motion(tail)
     # one format: three would take longer than the run
     write_bytes(folder / FIGURE, content(figure, "png"))
 

@@ -6,18 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures import captions, style
+from rftfit.figures import captions, leg_panels, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, greek, only_if
+from rftfit.robot.sweep import MOTION, MOTION_NEAR_HZ
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     import pandas as pd
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from rftfit.conventions import FloatArray
     from rftfit.results import Results
 
     _Draw = Callable[[Results, str], Figure]
@@ -54,12 +56,20 @@ def leg_name(curvature: float) -> str:
     return names.get(curvature, f"R'/r = {style.number(curvature, 2)}")
 
 
-# Speed against stride frequency
+# Speed against stride frequency and against curvature
 
 
 _MARKERS = "osD^vP*X<>"
 _BACK, _FLAT, _AHEAD = ("#0B3C6F", "#9CC9EA"), "#444444", ("#F2B27A", "#9E2A00")
 _LEFT_CM, _GAP_CM, _TOP_CM, _FOOT_CM = 1.25, 0.35, 0.75, 1.15
+_SIDE_CM, _SPEED_PITCH_CM = 7.4, 9.2
+
+READ_HZ = (1.0, 2.0, 3.0, 4.0, 5.0)
+"""Frequencies at which speed is drawn against curvature."""
+
+_HZ_MARKERS = "osD^v"
+_WIDEST_HZ = 1.25
+"""No speed is read between neighbours that are farther apart."""
 
 
 def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
@@ -85,9 +95,10 @@ def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
     return {
         "robot_medium": results.campaign.titles[results.campaign.robot_medium],
         "conditions": str(len(once)),
-        "calibrated": str(int((once["calibrated"] == "yes").sum())),
+        "calibrated": str(int((once["calibrated"] == "yes").sum())).removeprefix("0"),
         "runs": str(len(runs)),
         "not_steady": str(int((runs["outcome"] != "steady").sum())),
+        "tipped": str(int((runs["outcome"] == "tipped").sum())),
         "warned": str(int((runs["warning"] != "").sum())),
         "table": told.get("table", ""),
         "profiles": ". ".join(told.values()),
@@ -98,11 +109,12 @@ def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
     "speed",
     reads=("speed.csv", "errors.csv"),
     paper="Fig. 4C",
-    caption="""The robot's speed against stride frequency for legs of several curvatures.
+    caption="""The robot's mean forward speed against stride frequency for legs of several curvatures.
 Measured on {robot_medium}.
-Lines are simulated with the measured table, points measured: mean and standard deviation of trials.
-Bars are {level} intervals of the simulated speed that follow from those of alpha. They hold neither the robot's \
-unknown lengths nor what the model leaves out.
+Lines are simulated with the measured table, points measured: mean and standard deviation of trials. Rings: the \
+runs whose motion is drawn over time.
+Shaded bars are the {level} intervals of the simulated speed that follow from the intervals of alpha. They hold \
+neither the robot's unknown lengths nor what the model leaves out.
 Hollow points ({calibrated} of {conditions}) are those that the lengths were found from.
 Good: lines through the filled points.
 Simulated on the {table}.""",
@@ -111,22 +123,25 @@ Simulated on the {table}.""",
 def speed(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency on the measured table."""
     speeds, errors = results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/errors.csv")
-    return draw_speeds(speeds, errors, ["table"])
+    return draw_speeds(speeds, errors)
 
 
 @sweep_figure(
     "profiles",
     reads=("speed.csv", "errors.csv"),
     paper="Fig. S13",
-    caption="""The robot's speed against stride frequency by every force profile.
-Of {runs} runs, {not_steady} came to no steady speed and are not drawn; {warned} have leg tips faster than \
-resistive forces are known to hold.
+    caption="""The robot's mean forward speed by every force profile, one row each: against stride frequency (left) \
+and against leg curvature (right), where measured and simulated speeds are read between those at the left.
+Of {runs} runs, {not_steady} came to no steady speed: crosses on the line of zero, where the robot turned upside \
+down ({tipped} runs); {warned} have leg tips faster than resistive forces are known to hold.
+Good: lines through the points. Depth-only forces push reversed legs like c-legs, and turn the robot over near \
+R'/r = 1.
 By profile: {profiles}.""",
     numbers=_speed_numbers,
 )
 def profiles(results: Results, sweep: str) -> Figure:
-    """Draw speed against stride frequency, one panel a profile."""
-    return draw_speeds(results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/errors.csv"))
+    """Draw speed against stride frequency and curvature, one row a profile."""
+    return draw_profiles(results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/errors.csv"))
 
 
 def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]:
@@ -144,63 +159,81 @@ def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]
     return {one: (colours[one], _MARKERS[i % len(_MARKERS)]) for i, one in enumerate(ordered)}
 
 
-@style.styled
-def draw_speeds(
-    speed: pd.DataFrame, errors: pd.DataFrame, profiles: Sequence[str] | None = None
-) -> Figure:
-    """Draw speed against stride frequency, one panel a profile; default: all of the tables.
+def _shown(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[float, tuple[str, str]]:
+    """Looks of the curvatures that were measured, or of seven of the sweep."""
+    every = sorted(set(errors["curvature_times_R"]) or set(speed["curvature_times_R"]))
+    if errors.empty and len(every) > 7:
+        every = [every[int(i)] for i in np.linspace(0, len(every) - 1, 7).round()]
+    return curvature_looks(every)
 
-    Without any measured condition in `errors` model curves alone are drawn, at the ends and the
-    middle of the curvatures.
+
+def _limits(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
+    # where no run was steady, zero stands in for the speeds
+    highest = [speed["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()]
+    lowest = float(np.nan_to_num(speed["speed_cm_per_s"].min()))
+    return min(-1.0, lowest * 1.05), float(np.nan_to_num(highest).max() * 1.06) or 1.0
+
+
+@style.styled
+def draw_speeds(speed: pd.DataFrame, errors: pd.DataFrame, profile: str = "table") -> Figure:
+    """Draw speed against stride frequency on one profile.
+
+    Without any measured condition in `errors` model curves alone are drawn, at seven curvatures.
     """
-    names = list(profiles or dict.fromkeys(speed["profile"]))
+    speed, errors = (table[table["profile"] == profile] for table in (speed, errors))
     if speed.empty:
         return style.missing("there is no simulated speed to draw")
-    shown = sorted(set(errors["curvature_times_R"]) or {-1.0, 0.0, 1.0})
-    looks = curvature_looks(shown)
-    single = len(names) == 1
-    panel = (
-        6.6
-        if single
-        else (style.DOUBLE_CM - _LEFT_CM - 0.2 - (len(names) - 1) * _GAP_CM) / len(names)
-    )
-    width = _LEFT_CM + len(names) * panel + (len(names) - 1) * _GAP_CM + 0.2
-    height = 5.4 if single else 6.2
-    page = style.new_figure(width, _TOP_CM + height + _FOOT_CM + (1.55 if single else 1.25))
-    drawn = speed[speed["profile"].isin(names)]
-    # where no run was steady, zero stands in for the speeds
-    highest = [drawn["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()]
-    lowest = float(np.nan_to_num(drawn["speed_cm_per_s"].min()))
-    top = float(np.nan_to_num(highest).max() * 1.06) or 1.0
-    for column, name in enumerate(names):
-        left = _LEFT_CM + column * (panel + _GAP_CM)
-        axes = style.axes_cm(page, left, _TOP_CM, panel, height)
-        part = errors[errors["profile"] == name]
-        _speed_panel(axes, speed[speed["profile"] == name], part, looks)
-        axes.set_xlim(0, 5.15)
-        axes.set_ylim(min(0.0, lowest * 1.05), top)
-        axes.set_xlabel(FREQUENCY_LABEL)
-        axes.set_title(f"{PROFILE_TITLES.get(name, style.plain(name))}", loc="left", fontsize=7.5)
-        axes.text(0.03, 0.97, _shares(part), transform=axes.transAxes, va="top", fontsize=6)
-        if column == 0:
-            axes.set_ylabel(SPEED_LABEL)
-        else:
-            axes.tick_params(labelleft=False)
-    _speed_legend(page, looks, not errors.empty, 4 if single else len(looks))
+    looks = _shown(speed, errors)
+    page = style.new_figure(style.SINGLE_CM, _TOP_CM + 6.0 + 3.1)
+    axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, style.SINGLE_CM - _LEFT_CM - 0.2, 6.0)
+    _frequency_panel(axes, speed, errors, looks)
+    axes.set_ylim(*_limits(speed, errors))
+    axes.set_xlabel(FREQUENCY_LABEL)
+    axes.set_ylabel(SPEED_LABEL)
+    axes.set_title(PROFILE_TITLES.get(profile, style.plain(profile)), loc="left", fontsize=7.5)
+    legend = _speed_entries(looks, not errors.empty) | _told(errors)
+    style.legend(page, legend, 2, handlelength=1.8)
     return page
 
 
-def _speed_panel(
-    axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame, looks: dict[float, tuple[str, str]]
+@style.styled
+def draw_profiles(speed: pd.DataFrame, errors: pd.DataFrame) -> Figure:
+    """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
+    names = list(dict.fromkeys(speed["profile"]))
+    if speed.empty:
+        return style.missing("there is no simulated speed to draw")
+    looks, limits, pitch = _shown(speed, errors), _limits(speed, errors), 5.4
+    page = style.new_figure(style.DOUBLE_CM, _TOP_CM + len(names) * pitch + 2.45)
+    for row, name in enumerate(names):
+        top = _TOP_CM + row * pitch
+        own, part = (table[table["profile"] == name] for table in (speed, errors))
+        left = style.axes_cm(page, _LEFT_CM, top, _SIDE_CM, pitch - 0.7)
+        right = style.axes_cm(page, _LEFT_CM + _SPEED_PITCH_CM, top, _SIDE_CM, pitch - 0.7)
+        _frequency_panel(left, own, part, looks)
+        _curvature_panel(right, own, part)
+        for axes, label in ((left, FREQUENCY_LABEL), (right, CURVATURE_LABEL)):
+            axes.set_ylim(*limits)
+            axes.tick_params(labelbottom=row == len(names) - 1)
+            if row == len(names) - 1:
+                axes.set_xlabel(label)
+        left.set_ylabel(SPEED_LABEL)
+        left.set_title(PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5)
+    entries = _speed_entries(looks, not errors.empty) | _told(errors)
+    if (speed["outcome"] == "tipped").any():
+        entries["turned upside down"] = style.line("black", linestyle="", marker="x", markersize=3)
+    style.legend(page, entries, 5, handlelength=1.8)
+    return page
+
+
+def _frequency_panel(
+    axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame, looks: Mapping[float, tuple[str, str]]
 ) -> None:
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
-        mean = rows.groupby("frequency_Hz")["speed_cm_per_s"].mean()
-        x, y = mean.index.to_numpy(float), mean.to_numpy(float)
-        if x.size and x[0] > 0:
-            # legs at rest, robot at rest
-            x, y = np.append(0.0, x), np.append(0.0, y)
+        # legs at rest, robot at rest
+        x, y = np.array([(0.0, 0.0), *_means(rows, "speed_cm_per_s")]).T
         axes.plot(x, y, color=colour, linewidth=1.0, zorder=2)
+        _mark_tipped(axes, rows, "frequency_Hz", colour)
         own = errors[np.isclose(errors["curvature_times_R"], curvature)]
         ends = own["simulated_lo_cm_per_s"], own["simulated_hi_cm_per_s"]
         axes.vlines(own["frequency_Hz"], *ends, color=colour, linewidth=3.2, alpha=0.35, zorder=1.5)
@@ -212,6 +245,83 @@ def _speed_panel(
                 markersize=3.4, markerfacecolor=fill, markeredgewidth=0.7, elinewidth=0.6,
                 capsize=1.2, zorder=3,
             )  # fmt: skip
+    places = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
+    ringed = errors[np.array([is_of_motion(*at) for at in places], dtype=bool)]
+    axes.plot(ringed["frequency_Hz"], ringed["measured_cm_per_s"], color="black", **_RING)
+    axes.set_xlim(0, 5.15)
+    axes.text(0.03, 0.97, _shares(errors), transform=axes.transAxes, va="top", fontsize=6)
+
+
+_RING: dict[str, Any] = {
+    "linestyle": "", "marker": "o", "markersize": 7.5, "markerfacecolor": "none",
+    "markeredgewidth": 0.9,
+}  # fmt: skip
+
+
+def is_of_motion(curvature: float, frequency_Hz: float) -> bool:
+    """Whether this is one of the runs whose motion is drawn over time."""
+    return any(
+        abs(curvature - one) < 1e-6 and abs(frequency_Hz - at) < MOTION_NEAR_HZ
+        for one, at in MOTION
+    )
+
+
+def _means(table: pd.DataFrame, column: str) -> list[tuple[float, float]]:
+    """Frequency and mean of a speed over starting phases, ascending; NaN where none is steady."""
+    mean = table[table["frequency_Hz"] > 0].groupby("frequency_Hz")[column].mean()
+    return list(zip(mean.index.tolist(), mean.tolist(), strict=True))
+
+
+def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> None:
+    at = sorted(set(speed.loc[speed["outcome"] == "tipped", along]))
+    axes.plot(at, np.zeros(len(at)), "x", color=colour, markersize=3, zorder=4, clip_on=False)
+
+
+def read_at(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float | None:
+    """Speed at one frequency, between its neighbours; none beyond them or where they are far apart.
+
+    `frequencies`: Ascending; standing still is added to them.
+    """
+    x, y = np.append(0.0, frequencies), np.append(0.0, speeds)
+    place = int(np.searchsorted(x, at_Hz - 1e-6))
+    if place == x.size or (x[place] - x[place - 1] > _WIDEST_HZ and x[place] - at_Hz > 1e-6):
+        return None
+    return float(np.interp(at_Hz, x, y))
+
+
+def _read(table: pd.DataFrame, column: str, at_Hz: float) -> FloatArray:
+    """Curvature and speed at one frequency, a row each; NaN where no run is steady."""
+    found = []
+    for curvature, part in table.groupby("curvature_times_R"):
+        rows = np.array(_means(part, column)).reshape(-1, 2)
+        if (value := read_at(rows[:, 0], rows[:, 1], at_Hz)) is not None:
+            found.append((float(curvature), value))  # type: ignore[arg-type]
+    return np.array(found).reshape(-1, 2)
+
+
+def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
+    """Draw speed against curvature at `READ_HZ`: simulated lines, measured points."""
+    known = errors[errors["measured_cm_per_s"].notna()]
+    tipped = speed[speed["outcome"] == "tipped"]
+    for colour, marker, hz in zip(_hz_colours(), _HZ_MARKERS, READ_HZ, strict=True):
+        line = _read(speed, "speed_cm_per_s", hz)
+        axes.plot(*line.T, color=colour, linewidth=1.0)
+        here = tipped[np.isclose(tipped["frequency_Hz"], hz)]
+        _mark_tipped(axes, here, "curvature_times_R", colour)
+        points = _read(known, "measured_cm_per_s", hz)
+        axes.plot(*points.T, marker, color=colour, markersize=3.4, markeredgecolor="black",
+                  markeredgewidth=0.4, zorder=3)  # fmt: skip
+        line = line[np.isfinite(line[:, 1])]
+        if len(line):
+            axes.text(1.08, line[-1, 1], f"{hz:g} Hz", va="center", fontsize=6, color=colour)
+    axes.set_xlim(-1.06, 1.42)
+    axes.set_xticks(np.arange(-1, 1.01, 0.5))
+
+
+def _hz_colours() -> list[Any]:
+    from matplotlib import colormaps
+
+    return [colormaps[style.SEQUENTIAL](at) for at in np.linspace(0.02, 0.8, len(READ_HZ))]
 
 
 def _shares(errors: pd.DataFrame) -> str:
@@ -225,30 +335,28 @@ def _shares(errors: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def _speed_legend(
-    figure: Figure, looks: dict[float, tuple[str, str]], measured: bool, across: int
-) -> None:
+def _speed_entries(looks: Mapping[float, tuple[str, str]], measured: bool) -> dict[str, Artist]:
     # shown with the marker where there is one
-    entries = {
-        style.number(one, 2): style.line(colour, marker=marker if measured else "", markersize=3.4)
+    return {
+        f"$R'/r$ = {style.number(one, 2)}": style.line(
+            colour, marker=marker if measured else "", markersize=3.4
+        )
         for one, (colour, marker) in looks.items()
     }
-    style.legend(
-        figure, entries, across, title=CURVATURE_LABEL, bbox_to_anchor=(0.5, 0.06), title_fontsize=6.5,
-        handlelength=1.8, columnspacing=1.0, borderaxespad=0.5,
-    )  # fmt: skip
-    note = "lines: simulated"
-    if measured:
-        note += ", bars: interval that follows from alpha's"
-        break_at = "\n" if across < len(looks) else "; "
-        note += f"{break_at}points: measured (mean and s.d. of trials)"
-        break_at = "\n" if across < len(looks) else ", "
-        note += f"{break_at}hollow where the robot was calibrated on them"
-    height = float(figure.get_size_inches()[1]) / style.CM
-    style.text_cm(figure, 0.2, height - 0.12, note, fontsize=5.5, va="bottom")
 
 
-# Speed against curvature
+def _told(errors: pd.DataFrame) -> dict[str, Artist]:
+    """Entries of a legend that say what lines and points are."""
+    entries: dict[str, Artist] = {"simulated": style.line("black", linewidth=1.0)}
+    if errors.empty:
+        return entries
+    point: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 3.4}
+    entries["measured, mean and s.d. of trials"] = style.line("black", **point)
+    if (errors["calibrated"] == "yes").any():
+        entries["measured, calibrated on"] = style.line("black", markerfacecolor="white", **point)
+    entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
+    entries["interval of a simulated speed"] = style.patch(facecolor="#888888", alpha=0.4)
+    return entries
 
 
 def _curvature_numbers(results: Results, sweep: str) -> dict[str, str]:
@@ -269,21 +377,29 @@ def _curvature_numbers(results: Results, sweep: str) -> dict[str, str]:
 
 @sweep_figure(
     "curvature",
-    reads=("speed.csv", "optimum.csv"),
+    reads=("speed.csv", "optimum.csv", "errors.csv"),
     paper="Fig. 4D",
-    caption="""Simulated speed over leg curvature R'/r (1: c-leg, 0: flat, -1: reversed c-leg) and stride frequency, \
-with the fastest curvature at each frequency. Its bars are how far it can be read off the points of the sweep.
+    caption="""The robot's mean forward speed against leg curvature R'/r (1: c-leg, 0: flat, -1: reversed c-leg). \
+Left, as in the paper: points are the measured speeds, lines the simulated ones, both read at 1 to 5 Hz between those \
+against stride frequency. Right: the simulated speed at all frequencies of the sweep, with the fastest curvature at \
+each; its bars are how far it can be read off the points of the sweep.
+Good: lines through the points.
 By profile: {best}.""",
     numbers=_curvature_numbers,
 )
 def curvature(results: Results, sweep: str) -> Figure:
-    """Draw simulated speed over curvature and frequency, with the fastest curvature."""
-    return draw_optimum(results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/optimum.csv"))
+    """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
+    speed, best, errors = (
+        results.table(f"{sweep}/{name}.csv") for name in ("speed", "optimum", "errors")
+    )
+    return draw_optimum(speed, best, errors)
 
 
 @style.styled
-def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "table") -> Figure:
-    """Draw simulated speed over curvature and frequency, with the fastest curvature, on a profile."""
+def draw_optimum(
+    speed: pd.DataFrame, optimum: pd.DataFrame, errors: pd.DataFrame, profile: str = "table"
+) -> Figure:
+    """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
     own = speed[speed["profile"] == profile]
     best = optimum[optimum["profile"] == profile].sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
@@ -297,107 +413,194 @@ def draw_optimum(speed: pd.DataFrame, optimum: pd.DataFrame, profile: str = "tab
         return style.missing(
             f"{captions.name_of(profile)}: no run of the sweep has a steady speed", [why]
         )
-    page = style.new_figure(style.DOUBLE_CM, 7.9)
-    left = style.axes_cm(page, 1.25, 0.75, 6.4, 6.1)
+    page = style.new_figure(style.DOUBLE_CM, 8.3)
+    left = style.axes_cm(page, 1.25, 0.75, _SIDE_CM, 6.1)
+    known = errors[errors["profile"] == profile]
+    _curvature_panel(left, own, known)
+    left.set_ylim(*_limits(own, known))
+    left.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
+    if len(known):
+        entries = {
+            "simulated": style.line("black"),
+            "measured (read between frequencies)": style.line(
+                "black", linestyle="", marker="o", markersize=3.4
+            ),
+        }
+        left.legend(list(entries.values()), list(entries), loc="upper left", frameon=False)
+    right = style.axes_cm(page, 10.5, 0.75, 5.8, 6.1)
     whole = table.dropna(axis="columns")
-    image = left.pcolormesh(
+    image = right.pcolormesh(
         whole.columns.to_numpy(float), whole.index.to_numpy(float), whole.to_numpy(float),
         cmap=style.SEQUENTIAL, shading="nearest", vmin=0,
     )  # fmt: skip
     low = (best["best_curvature_times_R"] - best["reading_lo"]).clip(lower=0)
     high = (best["reading_hi"] - best["best_curvature_times_R"]).clip(lower=0)
-    left.errorbar(
+    right.errorbar(
         best["best_curvature_times_R"], frequencies, xerr=[low, high], fmt="o-", color="white",
         markersize=3, linewidth=0.8, elinewidth=0.8, capsize=1.5, markeredgecolor="black",
         markeredgewidth=0.4,
     )  # fmt: skip
-    left.set_xlim(-1.04, 1.04)
-    left.set_xlabel(CURVATURE_LABEL)
-    left.set_ylabel(FREQUENCY_LABEL)
-    left.set_title(
-        "fastest curvature at each frequency, as far as it can be read", loc="left", fontsize=6.5
-    )
-    bar = style.axes_cm(page, 7.85, 0.75, 0.3, 6.1)
-    page.colorbar(image, cax=bar, label=SPEED_LABEL)
-    right = style.axes_cm(page, 10.9, 0.75, 7.2, 6.1)
-    _curves(right, grid, best)
+    right.set_xlim(-1.04, 1.04)
+    right.set(xlabel=CURVATURE_LABEL, ylabel=FREQUENCY_LABEL)
+    right.set_title("simulated; white: fastest curvature", loc="left", fontsize=6.5)
+    page.colorbar(image, cax=style.axes_cm(page, 16.5, 0.75, 0.3, 6.1), label=SPEED_LABEL)
     return page
 
 
-def _curves(axes: Axes, grid: pd.DataFrame, best: pd.DataFrame) -> None:
-    from matplotlib import colormaps
+# The robot in mid-stance, the force on every element of the standing tripod
 
-    frequencies = best["frequency_Hz"].to_numpy(float)
-    wanted = frequencies[:: max(1, len(frequencies) // 6)] if len(frequencies) > 8 else frequencies
-    if frequencies.size and frequencies[-1] not in wanted:
-        wanted = np.append(wanted, frequencies[-1])
-    ramp = colormaps[style.SEQUENTIAL]
-    for at, frequency in enumerate(wanted):
-        colour = ramp(0.05 + 0.85 * at / max(1, len(wanted) - 1))
-        mean = (
-            grid[grid["frequency_Hz"] == frequency]
-            .groupby("curvature_times_R")["speed_cm_per_s"]
-            .mean()
-        )
-        axes.plot(mean.index, mean, "-", color=colour, linewidth=1, marker=".", markersize=2.5)
+
+@figure(
+    "robot_stance",
+    reads=("robot/stances.csv",),
+    media=only_if(lambda campaign: campaign.robot_medium),
+    group="robot_figures",
+    section="Robot",
+    paper="Fig. 4A",
+    caption="""The simulated robot from the side as one tripod of legs passes straight below its hips, and the force \
+of the medium on every element of that tripod.
+Arrows of both panels have one scale.
+Good: the arrows lean forward, the way the robot runs, and are longest deep in the medium.
+In sum on the tripod: {sums}.""",
+    numbers=lambda results, _: _stance_numbers(results),
+)
+def robot_stance(results: Results) -> Figure:
+    """Draw the robot in mid-stance with the force on every element of one tripod."""
+    return draw_stances(results.table("robot/stances.csv"))
+
+
+def _standing(part: pd.DataFrame) -> pd.DataFrame:
+    return part[part["group"] == "tripod_1"]
+
+
+def _runs_of(table: pd.DataFrame) -> list[tuple[float, float]]:
+    """Curvature and frequency of the runs of a table, c-leg first."""
+    return sorted(
+        set(zip(table["curvature_times_R"], table["frequency_Hz"], strict=True)), reverse=True
+    )
+
+
+def _run_name(curvature: float, frequency: float) -> str:
+    return f"{leg_name(curvature)}, {frequency:g} Hz"
+
+
+def _part(table: pd.DataFrame, curvature: float, frequency: float) -> pd.DataFrame:
+    return table[(table["curvature_times_R"] == curvature) & (table["frequency_Hz"] == frequency)]
+
+
+def _stance_numbers(results: Results) -> dict[str, str]:
+    table, told = results.table("robot/stances.csv"), []
+    for run in _runs_of(table):
+        legs = _standing(_part(table, *run))
+        z, x = (style.number(float(legs[f"force_{c}_N"].sum()), 2) for c in "zx")
+        told.append(f"{_run_name(*run)}, {z} N up and {x} N forward")
+    return {"sums": "; ".join(told)}
+
+
+@style.styled
+def draw_stances(stances: pd.DataFrame) -> Figure:
+    """Draw the elements of the robot, and the forces on those of its first tripod, one panel a run."""
+    from matplotlib.collections import LineCollection
+
+    runs = _runs_of(stances)
+    if not runs:
+        return style.missing("there is no simulated run of the robot to draw")
+    width, height = 8.6, 5.0
+    page = style.new_figure(style.DOUBLE_CM, height + 1.7)
+    strongest = float(
+        np.hypot(*_standing(stances)[["force_x_N", "force_z_N"]].to_numpy(float).T).max()
+    )
+    scale = 3.0 / strongest if strongest > 0 else 0.0
+    for column, run in enumerate(runs):
+        part = _part(stances, *run)
+        axes = style.axes_cm(page, 0.4 + column * (width + 0.3), 0.65, width, height)
+        axes.set(xlim=(-12.9, 12.9), ylim=(-5.5, 9.5), aspect="equal")
+        axes.axhspan(-5.5, 0, color=leg_panels.SAND, linewidth=0)
+        axes.axhline(0, color=leg_panels.SURFACE, linewidth=0.6)
+        legs = part["group"].str.startswith("tripod")
+        standing = part["group"] == "tripod_1"
+        for chosen, colour in (
+            (~legs, "#444444"),
+            (legs & ~standing, "#9a9a9a"),
+            (standing, style.OKABE_ITO["blue"]),
+        ):
+            ends = part.loc[chosen, ["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float)
+            lines = list(ends.reshape(-1, 2, 2))
+            axes.add_collection(
+                LineCollection(lines, colors=colour, linewidths=1.7, capstyle="round")
+            )
+        own = _standing(part)
+        at, push = (own[list(names)].to_numpy(float) for names in
+                    (("at_x_cm", "at_z_cm"), ("force_x_N", "force_z_N")))  # fmt: skip
+        felt = np.hypot(*push.T) > 0.01 * strongest
+        axes.quiver(
+            *at[felt].T, *(scale * push[felt]).T, angles="xy", scale_units="xy", scale=1,
+            color=style.OKABE_ITO["vermillion"], width=0.0022, headwidth=4, headlength=5, zorder=3,
+        )  # fmt: skip
+        axes.set_title(_run_name(*run), loc="left", fontsize=7.5)
+        axes.plot([-12, -10], [-4.9, -4.9], color="black", linewidth=1)
+        axes.text(-11, -4.7, "2 cm", ha="center", va="bottom", fontsize=6)
         axes.annotate(
-            f"{frequency:g} Hz", (1.0, float(mean.iloc[-1])), textcoords="offset points",
-            xytext=(4, 0), va="center", fontsize=6, color=colour, annotation_clip=False,
-        )  # fmt: skip
-        top = best[best["frequency_Hz"] == frequency].iloc[0]
-        axes.plot(
-            top["best_curvature_times_R"], top["speed_cm_per_s"], "o", color=colour, markersize=4,
-            markeredgecolor="black", markeredgewidth=0.5, zorder=4,
-        )  # fmt: skip
-    axes.set_xlim(-1.04, 1.3)
-    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-    axes.set_xticks(np.arange(-1, 1.01, 0.5))
-    axes.set_xlabel(CURVATURE_LABEL)
-    axes.set_ylabel(SPEED_LABEL)
-    axes.set_title("simulated; circles: fastest curvature", loc="left", fontsize=6.5)
+            "", xy=(-7, 8.6), xytext=(-11, 8.6), arrowprops={"arrowstyle": "->", "linewidth": 0.7}
+        )
+        axes.text(-6.7, 8.6, "runs this way", va="center", fontsize=6)
+        axes.set_axis_off()
+    entries = {
+        "standing tripod": style.line(style.OKABE_ITO["blue"], linewidth=1.7),
+        "other tripod": style.line("#9a9a9a", linewidth=1.7),
+        "body": style.line("#444444", linewidth=1.7),
+        f"force on an element, the longest arrow {1000 * strongest:.0f} mN": style.line(
+            style.OKABE_ITO["vermillion"]
+        ),
+    }
+    style.legend(page, entries, 4)
+    return page
 
 
-# Motion and forces in a stride
+# Motion and forces over two strides
 
 
 _MOTION_LEFT_CM, _MOTION_TOP_CM, _MOTION_FOOT_CM = 1.6, 0.95, 0.6
 _PANEL_CM, _PITCH_CM = 2.6, 2.95
 
 _KINEMATICS = (
-    ("velocity_x_cm_per_s", "forward velocity\n(cm/s)"),
+    ("velocity_x_cm_per_s", "forward speed\n(cm/s)"),
     ("z_cm", "height\n(cm)"),
     ("pitch_deg", "pitch, nose up\n(deg)"),
 )
-_PROFILE_LOOKS = {
-    "table": (style.OKABE_ITO["blue"], "-"),
-    "map": (style.OKABE_ITO["orange"], (0, (6, 1))),
-    "generic": (style.OKABE_ITO["reddish purple"], (0, (5, 1.2, 1, 1.2))),
-    "depth_only": (style.OKABE_ITO["bluish green"], (0, (1.5, 1))),
-}
-_GROUPS = (
-    *(style.OKABE_ITO[name] for name in ("blue", "vermillion", "bluish green")), "#888888",
-    *(style.OKABE_ITO[name] for name in ("yellow", "sky blue")),
+_GROUPS: tuple[tuple[str, Any], ...] = (
+    (style.OKABE_ITO["blue"], "-"), (style.OKABE_ITO["vermillion"], (0, (5, 1))),
+    (style.OKABE_ITO["bluish green"], "-"), ("#666666", (0, (1, 1))),
+    (style.OKABE_ITO["reddish purple"], (0, (4, 1, 1, 1))), (style.OKABE_ITO["sky blue"], "-"),
 )  # fmt: skip
-"""Colours of the groups of elements."""
+"""Colours and lines of the groups of elements."""
+
+MEAN_S = 0.01
+"""Forces are drawn as means over this time: at zero speed they jump from step to step."""
+
+_JUMPS = """Forces are means over 10 ms: those of the medium do not depend on the speed but turn with its direction, \
+so they jump from one step of the simulation to the next while the robot stands still."""
 
 
 def _stride_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
-    motion, told = results.table("robot/motion.csv"), {}
-    for _, part in motion.groupby(["profile", "curvature_times_R"], sort=False):
-        profile, curvature = str(part["profile"].iloc[0]), float(part["curvature_times_R"].iloc[0])
+    motion, told = results.table("robot/motion.csv"), []
+    for run in _runs_of(motion):
+        part = _part(motion, *run)
         rise, pitch = (np.ptp(part[name].to_numpy(float)) for name in ("z_cm", "pitch_deg"))
-        told[profile, curvature] = (
-            f"{captions.name_of(profile)}, {leg_name(curvature)} at {part['frequency_Hz'].iloc[0]:.1f} Hz: "
-            f"{style.number(_mean_speed(part), 1)} cm/s, height within {style.number(rise, 2)} cm, pitch "
-            f"within {style.number(pitch, 1)} degrees, lift of a tripod up to "
-            f"{style.number(part['force_z_tripod_1_N'].max(), 2)} N"
+        lift = _mean_force(part, "force_z_tripod_1_N").max()
+        told.append(
+            f"{_run_name(*run)}: {style.number(_mean_speed(part), 1)} cm/s, height within "
+            f"{style.number(rise, 2)} cm, pitch within {style.number(pitch, 1)} degrees, lift of a "
+            f"tripod up to {style.number(float(lift), 2)} N"
         )
-    own = [text for (profile, _), text in told.items() if profile == "table"]
-    return {"strides": "; ".join(own), "every": "; ".join(told.values())}
+    measured = {run: part["run_id"].nunique() for run in MOTION
+                if len(part := _measured(results.table("robot/strides.csv"), run))}  # fmt: skip
+    tracks = "; ".join(f"{leg_name(run[0])}, {count} trials" for run, count in measured.items())
+    return {"strides": "; ".join(told), "tracks": tracks}
 
 
 _MOTION: dict[str, Any] = {
-    "reads": ("robot/motion.csv",),
+    "reads": ("robot/motion.csv", "robot/strides.csv"),
     "media": only_if(lambda campaign: campaign.robot_medium),
     "group": "robot_figures",
     "section": "Robot",
@@ -408,99 +611,113 @@ _MOTION: dict[str, Any] = {
 @figure(
     "robot_motion",
     paper="Fig. 4B",
-    caption="""The robot's forward velocity, height and pitch over two strides, and the forces of the medium on both \
-tripods and on its plates, simulated on the measured table. Dashed: the mean speed.
+    caption=f"""The robot's forward speed, height and pitch over two strides, and the forces of the medium on both \
+tripods and on its plates, simulated. Dashed: the mean speed.
+Measured forward speed (grey): the mean stride of each marker track, of four harmonics ({{tracks}}); a track does not \
+say where its legs are, so each is moved in time to where it fits the simulated one best.
+{_JUMPS}
 Good: the second stride repeats the first, and the tripods carry the body in turn.
-In numbers: {strides}.""",
+In numbers: {{strides}}.""",
     **_MOTION,
 )
 def robot_motion(results: Results) -> Figure:
-    """Draw motion and forces over two strides on the measured table."""
-    return draw_motion(results.table("robot/motion.csv"))
+    """Draw motion and forces over two strides."""
+    return draw_motion(results.table("robot/motion.csv"), results.table("robot/strides.csv"))
 
 
 @figure(
     "robot_reaction",
     paper="Fig. S14",
-    caption="""Lift and thrust of one tripod, and the robot's velocity, over two strides, by every force profile.
-In numbers: {every}.""",
+    caption=f"""Ground reaction on both tripods of legs, without the body's plates, over two strides: vertical (top) and \
+horizontal (bottom).
+{_JUMPS}
+Good: the tripods take turns, and each pushes forward after it brakes.
+In numbers: {{strides}}.""",
     **_MOTION,
 )
 def robot_reaction(results: Results) -> Figure:
-    """Draw lift and thrust of the first tripod by every profile."""
+    """Draw vertical and horizontal ground reaction of both tripods."""
     motion = results.table("robot/motion.csv")
-    curvatures = sorted(set(motion["curvature_times_R"]), reverse=True)
-    names = list(dict.fromkeys(motion["profile"]))
-    page, panels = _panels(len(curvatures), 3)
-    quantities = (
-        ("force_z_tripod_1_N", "lift of a tripod\n(N)"),
-        ("force_x_tripod_1_N", "thrust of a tripod\n(N)"),
-        ("velocity_x_cm_per_s", "forward velocity\n(cm/s)"),
-    )
-    for column, curvature in enumerate(curvatures):
-        for profile in names:
-            chosen = (motion["curvature_times_R"] == curvature) & (motion["profile"] == profile)
-            part = motion[chosen].sort_values("stride")
-            colour, line = _PROFILE_LOOKS.get(profile, ("black", "-"))
-            for row, (name, label) in enumerate(quantities):
-                axes = panels[row][column]
-                axes.plot(part["stride"], part[name], color=colour, linestyle=line, linewidth=1)
-                axes.axhline(0, color="black", linewidth=0.4)
-                if column == 0:
-                    axes.set_ylabel(label)
-        frequency = motion["frequency_Hz"].iloc[0]
-        panels[0][column].set_title(f"{leg_name(curvature)}, {frequency:g} Hz", fontsize=7)
-    _share_ranges(panels)
-    looks = {name: _PROFILE_LOOKS.get(name, ("black", "-")) for name in names}
-    entries = {
-        PROFILE_TITLES.get(name, name): style.line(colour, linestyle=line)
-        for name, (colour, line) in looks.items()
-    }
-    _legend(page, entries)
+    tripods = [name for name in group_names(motion) if name.startswith("tripod")]
+    page, columns = _panels(motion, 2)
+    for part, panels in columns:
+        _draw_forces(panels, part, dict(zip(tripods, _GROUPS, strict=False)))
+    labels = "vertical force $F_z$\n(N)", "horizontal force $F_x$\n(N)"
+    _finish(page, [panels for _, panels in columns], labels)
+    looks = zip(tripods, _GROUPS, strict=False)
+    _legend(page, {n.replace("_", " "): style.line(c, linestyle=dash) for n, (c, dash) in looks})
     return page
 
 
 @style.styled
-def draw_motion(motion: pd.DataFrame, profile: str = "table") -> Figure:
-    """Draw forward velocity, height, pitch, lift and thrust over two strides on a profile.
+def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> Figure:
+    """Draw forward speed, height, pitch, lift and thrust over two strides, one column a run.
 
-    `motion`: ``profile, curvature_times_R, frequency_Hz, stride``, and the columns of
-    `rftfit.robot.run.Series.table`.
+    `motion`: ``curvature_times_R, frequency_Hz``, and the columns of
+    `rftfit.robot.run.Series.table`. `measured`: Mean strides of marker tracks.
     """
-    own = motion[motion["profile"] == profile]
-    curvatures = sorted(set(own["curvature_times_R"]), reverse=True)
-    rows = len(_KINEMATICS) + 2
-    page, panels = _panels(len(curvatures), rows)
-    groups = group_names(own)
-    for column, curvature in enumerate(curvatures):
-        part = own[own["curvature_times_R"] == curvature].sort_values("stride")
-        stride = part["stride"].to_numpy(float)
-        for row, (name, label) in enumerate(_KINEMATICS):
-            axes = panels[row][column]
-            axes.plot(stride, part[name], color="black", linewidth=1)
-            if column == 0:
-                axes.set_ylabel(label)
-        mean = _mean_speed(part)
-        panels[0][column].axhline(mean, color="#888888", linewidth=0.7, linestyle=(0, (4, 2)))
-        panels[0][column].set_title(
-            f"{leg_name(curvature)}, {part['frequency_Hz'].iloc[0]:g} Hz: {mean:.3g} cm/s",
-            fontsize=7,
-        )
-        for row, component, label in (
-            (rows - 2, "z", "lift by group\n(N)"),
-            (rows - 1, "x", "thrust by group\n(N)"),
-        ):
-            axes = panels[row][column]
-            for group, colour in zip(groups, _GROUPS, strict=False):
-                axes.plot(stride, part[f"force_{component}_{group}_N"], color=colour, linewidth=0.9)
-            axes.axhline(0, color="black", linewidth=0.4)
-            if column == 0:
-                axes.set_ylabel(label)
-    _share_ranges(panels)
-    looks = zip(groups, _GROUPS, strict=False)
-    entries = {group.replace("_", " "): style.line(colour) for group, colour in looks}
+    page, columns = _panels(motion, len(_KINEMATICS) + 2)
+    looks = dict(zip(group_names(motion), _GROUPS, strict=False))
+    found = False
+    for part, panels in columns:
+        run = float(part["curvature_times_R"].iloc[0]), float(part["frequency_Hz"].iloc[0])
+        time, mean = part["time_s"].to_numpy(float), _mean_speed(part)
+        for curve in [] if measured is None else _aligned(part, _measured(measured, run), run[1]):
+            panels[0].plot(time, curve, color="#9a9a9a", linewidth=0.9)
+            found = True
+        for axes, (name, _) in zip(panels, _KINEMATICS, strict=False):
+            axes.plot(time, part[name], color="black", linewidth=1)
+        panels[0].axhline(mean, color="black", linewidth=0.6, linestyle=(0, (6, 3)))
+        panels[0].set_title(f"{_run_name(*run)}: {mean:.3g} cm/s", fontsize=7)
+        _draw_forces(panels[len(_KINEMATICS) :], part, looks)
+    labels = [*(label for _, label in _KINEMATICS), "lift by group\n(N)", "thrust by group\n(N)"]
+    _finish(page, [panels for _, panels in columns], labels)
+    entries: dict[str, Artist] = {"simulated": style.line("black")} if found else {}
+    if found:
+        entries["measured"] = style.line("#9a9a9a")
+    for group, (colour, dash) in looks.items():
+        entries[group.replace("_", " ")] = style.line(colour, linestyle=dash)
     _legend(page, entries)
     return page
+
+
+def _measured(strides: pd.DataFrame, run: tuple[float, float]) -> pd.DataFrame:
+    near = np.abs(strides["frequency_Hz"] - run[1]) < MOTION_NEAR_HZ
+    own: pd.DataFrame = strides[near & np.isclose(strides["curvature_times_R"], run[0])]
+    return own
+
+
+def _aligned(part: pd.DataFrame, strides: pd.DataFrame, frequency: float) -> list[FloatArray]:
+    """Measured speed at the simulated moments, each track moved to where it fits best."""
+    phase = part["time_s"].to_numpy(float) * frequency
+    simulated, curves = part["velocity_x_cm_per_s"].to_numpy(float), []
+    for _, own in strides.groupby("run_id"):
+        at, speeds = (own[name].to_numpy(float) for name in ("stride", "velocity_x_cm_per_s"))
+        moved = [np.interp(phase + shift, at, speeds, period=1.0) for shift in at]
+        curves.append(moved[int(np.argmin([np.square(one - simulated).sum() for one in moved]))])
+    return curves
+
+
+def _draw_forces(
+    panels: Sequence[Axes], part: pd.DataFrame, looks: Mapping[str, tuple[str, Any]]
+) -> None:
+    """Draw the forces of groups in two panels: vertical and horizontal."""
+    for axes, component in zip(panels, "zx", strict=True):
+        for group, (colour, dash) in looks.items():
+            force = _mean_force(part, f"force_{component}_{group}_N")
+            axes.plot(part["time_s"], force, color=colour, linestyle=dash, linewidth=0.9)
+        axes.axhline(0, color="black", linewidth=0.4)
+
+
+def _mean_force(part: pd.DataFrame, name: str) -> FloatArray:
+    """Mean over `MEAN_S` about each sample."""
+    time, force = part["time_s"].to_numpy(float), part[name].to_numpy(float)
+    half = int(MEAN_S / 2 / float(np.diff(time).mean())) if len(time) > 1 else 0
+    sums = np.concatenate([np.zeros(1), np.cumsum(force)])
+    at = np.arange(len(force))
+    first, last = np.maximum(at - half, 0), np.minimum(at + half + 1, len(force))
+    mean: FloatArray = (sums[last] - sums[first]) / (last - first)
+    return mean
 
 
 def group_names(motion: pd.DataFrame) -> list[str]:
@@ -518,36 +735,44 @@ def _mean_speed(part: pd.DataFrame) -> float:
     return float((x[-1] - x[0]) / (time[-1] - time[0]))
 
 
-def _panels(columns: int, rows: int) -> tuple[Figure, list[list[Axes]]]:
-    panel = (style.DOUBLE_CM - _MOTION_LEFT_CM - 0.2 - (columns - 1) * _GAP_CM) / columns
-    panel = min(panel, 7.5)
-    width = _MOTION_LEFT_CM + columns * panel + (columns - 1) * _GAP_CM + 0.2
-    page = style.new_figure(width, _MOTION_TOP_CM + rows * _PITCH_CM + _MOTION_FOOT_CM)
-    panels = []
-    for row in range(rows):
-        top = _MOTION_TOP_CM + row * _PITCH_CM
-        lefts = [_MOTION_LEFT_CM + column * (panel + _GAP_CM) for column in range(columns)]
-        line = [style.axes_cm(page, left, top, panel, _PANEL_CM) for left in lefts]
-        for axes in line:
-            axes.tick_params(labelbottom=row == rows - 1)
-            axes.margins(x=0)
-        line[0].yaxis.set_label_coords(-0.78 / panel, 0.5)
-        panels.append(line)
-    for axes in panels[-1]:
-        axes.set_xlabel("strides")
-    return page, panels
+def _panels(
+    motion: pd.DataFrame, rows: int
+) -> tuple[Figure, list[tuple[pd.DataFrame, list[Axes]]]]:
+    """Return a page, and of each run its rows of the table in order of time and its column of panels."""
+    runs = _runs_of(motion)
+    panel = (style.DOUBLE_CM - _MOTION_LEFT_CM - 0.2 - (len(runs) - 1) * _GAP_CM) / len(runs)
+    panel = min(panel, 8.0)
+    width = _MOTION_LEFT_CM + len(runs) * (panel + _GAP_CM) - _GAP_CM + 0.2
+    page = style.new_figure(max(width, 12.0), _MOTION_TOP_CM + rows * _PITCH_CM + _MOTION_FOOT_CM)
+    columns = []
+    for column, run in enumerate(runs):
+        left = _MOTION_LEFT_CM + column * (panel + _GAP_CM)
+        panels = [
+            style.axes_cm(page, left, _MOTION_TOP_CM + row * _PITCH_CM, panel, _PANEL_CM)
+            for row in range(rows)
+        ]
+        panels[0].set_title(_run_name(*run), fontsize=7)
+        columns.append((_part(motion, *run).sort_values("time_s"), panels))
+    return page, columns
 
 
-def _share_ranges(panels: list[list[Axes]]) -> None:
-    """One range for each row, named at its left only."""
-    for line in panels:
-        ends = np.array([axes.get_ylim() for axes in line])
-        for column, axes in enumerate(line):
-            axes.set_ylim(ends[:, 0].min(), ends[:, 1].max())
-            axes.tick_params(labelleft=column == 0)
+def _finish(page: Figure, columns: list[list[Axes]], labels: Sequence[str]) -> None:
+    """Give each row one range, named at its left only, and all columns their time axes."""
+    for row, label in enumerate(labels):
+        ends = np.array([panels[row].get_ylim() for panels in columns])
+        for panels in columns:
+            panels[row].set_ylim(ends[:, 0].min(), ends[:, 1].max())
+            panels[row].margins(x=0)
+            panels[row].tick_params(
+                labelleft=panels is columns[0], labelbottom=row == len(labels) - 1
+            )
+        columns[0][row].set_ylabel(label)
+    page.align_ylabels(columns[0])
+    for panels in columns:
+        panels[-1].set_xlabel("time (s)")
 
 
 def _legend(figure: Figure, entries: dict[str, Artist]) -> None:
     style.legend(
-        figure, entries, len(entries), loc="upper center", columnspacing=2.0, borderaxespad=0.1
+        figure, entries, len(entries), loc="upper center", columnspacing=1.6, borderaxespad=0.1
     )

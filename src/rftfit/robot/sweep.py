@@ -32,6 +32,12 @@ PHASES_TURNS = (0.0, 1 / 6, 1 / 3)
 CALIBRATED_ON = {"c-leg": (1.0, 1.954), "flat leg": (0.0, 1.998), "reversed c-leg": (-1.0, 2.246)}
 """R'/r and stride frequency (Hz) of the points of Fig. 4C that the paper's robot was calibrated on."""
 
+MOTION = ((1.0, 2.0), (-1.0, 2.2))
+"""R'/r and stride frequency (Hz) of the runs whose motion is shown over time: those of Fig. 4B."""
+
+MOTION_NEAR_HZ = 0.1
+"""A measured trial that is no farther from one of them is of that run."""
+
 BEST_AT_HZ = 5.0
 BEST_CURVATURES = tuple(round(0.04 * index, 2) for index in range(15, 26))
 """Where the best curvature R'/r is looked for: 0.6 to 1 by 0.04, at 5 Hz."""

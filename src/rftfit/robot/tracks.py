@@ -214,6 +214,7 @@ def read_track(path: Path) -> Track:
 FEWEST_STRIDES = 3
 LONGEST_GAP_STRIDES = 0.25
 HARMONICS = 4
+STRIDE_SAMPLES = 50
 TRIPODS = 2
 """Legs in two alternating groups: the body bobs twice a stride."""
 
@@ -234,6 +235,8 @@ class Pace:
     `stride_sd_cm_per_s`: Standard deviation of the mean speeds of the single strides.
     `frequency_Hz`: Stride frequency.
     `strides`: Length of the track in strides.
+    `velocity_cm_per_s`: shape (`STRIDE_SAMPLES`,); Forward, over the mean stride, from the track's
+        first moment on.
     `flags`: Doubts.
     """
 
@@ -242,6 +245,7 @@ class Pace:
     frequency_Hz: float
     frequency_from: str
     strides: float
+    velocity_cm_per_s: FloatArray
     flags: tuple[str, ...] = ()
 
 
@@ -272,7 +276,8 @@ def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -
             rows=track.rows,
         )
     flags += _gaps(track, frequency_Hz)
-    speed = _slope(time, x, frequency_Hz)
+    velocity = _mean_stride(time, x, frequency_Hz)
+    speed = float(velocity.mean())
     whole = int(strides + 1e-6)
     # the last strides: a run-up comes first
     ends = time[-1] - np.arange(whole, -1, -1) / frequency_Hz
@@ -281,7 +286,9 @@ def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -
     first, last = float(each[:half].mean()), float(each[-half:].mean())
     if abs(last - first) > _DRIFT_SHARE * max(abs(speed), 1.0):
         flags.append(f"speed changes along the track from {first:.3g} to {last:.3g} cm/s")
-    return Pace(speed, float(each.std(ddof=1)), float(frequency_Hz), source, strides, tuple(flags))
+    return Pace(
+        speed, float(each.std(ddof=1)), float(frequency_Hz), source, strides, velocity, tuple(flags)
+    )
 
 
 def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, str]:
@@ -359,9 +366,16 @@ def _waves(time: FloatArray, frequency: float, count: int) -> FloatArray:
     return np.column_stack([np.ones_like(time), np.cos(angle), np.sin(angle)])
 
 
-def _slope(time: FloatArray, x: FloatArray, frequency: float) -> float:
+def _mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArray:
+    """Velocity over the mean stride: the slope of x, and its harmonics."""
     parts = np.column_stack([time, _waves(time, frequency, HARMONICS)])
-    return float(np.linalg.lstsq(parts, x, rcond=None)[0][0])
+    slope, _, *waves = np.linalg.lstsq(parts, x, rcond=None)[0]
+    cos, sin = np.split(np.array(waves), 2)
+    order = np.arange(1, HARMONICS + 1)
+    turn = 2 * np.pi * np.outer(np.arange(STRIDE_SAMPLES) / STRIDE_SAMPLES, order)
+    rates = 2 * np.pi * frequency * order
+    velocity: FloatArray = slope + (np.cos(turn) * sin - np.sin(turn) * cos) @ rates
+    return velocity
 
 
 def _gaps(track: Track, frequency: float) -> list[str]:

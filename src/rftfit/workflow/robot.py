@@ -37,6 +37,8 @@ from rftfit.robot.speeds import measured_speeds, published_speeds, speed_errors
 from rftfit.robot.sweep import (
     BEST_AT_HZ,
     CALIBRATED_ON,
+    MOTION,
+    MOTION_NEAR_HZ,
     PHASES_TURNS,
     RUN_COLUMNS,
     mean_speed,
@@ -44,7 +46,7 @@ from rftfit.robot.sweep import (
     row_of,
     run_all,
 )
-from rftfit.robot.tracks import TrackError, pace, read_track, read_trials
+from rftfit.robot.tracks import STRIDE_SAMPLES, TrackError, pace, read_track, read_trials
 from rftfit.store import read_csv, write_csv
 from rftfit.store.digests import code_digest, digest_of
 
@@ -99,10 +101,17 @@ def trials_of(campaign: Campaign) -> list[Trial]:
     return trials
 
 
-def robot_measured(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+MEAN_STRIDE = ["run_id", "curvature_times_R", "frequency_Hz", "stride", "velocity_x_cm_per_s"]
+"""Columns of the table of mean strides."""
+
+
+def robot_measured(
+    results: Results,
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Turn marker tracks into mean speeds; without tracks, take those of Fig. 4C.
 
-    Returns a row for each track, for each condition, and where every row of the tracks went.
+    Returns a row for each track, for each condition, for each moment of the mean strides of the
+    tracks that belong to `MOTION`, and where every row of the tracks went.
     """
     import pandas as pd
 
@@ -112,10 +121,12 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     listed = trials_of(campaign)
     tripods = len({hip.phase_turns for hip in robot.legs.hips})
     folder = (campaign.raw / (section.runs or "")).parent
-    rows, book = [], []
+    rows, book, strides = [], [], list[tuple[object, ...]]()
     for trial in sorted(listed, key=lambda one: one.run_id):
-        row, counts = _measure(trial, folder, tripods)
+        row, counts, velocity = _measure(trial, folder, tripods)
         rows.append(row)
+        head = (trial.run_id, trial.curvature_times_R, row[TRIALS.index("frequency_Hz")])
+        strides += [(*head, at / STRIDE_SAMPLES, speed) for at, speed in enumerate(velocity)]
         file = (folder / trial.track).relative_to(campaign.raw).as_posix()
         book += [
             (trial.run_id, trial.medium, "robot", file, *fate, count)
@@ -129,13 +140,14 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
         speeds = published_speeds(section.medium, calibrated)
         # the figure is of one medium
         speeds = speeds if published == "poppy_LP" else speeds.iloc[:0]
-    return table, speeds, pd.DataFrame(book, columns=LEDGER_COLUMNS)
+    book_of = pd.DataFrame(book, columns=LEDGER_COLUMNS)
+    return table, speeds, pd.DataFrame(strides, columns=MEAN_STRIDE), book_of
 
 
 def _measure(
     trial: Trial, folder: Path, tripods: int
-) -> tuple[tuple[object, ...], dict[tuple[str, str], int]]:
-    """Row of the table of trials, and where the rows of its file went."""
+) -> tuple[tuple[object, ...], dict[tuple[str, str], int], list[float]]:
+    """Row of the table of trials, where the rows of its file went, and its mean stride if in `MOTION`."""
     nan = float("nan")
     head = (trial.run_id, trial.condition, trial.medium, trial.curvature_times_R)
     counts: dict[tuple[str, str], int] = {}
@@ -151,7 +163,7 @@ def _measure(
         return (
             *head, trial.frequency_Hz, "", nan, nan, nan, rows or error.rows, 0, "refused", "",
             error.reason,
-        ), counts  # fmt: skip
+        ), counts, []  # fmt: skip
     used = len(track.time_s)
     counts[USED, "mean speed"] = used
     if sum(counts.values()) != rows:
@@ -160,10 +172,15 @@ def _measure(
             "the file: this is a fault of the program, please report it"
         )
     flags = "; ".join(found.flags)
+    shown = any(
+        abs(trial.curvature_times_R - curvature) < 1e-6
+        and abs(found.frequency_Hz - frequency) < MOTION_NEAR_HZ
+        for curvature, frequency in MOTION
+    )
     return (
         *head, found.frequency_Hz, found.frequency_from, found.speed_cm_per_s,
         found.stride_sd_cm_per_s, found.strides, rows, used, "used", flags, "",
-    ), counts  # fmt: skip
+    ), counts, found.velocity_cm_per_s.tolist() if shown else []  # fmt: skip
 
 
 def _sweep_tables(
@@ -505,24 +522,27 @@ FRAMES = 36
 _SMALLEST_N = 5e-4
 
 
-def robot_motion(results: Results) -> tuple[pd.DataFrame, str]:
-    """Run the three model legs at 2 Hz on every profile, and the conditions of the page's pictures.
+def robot_motion(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, str]:
+    """Run the conditions of `MOTION` and of the page's pictures, on the map where the table has holes.
 
-    Returns the last two strides of each run, and the pictures as JSON.
+    Returns the last two strides of each run of `MOTION`, its mid-stance, and the pictures as JSON.
     """
     import pandas as pd
 
     section, robot = robot_of(results.campaign)
-    parts = []
-    for name in profiles_of(results):
-        profile = robot_profile(results, name)
-        for curvature in MOTION_CURVATURES:
-            part = last_strides(robot, profile, MOTION_HZ, curvature)
-            part.insert(0, "profile", name)
-            parts.append(part)
+    name = "map" if "map" in profiles_of(results) else "table"
+    profile = robot_profile(results, name)
+    motion, stances = [], []
+    for curvature, frequency in MOTION:
+        run = simulate(robot, profile, frequency, curvature, samples_per_stride=SAMPLES)
+        motion.append(tail_of(run, SAMPLES))
+        stances.append(stance_of(robot, profile, run, SAMPLES))
+    tables = [pd.concat(parts, ignore_index=True) for parts in (motion, stances)]
+    for table in tables:
+        table.insert(0, "profile", name)
     data = frames_of(robot, robot_profile(results, PROFILES[0])) | {"medium": section.medium}
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
-    return pd.concat(parts, ignore_index=True), text + "\n"
+    return *tables, text + "\n"  # type: ignore[return-value]
 
 
 def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
@@ -603,30 +623,57 @@ def _short(rows: np.ndarray) -> list[float]:
 
 # --- The last strides of a run, for figures of its motion.
 
-MOTION_HZ = 2.0
-MOTION_CURVATURES = (1.0, 0.0, -1.0)
-"""c-leg, flat and reversed c-leg at the stride frequency of the paper's movies."""
-
 SAMPLES, STRIDES = 200, 2
 
 
-def last_strides(
-    robot: Robot, profile: Profile, frequency_Hz: float, curvature: float, samples: int = SAMPLES
-) -> pd.DataFrame:
-    """Motion and forces over the last two strides of a run.
+def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd.DataFrame:
+    """Place every element, and the force on it, as the legs of phase 0 last hang straight down.
 
-    `samples`: In a stride. Returns `curvature_times_R, frequency_Hz, stride` (0 to 2), and the
-    columns of `rftfit.robot.run.Series.table`; time and x count from the first row.
+    `run`: With a series. `samples`: In a stride. Returns a row an element; x counts from the centre
+    of mass.
     """
-    run = simulate(robot, profile, frequency_Hz, curvature, samples_per_stride=samples)
-    return tail_of(run, samples)
+    import pandas as pd
+
+    assert run.series is not None
+    last = run.series.last(samples)
+    hanging = np.cos(np.radians(last.leg_angle_deg - last.pitch_deg))
+    shot = run.series.last(len(hanging) - int(np.argmax(hanging)))
+    groups = element_series(robot, profile, replace(run, series=shot), len(shot.x_cm))
+    parts = []
+    for name, one in groups.items():
+        (x1, x2), (z1, z2) = (ends[0].reshape(-1, 2).T for ends in (one.ends_x_cm, one.ends_z_cm))
+        at_x, at_z, force_x, force_z = (
+            values[0].ravel() for values in (one.at_x_cm, one.at_z_cm, one.force_x_N, one.force_z_N)
+        )
+        along = {"x1_cm": x1, "x2_cm": x2, "at_x_cm": at_x}
+        columns = {key: value - shot.x_cm[0] for key, value in along.items()}
+        columns |= {"z1_cm": z1, "z2_cm": z2, "at_z_cm": at_z}
+        columns |= {"force_x_N": force_x, "force_z_N": force_z}
+        parts.append(pd.DataFrame(columns).assign(group=name))
+    table = pd.concat(parts, ignore_index=True)[
+        [
+            "group",
+            "x1_cm",
+            "z1_cm",
+            "x2_cm",
+            "z2_cm",
+            "at_x_cm",
+            "at_z_cm",
+            "force_z_N",
+            "force_x_N",
+        ]
+    ]
+    table.insert(0, "frequency_Hz", run.condition.frequency_Hz)
+    table.insert(0, "curvature_times_R", run.condition.curvature_times_R)
+    return table
 
 
 def tail_of(run: RobotRun, samples: int) -> pd.DataFrame:
     """Cut the last two strides out of a run.
 
-    `run`: With a series. `samples`: In a stride. Returns as `last_strides`; fewer where the run
-    was shorter.
+    `run`: With a series. `samples`: In a stride. Returns `curvature_times_R, frequency_Hz, stride`
+    (0 to 2; less where the run was shorter), and the columns of `rftfit.robot.run.Series.table`;
+    time and x count from the first row.
     """
     assert run.series is not None
     table = run.series.table().iloc[-STRIDES * samples :].reset_index(drop=True)

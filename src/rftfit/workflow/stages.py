@@ -114,7 +114,7 @@ STAGES = (
     Stage(
         "robot_measured", f"{_ROBOT}:robot_measured", robot=True,
         settings=("raw", "media", "robot"),
-        writes=("robot/tracks.csv", "robot/measured.csv", "ledger/robot.csv"),
+        writes=("robot/tracks.csv", "robot/measured.csv", "robot/strides.csv", "ledger/robot.csv"),
     ),
     Stage(
         "robot_sweep", f"{_ROBOT}:robot_sweep", robot=True, parallel=True,
@@ -135,7 +135,7 @@ STAGES = (
     Stage(
         "robot_motion", f"{_ROBOT}:robot_motion", robot=True,
         settings=("fit", "fourier", "maps", "media", "robot"), reads=("alpha/{laboratory}.csv",),
-        writes=("robot/motion.csv", "robot/frames.json"),
+        writes=("robot/motion.csv", "robot/stances.csv", "robot/frames.json"),
     ),
     Stage(
         "ledger", f"{_MEASURE}:ledger", rows=True, logs=True,
