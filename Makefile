@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep docs test lint fuzz accessible mutants killed fulldisk samebytes matrix falsealarms mutations reallogs cluster scale disturbed benchmark lock clean FORCE
+.PHONY: help env run sweep docs test lint gallery fuzz accessible mutants killed fulldisk samebytes matrix falsealarms mutations reallogs cluster scale disturbed benchmark lock clean FORCE
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -111,6 +111,9 @@ benchmark: env ## measure the speeds that docs/performance.md states
 docs: env ## build the documentation site in docs/_build
 	@$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
+
+gallery: env ## run the campaigns that the documentation shows, a quarter of an hour (ARGS=FOLDER: logs of the sand example)
+	@$(BIN)/python docs/_ext/campaigns.py $(ARGS)
 
 lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer versions)
 	@command -v uv >/dev/null || { echo "make lock needs the program uv." >&2; exit 1; }

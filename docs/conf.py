@@ -11,14 +11,17 @@ sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 project = "rftfit"
 author = "The rftfit developers"
 release = version = installed("rftfit")
-extensions = ["myst_parser", "offline_math", "generated", "offline_check", "quality_sheets"]
+extensions = [
+    "myst_parser", "offline_math", "generated", "drawings", "quality_sheets", "examples", "gallery",
+    "offline_check",
+]  # fmt: skip
 source_suffix = {".md": "markdown"}
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_campaigns"]
 myst_enable_extensions = ["attrs_inline", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nitpicky = True
 html_theme = "furo"
-html_title = "rftfit"
+html_title = f"rftfit {release}"
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sphinx = False

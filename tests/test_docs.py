@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+import importlib
+import re
 import shutil
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 import yaml
-from doc_blocks import REASONS, ROOT, Reader, blocks_of, check_values, commands_in, fate, pages
+from doc_blocks import (
+    EXAMPLE,
+    REASONS,
+    ROOT,
+    Reader,
+    blocks_of,
+    check_values,
+    commands_in,
+    fate,
+    pages,
+)
+
+from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,6 +35,7 @@ NOT_RUN = {
     "README.md": ["takes minutes"],
     "docs/example-cmu-sand.md": ["network"],
     "docs/howto/cluster.md": ["needs root", "needs root"],
+    "docs/install.md": ["takes minutes"],
 }
 """Pages with blocks that no test runs, and why: not more than these."""
 
@@ -76,6 +92,58 @@ def test_a_page_runs_from_top_to_bottom(page: str, tmp_path: Path) -> None:
             reader.follow(block)
     for made, words in SAYS.get(page, {}).items():
         assert words in reader.said, made
+
+
+def test_examples_of_the_build_say_what_the_package_computes() -> None:
+    names: dict[str, Any] = {}
+    for block in blocks_of("docs/introduction.md"):
+        if block.language == EXAMPLE:
+            exec(block.text, names)  # noqa: S102
+    alpha_z = alpha_grid("poppy_LP")[0][list(BETA_DEG).index(30), list(GAMMA_DEG).index(45)]
+    assert names["alpha_z"] == pytest.approx(alpha_z)
+    assert names["highest"]["theta_deg"] < 0 < names["highest"]["force_z_N"]
+    assert names["sand"].zeta_lo < names["sand"].zeta < names["sand"].zeta_hi
+
+
+def test_every_page_has_a_picture_or_a_table() -> None:
+    # the list of changes is text alone
+    shown = re.compile(
+        r"^\||!\[|^```\{(generated|gallery|notebook|include|list-table)", re.MULTILINE
+    )
+    bare = [page for page in pages() if not shown.search((ROOT / page).read_text(encoding="utf-8"))]
+    assert bare == []
+
+
+@pytest.fixture
+def drawings(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    return importlib.import_module("drawings")
+
+
+def test_the_sketch_of_the_readme_is_what_the_code_draws(drawings: Any) -> None:
+    kept = (ROOT / "docs" / "images" / "angles.svg").read_bytes().replace(b"\r\n", b"\n")
+    drawn = drawings.svg(drawings.angles())
+    assert drawn == drawings.svg(drawings.angles())
+    assert drawn == kept, "python docs/_ext/drawings.py draws it again"
+
+
+def test_arrows_of_the_sketch_follow_the_conventions(drawings: Any) -> None:
+    from rftfit.conventions import direction, tangent
+
+    plate_and_motion = drawings.angles().axes[0]
+    arrows = [
+        np.subtract(text.xy, text.xyann)
+        for text in plate_and_motion.texts
+        if getattr(text, "arrow_patch", None) is not None
+    ]
+    for way in (direction(np.radians(60)), drawings.force(*np.radians([30, 60]))):
+        along = [arrow @ way / np.hypot(*arrow) / np.hypot(*way) for arrow in arrows]
+        assert max(along) == pytest.approx(1)
+    # beta is counted from +x downward, so the forward end of a plate at 30 degrees is the lower one
+    plates = [line.get_xydata() for line in plate_and_motion.lines if line.get_linewidth() == 4]
+    assert len(plates) == 1
+    end = plates[0][1] - plates[0][0]
+    assert end / np.hypot(*end) == pytest.approx(tangent(np.radians(30)))
 
 
 SAYS = {
@@ -145,3 +213,20 @@ def test_a_page_that_needs_the_network_is_seen(
     (tmp_path / "bad.html").write_text('<script src="//far.example/x.js"></script>', "utf-8")
     (tmp_path / "bad.css").write_text("@import url(https://far.example/x.css);", "utf-8")
     assert len(far_addresses(tmp_path)) == 2
+
+
+def test_a_link_that_leads_nowhere_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    dead_links = importlib.import_module("offline_check").dead_links
+
+    (tmp_path / "one.html").write_text('<h1 id="top">1</h1><a href="two.html#there">2</a>', "utf-8")
+    (tmp_path / "two.html").write_text(
+        '<p id="there"><a href="#there">here</a><a href="one.html?x=1#top">1</a><a href="https://x/y">far</a></p>',
+        "utf-8",
+    )
+    assert dead_links(tmp_path) == []
+    (tmp_path / "three.html").write_text(
+        '<a href="one.html#gone">1</a><img alt="x" src="gone.png"><a href="#gone">here</a>', "utf-8"
+    )
+    assert len(dead_links(tmp_path)) == 3

@@ -6,6 +6,7 @@ In a page, ``{generated} outputs`` in a fenced block stands for the text that is
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_type_hints
 
 from api_page import api
@@ -190,8 +191,57 @@ def disturbances() -> str:
     return _table(("name", "default", "size", "why that is ordinary"), rows)
 
 
+def citation() -> str:
+    """How to cite the program and the paper, from ``CITATION.cff``."""
+    import yaml
+
+    import rftfit
+
+    path = Path(__file__).resolve().parents[2] / "CITATION.cff"
+    cff = yaml.safe_load(path.read_text(encoding="utf-8"))
+    if str(cff["version"]) != rftfit.__version__:
+        raise ValueError(
+            f"CITATION.cff: found version {cff['version']}; allowed: {rftfit.__version__}"
+        )
+    paper = cff["references"][0]
+    people = [f"{one['family-names']}, {one['given-names']}" for one in paper["authors"]]
+    makers = ", ".join(one["name"] for one in cff["authors"])
+    version = f"version {cff['version']}, {cff['license']} licence"
+    pages = (
+        f"{paper['volume']}({paper['issue']}), {paper['start']}-{paper['end']} ({paper['year']})"
+    )
+    where = f"*{paper['journal']}* {pages}, [doi:{paper['doi']}](https://doi.org/{paper['doi']})"
+    rows = [
+        ("program", makers, cff["title"], version),
+        ("paper", "; ".join(people), paper["title"], where),
+    ]
+    table = _table(("what", "by", "title", "where"), rows)
+    return f"""{table}
+For BibTeX:
+
+```text
+@software{{rftfit,
+  author  = {{{{{makers}}}}},
+  title   = {{{cff["title"]}}},
+  version = {{{cff["version"]}}},
+  license = {{{cff["license"]}}}
+}}
+@article{{terradynamics,
+  author  = {{{" and ".join(people)}}},
+  title   = {{{paper["title"]}}},
+  journal = {{{paper["journal"]}}},
+  volume  = {{{paper["volume"]}}},
+  number  = {{{paper["issue"]}}},
+  pages   = {{{paper["start"]}--{paper["end"]}}},
+  year    = {{{paper["year"]}}},
+  doi     = {{{paper["doi"]}}}
+}}
+```
+"""
+
+
 PAGES: dict[str, Callable[[], str]] = {
-    "api": api, "commands": commands, "disturbances": disturbances, "outputs": outputs,
+    "api": api, "citation": citation, "commands": commands, "disturbances": disturbances, "outputs": outputs,
     "profile": profile, "robot": robot,
 }  # fmt: skip
 """What can be generated."""

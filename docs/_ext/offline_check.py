@@ -1,10 +1,12 @@
-"""The build fails where a page would ask the network for a script, a style, a picture or a font."""
+"""The build fails where a page would ask the network for something, or a link of the site leads nowhere."""
 
 from __future__ import annotations
 
 import re
+from html import unescape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
 
 from sphinx.errors import ExtensionError
 
@@ -39,9 +41,45 @@ def far_addresses(folder: Path) -> list[str]:
     return found
 
 
+_LINK = re.compile(
+    r"""<(?:a|img|link|script)\b[^>]*?\b(?:href|src)="(?![a-z]+:|//)([^"?#]*)(?:#([^"]*))?[^"]*\""""
+)
+_ID = re.compile(r"""\bid="([^"]+)\"""")
+
+
+def dead_links(folder: Path) -> list[str]:
+    """Find the links between the pages of a folder whose file, or place in it, is not there.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Returns
+    -------
+    list of str
+        File and address.
+    """
+    pages = {path.resolve(): path.read_text(encoding="utf-8") for path in folder.rglob("*.html")}
+    places = {path: {unescape(one) for one in _ID.findall(text)} for path, text in pages.items()}
+    found = []
+    for path, text in sorted(pages.items()):
+        for address, place in sorted({(link[1], link[2]) for link in _LINK.finditer(text)}):
+            target = (path.parent / unquote(unescape(address))).resolve() if address else path
+            there = target.exists() and (
+                not place or unescape(place) in places.get(target, {place})
+            )
+            if not there:
+                found.append(f"{path.name}: {address}{place and '#'}{place or ''}")
+    return found
+
+
 def _check(app: Sphinx, error: Exception | None) -> None:
-    if error is None and app.builder.format == "html" and (far := far_addresses(Path(app.outdir))):
+    if error is not None or app.builder.format != "html":
+        return
+    if far := far_addresses(Path(app.outdir)):
         raise ExtensionError("pages would need the network: " + "; ".join(far[:5]))
+    if dead := dead_links(Path(app.outdir)):
+        raise ExtensionError("links that lead nowhere: " + "; ".join(dead[:5]))
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

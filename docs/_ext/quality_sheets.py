@@ -23,10 +23,12 @@ BROKEN = {
     "bp00_g90_in": "saturated",
 }
 NAME = "quality_sheet.png"
+PUSHES = {"bp30_g90_in": "90°", "bp30_g45_in": "45°", "bp30_g18_in": "18°"}
+"""Runs that ``push.svg`` shows, and their gamma."""
 
 
 def draw(project: Path, root: Path, png: Path) -> None:
-    """Write the logs, measure them, and draw the sheet.
+    """Write the logs, measure them, and draw the sheet and, beside it, three of its runs.
 
     Parameters
     ----------
@@ -40,6 +42,7 @@ def draw(project: Path, root: Path, png: Path) -> None:
     import shutil
 
     import yaml
+    from drawings import push, svg
 
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import load_campaign
@@ -80,18 +83,21 @@ def draw(project: Path, root: Path, png: Path) -> None:
     traces, status, _ = ingest_medium(campaign, MEDIUM)
     tared, tares, _ = tare_medium(campaign, MEDIUM, traces, status)
     fits, windows, _ = fit_medium(campaign, MEDIUM, status, tared, tares)
-    figure = draw_quality(stress_samples(campaign, tared, windows), fits, "poppy seeds, loose")[0]
+    samples = stress_samples(campaign, tared, windows)
+    figure = draw_quality(samples, fits, "poppy seeds, loose")[0]
     png.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(png, dpi=110, bbox_inches="tight", metadata={"Software": None})
+    shown = {f"{MEDIUM}_{name}": rf"$\gamma$ = {gamma}" for name, gamma in PUSHES.items()}
+    png.with_name("push.svg").write_bytes(svg(push(samples, fits, shown)))
 
 
 def _prepare(app: Sphinx) -> None:
-    from rftfit.store.digests import code_digest
+    from rftfit.store.digests import code_digest, sha256_of
 
     png = Path(app.srcdir) / "_build" / "figures" / NAME
     made_by = png.with_suffix(".digest")
     stages = ("rftfit.workflow.measure", "rftfit.figures.quality")
-    code = code_digest("rftfit.lab", *stages)
+    code = code_digest("rftfit.lab", *stages) + sha256_of(Path(__file__).with_name("drawings.py"))
     if png.is_file() and made_by.is_file() and made_by.read_text(encoding="utf-8") == code:
         return
     with tempfile.TemporaryDirectory() as place:

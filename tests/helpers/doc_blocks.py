@@ -27,6 +27,8 @@ from rftfit.robot.config import Robot
 
 ROOT = Path(__file__).resolve().parents[2]
 LANGUAGES = ("sh", "bash", "console", "python", "yaml", "toml")
+EXAMPLE = "{example}"
+"""Python that the build of the documentation runs, block after block in one namespace."""
 OTHERS = ("text", "powershell")
 """Languages of blocks that show something and are not meant for a reader to run here."""
 REASONS = ("needs root", "takes minutes", "network")
@@ -54,7 +56,7 @@ class Block:
 def pages() -> list[str]:
     """Pages of the documentation and the README, from the project's folder."""
     found = (path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
-    return ["README.md", *sorted(name for name in found if not name.startswith("docs/_build/"))]
+    return ["README.md", *sorted(name for name in found if not name.startswith("docs/_"))]
 
 
 def blocks_of(page: str, text: str | None = None) -> list[Block]:
@@ -86,7 +88,9 @@ def blocks_of(page: str, text: str | None = None) -> list[Block]:
 
 
 def fate(block: Block) -> str:
-    """What becomes of a block: run, checked, file, run by, not run, shown; empty if it escapes."""
+    """What becomes of a block: run, built, checked, file, run by, not run, shown; empty if it escapes."""
+    if block.language == EXAMPLE:
+        return "built"
     if block.language.startswith("{") or block.language in OTHERS:
         return "file" if "file" in block.marks else "shown"
     if block.language not in LANGUAGES:

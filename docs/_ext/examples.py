@@ -1,0 +1,108 @@
+"""Python that the build runs: ``{example}`` blocks of a page, and a notebook.
+
+What a block prints, the value of its last line and its figures stand below it.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import io
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from docutils import nodes
+from sphinx.util.docutils import SphinxDirective
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from matplotlib.figure import Figure
+    from sphinx.application import Sphinx
+
+
+def run(code: str, names: dict[str, Any]) -> tuple[str, list[Figure]]:
+    """Run a block as a notebook does: text that it shows, and figures.
+
+    `names`: Of the blocks before it; what this one defines is added.
+    """
+    import matplotlib as mpl
+
+    mpl.use("agg")
+    from matplotlib import pyplot as plt
+
+    body = ast.parse(code).body
+    last = body.pop() if body and isinstance(body[-1], ast.Expr) else None
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        exec(compile(ast.Module(body, []), "<page>", "exec"), names)  # noqa: S102
+        value = None
+        if last is not None:
+            value = eval(compile(ast.Expression(last.value), "<page>", "eval"), names)
+    if value is not None and not code.rstrip().endswith(";"):
+        said.write(value.to_string() if hasattr(value, "to_string") else repr(value))
+    figures = [plt.figure(number) for number in plt.get_fignums()]
+    plt.close("all")
+    return said.getvalue().rstrip(), figures
+
+
+class Running(SphinxDirective):
+    """What both directives share."""
+
+    def block(self, code: str, names: dict[str, Any], base: str, alt: str) -> Iterator[nodes.Node]:
+        """Show a block and what comes of it; figures are written below ``_build``."""
+        yield nodes.literal_block(code, code, language="python")
+        text, figures = run(code, names)
+        if text:
+            yield nodes.literal_block(text, text, language="text", classes=["output"])
+        folder = Path(self.env.srcdir) / "_build" / "figures"
+        folder.mkdir(parents=True, exist_ok=True)
+        for number, figure in enumerate(figures, start=1):
+            name = f"{base}_{number}.png"
+            figure.savefig(folder / name, dpi=110, metadata={"Software": None})
+            yield from self.parse_text_to_nodes(f"![{alt}](/_build/figures/{name})")
+
+
+class Example(Running):
+    """Run a block of a page; names of the blocks above it are known."""
+
+    has_content = True
+
+    def run(self) -> list[nodes.Node]:
+        """Show the block and its output."""
+        names = self.env.temp_data.setdefault("rftfit_example", {})
+        base = f"{self.env.docname.replace('/', '_')}_{self.lineno}"
+        return [*self.block("\n".join(self.content), names, base, "figure of the block above")]
+
+
+class Notebook(Running):
+    """Run a notebook and show it as a page."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Text as it is, code with its output."""
+        _, path = self.env.relfn2path(self.arguments[0])
+        self.env.note_dependency(path)
+        names: dict[str, Any] = {}
+        made: list[nodes.Node] = []
+        title = ""
+        for number, cell in enumerate(json.loads(Path(path).read_text(encoding="utf-8"))["cells"]):
+            text = "".join(cell["source"])
+            if cell["cell_type"] == "code":
+                made += self.block(text, names, f"{Path(path).stem}_{number}", f"figure: {title}")
+                continue
+            title = next((line.strip("# ") for line in text.splitlines() if line[:1] == "#"), title)
+            # the page has a title of its own
+            text = "\n".join(line for line in text.splitlines() if not line.startswith("# "))
+            found = self.parse_text_to_nodes(text, allow_section_headings=True)
+            made += found
+        return made
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the directives; Sphinx calls this."""
+    app.add_directive("example", Example)
+    app.add_directive("notebook", Notebook)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
