@@ -254,15 +254,8 @@ def superposition() -> Figure:
     for lift, thrust, x, z in on_each[::2]:
         arrow(left, (x, z), 4.0 * np.array([thrust, lift]), FORCE, width=0.9, head=5)
     arrow(left, pose[0, :2], 0.35 * np.array([total[1], total[0]]), style.OKABE_ITO["black"])
-    say(left, (-5.0, 5.8), "black: their sum, other scale", ha="left", fontsize=FONT - 1)
-    say(
-        left,
-        (-5.0, -6.2),
-        "force on every second element",
-        ha="left",
-        color=FORCE,
-        fontsize=FONT - 1,
-    )
+    say(left, (-5.0, 5.8), "black: sum, other scale", ha="left", fontsize=FONT - 1)
+    say(left, (-5.0, -6.2), "every second force", ha="left", color=FORCE, fontsize=FONT - 1)
     poses = rftfit.rotation().poses
     every = reference_kernel.pose_forces(profile, leg.body, leg.width_cm, leg.solid, poses)
     right.plot(

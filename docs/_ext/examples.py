@@ -9,15 +9,15 @@ import ast
 import contextlib
 import io
 import json
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from docutils import nodes
+from campaigns import FOLDER
 from sphinx.util.docutils import SphinxDirective
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
+    from docutils import nodes
     from matplotlib.figure import Figure
     from sphinx.application import Sphinx
 
@@ -50,18 +50,19 @@ def run(code: str, names: dict[str, Any]) -> tuple[str, list[Figure]]:
 class Running(SphinxDirective):
     """What both directives share."""
 
-    def block(self, code: str, names: dict[str, Any], base: str, alt: str) -> Iterator[nodes.Node]:
-        """Show a block and what comes of it; figures are written below ``_build``."""
-        yield nodes.literal_block(code, code, language="python")
+    def block(self, code: str, names: dict[str, Any], base: str, alt: str) -> str:
+        """Markdown of a block and what comes of it; figures are written below ``_build``."""
         text, figures = run(code, names)
+        made = f"```python\n{code}\n```\n\n"
         if text:
-            yield nodes.literal_block(text, text, language="text", classes=["output"])
+            made += f"```{{code-block}} text\n:class: output\n\n{text}\n```\n\n"
         folder = Path(self.env.srcdir) / "_build" / "figures"
         folder.mkdir(parents=True, exist_ok=True)
         for number, figure in enumerate(figures, start=1):
             name = f"{base}_{number}.png"
             figure.savefig(folder / name, dpi=110, metadata={"Software": None})
-            yield from self.parse_text_to_nodes(f"![{alt}](/_build/figures/{name})")
+            made += f"![{alt}](/_build/figures/{name})\n\n"
+        return made
 
 
 class Example(Running):
@@ -73,7 +74,8 @@ class Example(Running):
         """Show the block and its output."""
         names = self.env.temp_data.setdefault("rftfit_example", {})
         base = f"{self.env.docname.replace('/', '_')}_{self.lineno}"
-        return [*self.block("\n".join(self.content), names, base, "figure of the block above")]
+        code = "\n".join(self.content)
+        return self.parse_text_to_nodes(self.block(code, names, base, "figure of the block above"))
 
 
 class Notebook(Running):
@@ -82,12 +84,20 @@ class Notebook(Running):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        """Text as it is, code with its output."""
+        """Text as it is, code with its output; in a campaign's folder, or in one without results."""
+        campaign = FOLDER / "demonstration"
+        with tempfile.TemporaryDirectory() as bare:
+            there = (campaign / "results" / "report.html").is_file()
+            with contextlib.chdir(campaign if there else bare):
+                made = self.text()
+        return self.parse_text_to_nodes(made, allow_section_headings=True)
+
+    def text(self) -> str:
+        """Markdown of all cells."""
         _, path = self.env.relfn2path(self.arguments[0])
         self.env.note_dependency(path)
         names: dict[str, Any] = {}
-        made: list[nodes.Node] = []
-        title = ""
+        made = title = ""
         for number, cell in enumerate(json.loads(Path(path).read_text(encoding="utf-8"))["cells"]):
             text = "".join(cell["source"])
             if cell["cell_type"] == "code":
@@ -95,9 +105,7 @@ class Notebook(Running):
                 continue
             title = next((line.strip("# ") for line in text.splitlines() if line[:1] == "#"), title)
             # the page has a title of its own
-            text = "\n".join(line for line in text.splitlines() if not line.startswith("# "))
-            found = self.parse_text_to_nodes(text, allow_section_headings=True)
-            made += found
+            made += "\n".join(line for line in text.splitlines() if line[:2] != "# ") + "\n\n"
         return made
 
 

@@ -212,10 +212,10 @@ def citation() -> str:
     )
     where = f"*{paper['journal']}* {pages}, [doi:{paper['doi']}](https://doi.org/{paper['doi']})"
     rows = [
-        ("program", makers, cff["title"], version),
-        ("paper", "; ".join(people), paper["title"], where),
+        ("program", f"{makers}: {cff['title']}, {version}"),
+        ("paper", f"{'; '.join(people)}: {paper['title']}, {where}"),
     ]
-    table = _table(("what", "by", "title", "where"), rows)
+    table = _table(("what", "cite as"), rows)
     return f"""{table}
 For BibTeX:
 
