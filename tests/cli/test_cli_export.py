@@ -8,6 +8,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from light_campaign import LABORATORY, SAND, make_campaign, one_cell
 
@@ -77,6 +78,51 @@ def test_a_published_medium_goes_round(rftfit: Call, here: Path) -> None:
     assert (here / "profile.json").read_bytes() == first
 
 
+PUSHES = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x\n"
+
+
+def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit: Call, here: Path) -> None:
+    rows = ["0,90,0.35,,0.01,\n", "30,45,0.2,0.1,,\n", "-30,60,0.12,0.02,0.005,0.004\n"]
+    (here / "two.csv").write_text(PUSHES + "".join(rows[:2]), encoding="utf-8")
+    (here / "one.csv").write_text(PUSHES + rows[2], encoding="utf-8")
+    (here / "all.csv").write_text(PUSHES + "".join(rows), encoding="utf-8")
+    assert rftfit("export", "--pushes", "two.csv", "--output", "p.json").code == 0
+    assert content(here / "p.json")["pushes"]["alpha_x_N_per_cm3"] == [None, 0.1]
+    for name, words in (
+        ("a", ("--pushes", "two.csv")), ("b", ("--profile-file", "p.json")),
+        ("c", ("--pushes", "all.csv")), ("d", ("--pushes", "one.csv", "--profile-file", "p.json")),
+    ):  # fmt: skip
+        said = rftfit("scale", *words, "--output", f"{name}.csv")
+        assert said.code == 0, said.err
+        said = rftfit("plan", *words, "--count", "2", "--output", f"{name}_plan.csv")
+        assert said.code == 0, said.err
+    for one, other in (("a", "b"), ("c", "d")):
+        table, same = (pd.read_csv(here / f"{name}.csv", comment="#") for name in (one, other))
+        numbers = table.select_dtypes("number").columns
+        np.testing.assert_allclose(table[numbers], same[numbers], atol=2e-6)
+        assert (table["source"] == same["source"]).all()
+        plans = [(here / f"{name}_plan.csv").read_text() for name in (one, other)]
+        assert plans[0] == plans[1]
+    assert not pd.read_csv(here / "a.csv", comment="#").equals(
+        pd.read_csv(here / "c.csv", comment="#")
+    )
+
+
+def test_pushes_of_a_profile_that_do_not_belong_together(rftfit: Call, here: Path) -> None:
+    assert rftfit("export", "--medium", "poppy_LP", "--output", "p.json").code == 0
+    found = content(here / "p.json")
+    assert len(found["pushes"]["beta_deg"]) == 78
+    found["pushes"]["se_x"].pop()
+    (here / "p.json").write_text(json.dumps(found), encoding="utf-8")
+    said = rftfit("scale", "--profile-file", "p.json")
+    assert said.code == 2
+    assert "pushes.se_x" in said.err
+    assert "78 entries, as beta_deg has" in said.err
+    said = rftfit("scale", "--profile-file", "p.json", "--alpha", "0.3")
+    assert said.code == 2
+    assert "found both of --alpha and --pushes" in said.err
+
+
 def test_media_of_a_campaign(rftfit: Call, here: Path, results: Path) -> None:
     assert rftfit("export", "--results", results, "--medium", "poppy_LP").code == 0
     found = content(here / "profile.json")
@@ -102,7 +148,6 @@ def test_media_of_a_campaign(rftfit: Call, here: Path, results: Path) -> None:
 
 
 def test_marks_are_handed_on(rftfit: Call, here: Path, results: Path) -> None:
-    import pandas as pd
 
     from rftfit.measure.checks import COLUMNS, UNUSABLE
     from rftfit.store import write_csv

@@ -24,6 +24,7 @@ from rftfit.model.fourier import evaluate
 from rftfit.model.motion import THETA_DEG, rotation_poses
 from rftfit.model.outlines import leg_outline
 from rftfit.model.planning import plan
+from rftfit.model.profile_file import write_profile
 from rftfit.model.profiles import FourierProfile, TableProfile
 from rftfit.model.reference_kernel import element_forces, place, pose_forces
 from rftfit.model.scaling import published, scale_new_medium, vertical_penetration, with_interval
@@ -512,6 +513,30 @@ def test_tables_that_are_pasted(browser: Chromium, text: str) -> None:
     assert rows == [["0", "90", "0.35", "", "0.01", ""], ["-30", "45", "0.2", "0.08", "", ""]]
     assert browser.evaluate(MESSAGE) == ""
     assert browser.evaluate(HIDDEN) is False
+
+
+def test_profile_file_fills_the_rows(browser: Chromium, tmp_path: Path) -> None:
+    pushes = pd.DataFrame(
+        [[0.0, 90.0, 0.35, np.nan, 0.01, np.nan], [30.0, 45.0, 0.2, 0.1, np.nan, np.nan]],
+        columns=["beta_deg", "gamma_deg", *(f"alpha_{c}_N_per_cm3" for c in "zx"),
+                 *(f"alpha_{c}_se_N_per_cm3" for c in "zx")],
+    )  # fmt: skip
+    write_profile(tmp_path / "profile.json", estimate_map(pushes))
+    text = (tmp_path / "profile.json").read_text(encoding="utf-8")
+    browser.evaluate(
+        "(() => { const files = new DataTransfer(), input = document.querySelector('#calc-file');"
+        f" files.items.add(new File([{json.dumps(text)}], 'profile.json')); input.files = files.files;"
+        " input.dispatchEvent(new Event('change')); })()"
+    )
+    shown = browser.evaluate(
+        "new Promise((done) => setTimeout(() => done([...document.querySelectorAll('#calc-rows tr')]"
+        ".map((row) => [...row.querySelectorAll('input')].map((one) => one.value))), 300))"
+    )
+    assert [row[:4] for row in shown] == [["0", "90", "0.35", ""], ["30", "45", "0.2", "0.1"]]
+    assert shown[0][4] == "0.01"
+    browser.evaluate("document.querySelector('#calc-paste').value = '{\"pushes\": 1}'")
+    browser.evaluate("document.querySelector('#calc-take').click()")
+    assert "no profile" in browser.evaluate("document.querySelector('#calc-pasted').textContent")
 
 
 def test_a_table_pasted_into_a_cell_fills_the_rows(browser: Chromium) -> None:

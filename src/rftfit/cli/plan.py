@@ -11,7 +11,7 @@ import typer
 import rftfit
 from rftfit.cli.output import check_target, count, say, table
 from rftfit.cli.predict import make_motion, make_outline
-from rftfit.cli.scale import number_of
+from rftfit.cli.scale import number_of, told_by
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -59,6 +59,13 @@ def plan(
     pushes: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="What was pushed already: as for rftfit scale --pushes."),
+    ] = None,
+    profile_file: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="What was pushed already: behind a profile of rftfit export, alone or with --pushes.",
+        ),
     ] = None,
     results: Annotated[
         Path | None,
@@ -122,7 +129,9 @@ def plan(
         raise InputError(f"--confidence: found {confidence:g}; allowed: above 0.5 and below 1")
     if not 0 < error_percent <= 100:
         raise InputError(f"--error-percent: found {error_percent:g}; allowed: above 0, up to 100")
-    check_target(output, MARK, "rows of the run sheet", force, (pushes, outline, path))
+    check_target(
+        output, MARK, "rows of the run sheet", force, (pushes, profile_file, outline, path)
+    )
     if figure is not None and figure.suffix not in (".png", ".svg", ".pdf"):
         raise InputError(
             f"--figure: found '{figure}'; allowed: a name that ends in .png, .svg or .pdf"
@@ -130,7 +139,7 @@ def plan(
     wanted = _wanted(target, leg, outline, width, hip, path)
     betas, gammas = _angles("--beta", beta), _angles("--gamma", gamma)
     nodes = grid(betas, gammas)
-    known = _known(pushes, results, medium, nodes, confidence)
+    known = _known((pushes, profile_file), results, medium, nodes, confidence)
     directions = tuple(
         (b, g)
         for b, g in _degrees(nodes)
@@ -197,22 +206,24 @@ def _angles(option: str, text: str | None) -> tuple[float, ...]:
 
 
 def _known(
-    pushes: Path | None, results: Path | None, medium: str | None,
+    files: tuple[Path | None, Path | None], results: Path | None, medium: str | None,
     nodes: tuple[FloatArray, FloatArray], confidence: float,
 ) -> Map:  # fmt: skip
     """What was measured already, on the nodes that the rig can push."""
-    from rftfit.campaign.tables import pushes_in
     from rftfit.model.planning import blank
     from rftfit.model.shapes import estimate, pushes_of, sorted_pushes
 
-    if (results is None) != (medium is None) or (results is not None and pushes is not None):
+    many, name = any(files), str(medium)
+    if (results is None) != (medium is None) or (results is not None and many):
         raise InputError(
-            "allowed: --pushes FILE, or --results DIR with --medium NAME, or none of them"
+            "allowed: --pushes FILE, --profile-file FILE or both; or --results DIR with --medium NAME; or none "
+            "of them"
         )
     try:
-        if pushes is not None:
-            told = sorted_pushes(pushes_in(pushes))
-            return estimate(told, None, nodes, confidence=confidence, name=pushes.stem)
+        if many:
+            name, table = told_by(*files)
+            told = sorted_pushes(table)
+            return estimate(told, None, nodes, confidence=confidence, name=Path(name).stem)
         if results is not None:
             campaign = rftfit.open(results)
             own = campaign[str(medium)]
@@ -221,7 +232,7 @@ def _known(
                 told, campaign.shapes(own.name), nodes, confidence=confidence, name=own.name
             )
     except ValueError as error:
-        raise InputError(f"{pushes or medium}: {error}") from error
+        raise InputError(f"{name}: {error}") from error
     return blank(nodes=nodes)
 
 

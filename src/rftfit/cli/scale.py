@@ -18,6 +18,8 @@ from rftfit.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    import pandas as pd
+
     from rftfit.model.scaling import Reference, ScaledMedium
     from rftfit.model.shapes import Map
 
@@ -61,6 +63,13 @@ def scale(
             "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3, se_z, se_x.",
         ),
     ] = None,
+    profile_file: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="The pushes behind a profile of rftfit export, alone or with those of --pushes.",
+        ),
+    ] = None,
     confidence: Annotated[
         float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
     ] = 0.95,
@@ -92,20 +101,24 @@ def scale(
     From --pushes by the shape that known media share: prints the map, and how far the pushes agree with
     that shape. Both write alpha(beta, gamma) on the published grid as csv.
     """
-    if (alpha is None) == (pushes is None):
+    many = pushes is not None or profile_file is not None
+    if (alpha is None) != many:
         found = "neither" if alpha is None else "both"
         raise InputError(
             f"found {found} of --alpha and --pushes; allowed: --alpha N/cm^3 (one vertical push) or "
-            "--pushes FILE (a table of pushes)"
+            "--pushes FILE (a table of pushes; or --profile-file, or both)"
         )
-    check_target(output, MARK, "alpha table", force, (pushes,))
-    if pushes is not None:
+    check_target(output, MARK, "alpha table", force, (pushes, profile_file))
+    if many:
         if se is not None:
             raise InputError(
                 "--se is the standard error of --alpha; a table has columns se_z, se_x"
             )
         check_test(0.9, 0.0, confidence)
-        _scale_pushes(pushes, confidence, reference_in(results, method), output, as_json=as_json)
+        _scale_pushes(
+            told_by(pushes, profile_file), confidence, reference_in(results, method), output,
+            as_json=as_json,
+        )  # fmt: skip
         return
     assert alpha is not None
     _scale_test(
@@ -200,21 +213,38 @@ def table_text(columns: Mapping[str, Iterable[object]], how: str, level: str) ->
 # --- a few pushes
 
 
+def told_by(*files: Path | None) -> tuple[str, pd.DataFrame]:
+    """Pushes of a table and of a profile file, and the names of these files."""
+    import pandas as pd
+
+    from rftfit.campaign.tables import pushes_in
+    from rftfit.model.profile_file import pushes_in_profile
+
+    readers = zip(files, (pushes_in, pushes_in_profile), strict=True)
+    tables = [read(path) for path, read in readers if path is not None]
+    names = [path.name for path in files if path is not None]
+    return " and ".join(names), pd.concat(tables, ignore_index=True)
+
+
 def _scale_pushes(
-    path: Path, confidence: float, reference: Reference, output: Path, *, as_json: bool
+    told: tuple[str, pd.DataFrame],
+    confidence: float,
+    reference: Reference,
+    output: Path,
+    *,
+    as_json: bool,
 ) -> None:
     """Any number of pushes by the shape of known media, beside the paper's routine."""
-    from rftfit.campaign.tables import pushes_in
     from rftfit.measure.alpha import cell_at, column
     from rftfit.model.scaling import scale as scale_medium
     from rftfit.model.shapes import NOT_ALIKE
     from rftfit.store import write_text
 
-    pushes = pushes_in(path)
+    name, pushes = told
     try:
-        found = rftfit.estimate_map(pushes, confidence=confidence, name=path.stem)
+        found = rftfit.estimate_map(pushes, confidence=confidence, name=Path(name).stem)
     except ValueError as error:
-        raise InputError(f"{path}: {error}") from error
+        raise InputError(f"{name}: {error}") from error
     down = cell_at(pushes, 0, 90)
     routine = None
     if down is not None and down[column("z")] > 0:
@@ -223,7 +253,7 @@ def _scale_pushes(
             float(down[column("z")]), 0.0 if math.isnan(se) else se, reference, confidence
         )
     level = f"{100 * confidence:g} % interval"
-    how = f"{found.pushes} {'push' if found.pushes == 1 else 'pushes'} of {path.name}, with the shape of {found.known}"
+    how = f"{found.pushes} {'push' if found.pushes == 1 else 'pushes'} of {name}, with the shape of {found.known}"
     say(
         _map_as_json(found, routine, output)
         if as_json

@@ -23,6 +23,7 @@ from rftfit.model.profile_schema import (
     About,
     Errors,
     Golden,
+    Made,
     Nodes,
     Origin,
     ProfileFile,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import numpy.typing as npt
+    import pandas as pd
 
     from rftfit.conventions import FloatArray
 
@@ -338,10 +340,43 @@ def _numbers(profile: Map | TableProfile, table: TableProfile, confidence: float
     return {
         "nodes": nodes,
         "errors": errors,
+        "pushes": _made(profile, nodes, errors),
         "nine_terms": None if named is None else Terms(**named),
         "zeta": zeta,
         "golden": _golden(table, terms, errors),
     }
+
+
+def _made(profile: Map | TableProfile, nodes: Nodes, errors: Errors | None) -> Made:
+    """The pushes of a map; of a table its measured directions, each once."""
+    if isinstance(profile, Map) and profile.given is not None:
+        pushes = profile.given
+        beta, gamma, alpha = np.degrees(pushes.beta), np.degrees(pushes.gamma), pushes.alpha
+        se = np.sqrt(np.diag(pushes.covariance)).reshape(alpha.shape)
+    else:
+        beta, gamma = np.meshgrid(nodes.beta_deg, nodes.gamma_deg, indexing="ij")
+        # what lies in the range of a run sheet; a plate at -90 degrees is the one at 90
+        own = np.array(nodes.measured) & (np.abs(gamma) <= 90 + 1e-6) & (beta > -90 + 1e-6)
+        values = (nodes.alpha_z_N_per_cm3, nodes.alpha_x_N_per_cm3)
+        alpha = np.stack([np.array(one, dtype=float)[own] for one in values])
+        se = np.full(alpha.shape, np.nan)
+        if errors is not None:
+            se = np.stack([np.sqrt((rows**2).sum(axis=0))[own] for rows in _on_nodes(errors)])
+        beta, gamma = beta[own], gamma[own]
+    (z, x), (se_z, se_x) = (_rows(one) for one in (alpha, np.where(np.isnan(alpha), np.nan, se)))
+    return Made(
+        beta_deg=np.round(beta, 10).tolist(), gamma_deg=np.round(gamma, 10).tolist(),
+        alpha_z_N_per_cm3=z, alpha_x_N_per_cm3=x, se_z=se_z, se_x=se_x,
+    )  # fmt: skip
+
+
+def pushes_in_profile(path: Path) -> pd.DataFrame:
+    """The pushes behind a profile file, as `rftfit.estimate_map` takes them."""
+    import pandas as pd
+
+    names = {"se_z": "alpha_z_se_N_per_cm3", "se_x": "alpha_x_se_N_per_cm3"}
+    table = pd.DataFrame(read_content(path).pushes.model_dump()).rename(columns=names)
+    return table.astype(float)
 
 
 def _measured(profile: Map | TableProfile, table: TableProfile) -> npt.NDArray[np.bool_]:
@@ -373,7 +408,7 @@ def _fitted(table: TableProfile, confidence: float) -> tuple[FloatArray | None, 
 
 
 def _digest(content: ProfileFile) -> str:
-    parts = content.model_dump(include={"nodes", "errors", "nine_terms", "zeta"})
+    parts = content.model_dump(include={"nodes", "errors", "pushes", "nine_terms", "zeta"})
     return digest_of(parts)
 
 
@@ -505,6 +540,11 @@ def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
         grids |= {("errors", name): getattr(errors, name) for name in ("cell", "sign_x")}
     for path, rows in grids.items():
         _check_rows(file, path, rows, *shape)
+    made = content.pushes.model_dump()
+    for name, entries in made.items():
+        if len(entries) != len(made["beta_deg"]):
+            wanted = f"{len(made['beta_deg'])} entries, as beta_deg has"
+            file.note(("pushes", name), "length", f"{len(entries)} entries", wanted)
     if errors is None:
         return
     z, x = errors.factor_z_N_per_cm3, errors.factor_x_N_per_cm3

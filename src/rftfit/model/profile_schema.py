@@ -127,6 +127,17 @@ class Nodes(Model):
     )
 
 
+class Made(Model):
+    """Pushes behind the profile, an entry a direction: with more of them the map is made again."""
+
+    beta_deg: list[float] = need("attack angle of each push, degrees")
+    gamma_deg: list[float] = need("intrusion angle, degrees")
+    alpha_z_N_per_cm3: list[float | None] = need("as measured, N/cm^3; null: not measured")
+    alpha_x_N_per_cm3: list[float | None] = need("as measured, N/cm^3; null: not measured")
+    se_z: list[float | None] = need("standard error of alpha_z, N/cm^3; null: not known")
+    se_x: list[float | None] = need("standard error of alpha_x, N/cm^3; null: not known")
+
+
 class Errors(Model):
     """Errors of alpha: rows which, each times an independent standard normal number, add up to them."""
 
@@ -193,11 +204,13 @@ class ProfileFile(Model):
     validity: Validity = key(Validity(), "where the profile holds")
     nodes: Nodes = need("alpha over all directions")
     errors: Errors | None = key(None, "errors of alpha; null: not known")
+    pushes: Made = need("what was measured")
     nine_terms: Terms | None = key(None, "the nine terms; null: there are too few nodes for them")
     zeta: Zeta | None = key(None, "scaling factor")
     origin: Origin = need("what it was made from")
     digest: Text = key(
-        "", "of nodes, errors, nine terms and zeta, as this program makes it; empty: not checked"
+        "",
+        "of nodes, errors, pushes, nine terms and zeta, as this program makes it; empty: not checked",
     )
 
 

@@ -445,7 +445,7 @@ def estimate(
     return Map(
         name, *nodes, best.reshape(2, count), factor, measured, expected, given.distance(expected),
         y[told].size - 1, made, shapes.name,
-        given.farthest(pushes, told, expected), horizontal, float(off), confidence,
+        given.farthest(pushes, told, expected), horizontal, float(off), confidence, pushes,
     )  # fmt: skip
 
 
@@ -623,6 +623,8 @@ class Map:
     horizontal_off : float
         How many standard deviations of media that belong the logarithm of that is from 0.
     confidence : float
+    given : Pushes or None
+        The pushes, one a direction.
 
     Examples
     --------
@@ -648,6 +650,7 @@ class Map:
     horizontal: float = float("nan")
     horizontal_off: float = float("nan")
     confidence: float = 0.95
+    given: Pushes | None = field(default=None, repr=False)
 
     @cached_property
     def _drawn(self) -> tuple[FloatArray, float]:

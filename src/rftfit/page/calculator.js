@@ -35,8 +35,19 @@ function pushesOf(rows) {
   return { pushes, wrong };
 }
 
+/** Rows of the pushes behind a profile of rftfit export. */
+function rowsOfProfile(text) {
+  const pushes = (() => { try { return JSON.parse(text).pushes; } catch { return null; } })();
+  const columns = PUSH_COLUMNS.map(({ name }) => pushes?.[name]);
+  if (!columns.every((column) => Array.isArray(column) && column.length === columns[0].length && column.length)) {
+    return { wrong: "This is no profile as rftfit export writes it: it has no pushes." };
+  }
+  return { rows: columns[0].map((_, i) => columns.map((column) => (column[i] === null ? "" : String(Number(Number(column[i]).toPrecision(6)))))) };
+}
+
 /** Rows of a table that was pasted: with the program's names of columns, or in their order. */
 function rowsOfText(text) {
+  if (text.trimStart().startsWith("{")) return rowsOfProfile(text);
   const lines = text.split(/\r?\n/).filter((line) => line.trim() && !line.startsWith("#"));
   if (lines.length > MOST_PUSHES + 1) return { wrong: `Found ${lines.length} rows; at most ${MOST_PUSHES} pushes fit here. rftfit scale --pushes takes any number.` };
   const mark = ["\t", ";", ","].find((one) => lines[0]?.includes(one)) || ",";
@@ -218,9 +229,15 @@ function startCalculator(data) {
   });
   byId("calc-add").addEventListener("click", () => addRow([]));
   byId("calc-take").addEventListener("click", () => take(pasted.value));
+  byId("calc-file").addEventListener("change", async (event) => {
+    const [file] = event.target.files;
+    if (file) take(await file.text());
+  });
   from.addEventListener("change", update);
   legBox?.addEventListener("change", showCurves);
   addEventListener("resize", showCurves);
-  body.append(rowOf(["0", "90", "0.35"]));
+  // what the campaign itself measured straight down, where it did
+  const down = Object.values(data.alpha).map(({ beta_deg, gamma_deg, z }) => z[beta_deg.indexOf(0)]?.[gamma_deg.indexOf(90)]);
+  body.append(rowOf(["0", "90", say(down.find((v) => v > 0) ?? 0.35, 4)]));
   update();
 }
