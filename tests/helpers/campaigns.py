@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 import pytest
 import yaml
+from text_boxes import text_faults
 
 from rftfit.campaign.config import Config
 from rftfit.cli.main import main
@@ -129,6 +130,8 @@ def _sketch(
     for ending in style.FORMATS:
         target = base.with_name(f"{base.name}.{ending}")
         content = style.content(figure, ending, about) if wanted and ending == "svg" else b""
+        if content:
+            assert text_faults(figure) == [], base.name
         if made is not None and ending != "svg":
             content = (made.root / target.relative_to(folder.root)).read_bytes()
         write_bytes(target, content)

@@ -177,7 +177,7 @@ def paper_tables() -> dict[str, pd.DataFrame]:
         "leg_errors": leg_errors(legs, predicted),
         "sands": pd.DataFrame(
             [{"medium": "yuma", "run_id": "y1", "window": "stated", "linear_to_cm": 2.0,
-              "alpha_z_N_per_cm3": SAND_ALPHA, "bend": 0.11, "zeta": sand.zeta,
+              "alpha_z_N_per_cm3": SAND_ALPHA, "nonlinear_z_ratio": 0.11, "zeta": sand.zeta,
               "zeta_lo": sand.zeta_lo, "zeta_hi": sand.zeta_hi}]
         ),
         "sand_correction": pd.DataFrame(

@@ -6,6 +6,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Literal
 
 import chain_tables as chain
@@ -277,6 +278,19 @@ def test_which_runs_the_stress_figure_shows() -> None:
     flat = fits[fits["run_id"] == "flat"]
     results = of_runs(traces[traces["run_id"] == "flat"], flat)
     assert stress_runs(results.campaign) == []
+    # by default the pair nearest to (30, 45) degrees, a push alone only where there is no pair
+    runs = [
+        SimpleNamespace(run_id=f"{beta:g} {gamma:g} {direction}", medium="poppy_LP", kind="plate",
+                        direction=direction, beta_deg=beta, gamma_deg=gamma)
+        for beta, gamma, direction in (
+            (0.0, 90.0, "intrusion"), (0.0, 90.0, "extraction"), (30.0, 45.0, "intrusion"),
+            (30.0, 60.0, "extraction"), (30.0, 60.0, "intrusion"), (30.0, 0.0, "horizontal"),
+        )
+    ]  # fmt: skip
+    assert stress_runs(memory({}, ["poppy_LP"], runs).campaign) == [
+        "30 60 intrusion", "30 60 extraction",
+    ]  # fmt: skip
+    assert stress_runs(memory({}, ["poppy_LP"], runs[2:3]).campaign) == ["30 45 intrusion"]
     assert declared("stress_of_runs").media(results.campaign) == ()
     # a run that was refused has no samples: another one is shown
     left = traces[traces["run_id"] != "down"]
@@ -335,7 +349,7 @@ def test_captions_have_the_numbers_of_the_run() -> None:
     told = declared("generic_profile").caption_of(results)
     zeta = results.table("penetration.csv")["zeta"].iloc[0]
     assert f"\u03b6 {zeta:.4f} ({0.98 * zeta:.4f} to {1.02 * zeta:.4f})" in told
-    assert "Fig. S7" in told
+    assert "Figs. S6 (above) and S7" in told
     maps = next(one for one in figures() if one.file("poppy_LP") == "figures/alpha_maps_poppy_LP")
     told = maps.caption_of(results, "poppy_LP")
     assert "poppy seeds, loose: 89 of 91 cells" in told

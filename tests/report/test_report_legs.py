@@ -1,19 +1,19 @@
 from __future__ import annotations
 
-import re
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 from memory import Memory, memory, of_runs
+from text_boxes import text_faults
 from turning import sweep
 
 from rftfit import reference
 from rftfit.campaign.config import Leg
+from rftfit.compare.sands import NO_END
 from rftfit.compare.sensitivity import SENSITIVITY_COLUMNS
 from rftfit.figures import leg_panels
 from rftfit.figures.leg_panels import leg_line
@@ -22,12 +22,13 @@ from rftfit.figures.legs import (
     leg_shapes,
     legs,
     legs_by_medium,
+    legs_depth_only,
     legs_in_sands,
     peak_errors,
 )
 from rftfit.figures.registry import figures
 from rftfit.figures.sands import penetration as draw_penetration
-from rftfit.figures.style import save
+from rftfit.figures.style import content, save
 from rftfit.model.fourier import TERMS
 from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import model_leg
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.figure import Figure
-    from matplotlib.transforms import Bbox
 
     from rftfit.campaign.config import Config
     from rftfit.conventions import FloatArray
@@ -113,7 +113,8 @@ def sand_tables() -> tuple[pd.DataFrame, pd.DataFrame]:
             alpha = float(depth @ stress / (depth @ depth))
             rows.append(
                 {"medium": medium, "run_id": f"{medium}_down", "window": window, "linear_to_cm": to,
-                 "alpha_z_N_per_cm3": alpha, "lo": 0.95 * alpha, "hi": 1.05 * alpha}
+                 "alpha_z_N_per_cm3": alpha, "alpha_z_lo_N_per_cm3": 0.95 * alpha,
+                 "alpha_z_hi_N_per_cm3": 1.05 * alpha, "reason": ""}
             )  # fmt: skip
     empty = ("path_cm", "stress_x_N_per_cm2", "tare_z_N_per_cm2", "tare_x_N_per_cm2")
     return samples.assign(**dict.fromkeys(empty, 0.0)), pd.DataFrame(rows)
@@ -176,6 +177,7 @@ def pushed(samples: pd.DataFrame, sands: pd.DataFrame) -> Memory:
 FIGURES: dict[str, Callable[[], Figure]] = {
     "legs": lambda: legs(results(), "poppy_LP"),
     "legs_by_medium": lambda: legs_by_medium(results()),
+    "legs_depth_only": lambda: legs_depth_only(results()),
     "legs_in_sands": lambda: legs_in_sands(results(SANDS)),
     "forces_over_zeta": lambda: forces_over_zeta(results()),
     "penetration": lambda: draw_penetration(pushed(*sand_tables())),
@@ -214,25 +216,11 @@ def test_every_axis_label_has_a_unit(name: str) -> None:
     assert all("(" in label and label.endswith(")") for label in found), found
 
 
-def boxes(figure: Figure) -> list[tuple[str, Bbox]]:
-    """Places of all text but the numbers of the ticks (those beyond the limits are not drawn)."""
-    canvas: Any = FigureCanvasAgg(figure)
-    canvas.draw()
-    every: list[Any] = [t for t in figure.findobj(Text) if t.get_visible()]
-    words = [(t.get_text(), t.get_window_extent()) for t in every if t.get_text().strip()]
-    return [(word, box) for word, box in words if not re.fullmatch(r"[\u2212+\d.]+", word)]
-
-
 @pytest.mark.parametrize("name", FIGURES)
 def test_no_text_leaves_the_figure_or_touches_another(name: str) -> None:
     figure = drawn(name)
-    found = boxes(figure)
-    width, height = figure.get_size_inches() * figure.dpi
-    for i, (text, box) in enumerate(found):
-        assert min(box.x0, box.y0) >= -1, text
-        assert box.x1 <= width + 1, text
-        assert box.y1 <= height + 1, text
-        assert not [other for other, place in found[i + 1 :] if box.overlaps(place)], text
+    content(figure, "svg")
+    assert text_faults(figure) == []
 
 
 def test_the_curves_drawn_are_those_of_the_tables() -> None:
@@ -245,16 +233,31 @@ def test_the_curves_drawn_are_those_of_the_tables() -> None:
     np.testing.assert_array_equal(lines[1], ours["force_z_N"])
 
 
-def test_a_depth_only_peak_beyond_the_panel_is_told() -> None:
+def test_the_depth_only_model_has_an_inset_of_its_own() -> None:
     figure = legs(results(), "poppy_LP")
     rows = predicted().query(
         "medium == 'poppy_LP' and leg == 'reversed_c_leg' and profile == 'depth_only'"
     )
     highest = rows["force_z_N"].max()
-    told = [text for text in panels(figure) if "beyond" in text]
-    assert len(told) == 1
-    assert f"{highest:.1f} N" in told[0].replace("\n", " ")
+    (inset,) = figure.axes[7].child_axes
+    dots, line = (np.asarray(one.get_ydata(), dtype=float) for one in inset.lines[1:])
+    assert np.nanmax(line) == highest < inset.get_ylim()[1]
+    seen = measured().query("medium == 'poppy_LP' and leg == 'reversed_c_leg'")
+    assert np.nanmax(dots) == seen["force_z_N"].max()
     assert figure.axes[7].get_ylim()[1] < highest
+
+
+def test_media_stand_in_the_order_of_the_campaign() -> None:
+    labels = [label.get_text() for label in peak_errors(results()).axes[0].get_yticklabels()]
+    titles = results().campaign.titles
+    assert labels == [titles[name] for name in titles if name in (*MEDIA, *SANDS)]
+
+
+def test_depth_only_forces_of_all_media_are_dotted() -> None:
+    figure = legs_depth_only(results())
+    ours = predicted().query("medium == 'poppy_LP' and leg == 'c_leg' and profile == 'depth_only'")
+    line = next(one for one in figure.axes[0].lines if one.is_dashed())
+    np.testing.assert_array_equal(line.get_ydata(), ours["force_z_N"])
 
 
 def test_a_leg_that_is_not_measured_is_told_in_its_panels() -> None:
@@ -308,6 +311,11 @@ def test_penetration_marks_the_detected_end_and_says_what_is_missing() -> None:
     ends = [set(np.ravel(line.get_xdata())) for line in figure.axes[0].lines]
     assert {1.2 * STATED_CM["yuma"]} in ends
     assert panels(figure) == ["", ""]
+    whole = sands.assign(reason=np.where(sands["window"] == "detected", NO_END, ""))
+    figure = draw_penetration(pushed(samples, whole))
+    ends = [set(np.ravel(line.get_xdata())) for line in figure.axes[0].lines]
+    assert {1.2 * STATED_CM["yuma"]} not in ends
+    assert any("no end in" in text for text in words(figure))
     part = sands[(sands["medium"] != "yuma") | (sands["window"] != "detected")]
     samples.loc[samples["medium"] == "palms29", "stress_z_N_per_cm2"] = np.nan
     figure = draw_penetration(pushed(samples, part))

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
 from memory import memory
+from text_boxes import text_faults
 
 from rftfit.compare.robot import optima
 from rftfit.figures.registry import figures
@@ -26,7 +25,7 @@ from rftfit.figures.robot import (
     robot_reaction,
     speed,
 )
-from rftfit.figures.style import save
+from rftfit.figures.style import content, save
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
 from rftfit.robot.run import simulate
@@ -109,28 +108,9 @@ def xy(line: Any) -> Any:
 
 
 def inside(figure: Figure) -> list[str]:
-    """Texts that stick out of the figure."""
-    canvas: Any = FigureCanvasAgg(figure)
-    canvas.draw()
-    box = figure.bbox
-    # ticks beyond the ends of an axis are there and not drawn
-    ticks = {
-        label
-        for axes in figure.axes
-        for axis in (axes.xaxis, axes.yaxis)
-        for label in axis.get_ticklabels(which="both")
-    }
-    out = []
-    for text in figure.findobj(Text):
-        if text in ticks or not (text.get_visible() and text.get_text().strip()):
-            continue
-        extent = text.get_window_extent(canvas.get_renderer())
-        if extent.width and (
-            extent.x0 < box.x0 - 1 or extent.x1 > box.x1 + 1
-            or extent.y0 < box.y0 - 1 or extent.y1 > box.y1 + 1
-        ):  # fmt: skip
-            out.append(text.get_text())
-    return out
+    """Faults of the texts of a figure."""
+    content(figure, "svg")
+    return text_faults(figure)
 
 
 def test_speeds_are_those_of_the_tables() -> None:

@@ -115,5 +115,5 @@ def test_stress_on_another_grid(tmp_path: Path) -> None:
     assert (folder.root / "results" / "figures" / "linearity.png").is_file()
     test = folder.table("sands.csv").set_index("window").loc["stated"]
     assert test["alpha_z_N_per_cm3"] == pytest.approx(0.42, abs=0.02)
-    assert test["lo"] < test["alpha_z_N_per_cm3"] < test["hi"]
+    assert test["alpha_z_lo_N_per_cm3"] < test["alpha_z_N_per_cm3"] < test["alpha_z_hi_N_per_cm3"]
     assert test["zeta_lo"] < test["zeta"] < test["zeta_hi"]

@@ -575,7 +575,8 @@ class Figures(Model):
     """What the figures show."""
 
     stress_runs: tuple[str, ...] = key(
-        (), "runs in the stress figure; default: the flat plate, down and up, of the first medium"
+        (),
+        "runs in the stress figure; default: a push and its pull nearest to (30, 45) degrees, of the first medium",
     )
 
 

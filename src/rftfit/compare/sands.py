@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
 
-SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3", "lo", "hi", "bend",
-                "zeta", "zeta_lo", "zeta_hi", "reason"]  # fmt: skip
+SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3",
+                "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3", "nonlinear_z_ratio", "zeta", "zeta_lo", "zeta_hi", "reason"]  # fmt: skip
 CORRECTION_COLUMNS = ["medium", "model", "factor_z", "factor_x", "rms_fit_N", "rms_cv_N",
                       "gain_cv_percent", "earns_its_place", "reason"]  # fmt: skip
 
@@ -116,12 +116,15 @@ def penetration_rows(
             row = {**place, "window": window, "linear_to_cm": end, "reason": _NO_REGIME}
             if end > 0:
                 row |= _slope(fit, config.fit.confidence, chi, surface, others)
+            if window == "detected" and end > np.nanmax(depth[parts[run.run_id]]) - STEP_CM:
+                row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_END)))
             if campaign.holds_tare(run):
                 row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))
             rows.append(row)
     return rows + lost
 
 
+NO_END = "no end of the linear regime was found: it is that of the test"
 _NO_REGIME = "no linear regime with enough samples"
 
 
@@ -148,8 +151,8 @@ def _slope(
     parts = [Part(se, float(fit["alpha_z_dof"])), Part(moved * surface.run, surface.dof)]
     parts += [Part(moved * surface.session), Part(alpha * others)]
     half = half_width(parts, confidence) if math.isfinite(se) else math.nan
-    row = {column("z"): alpha, "lo": alpha - half, "hi": alpha + half}
-    row["bend"] = float(fit["nonlinear_z_ratio"])
+    row = {column("z"): alpha, column("z", "_lo"): alpha - half, column("z", "_hi"): alpha + half}
+    row["nonlinear_z_ratio"] = float(fit["nonlinear_z_ratio"])
     se = half / float(student_quantile(confidence, GIVEN_DOF))
     try:
         scaled = scale_new_medium(alpha, se, chi, np.zeros(9), confidence)

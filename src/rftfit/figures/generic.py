@@ -50,10 +50,10 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     reads=("alpha/{laboratory}.csv", "coefficients.csv", "penetration.csv"),
     settings=("fourier", "media"),
     media=only_if(lambda campaign: campaign.of_role("laboratory")),
-    paper="Fig. S7",
+    paper="Figs. S6 (above) and S7 (below, left)",
     section="Force profiles",
-    caption="""Coefficients and profiles of the media over their zeta, and their mean, the generic profile, by \
-{method}.
+    caption="""Coefficients of the media over their zeta (thin) against their term, and their mean, the generic M0 (thick), by \
+{method}; below, the generic profile, and alpha of all media over zeta against it.
 Good: the coefficients of all media lie together, and the points along the lines of perfect collapse.
 Scaling: {zetas}.
 Generic coefficients, without a unit: {generic}.""",
@@ -63,7 +63,7 @@ def generic_profile(results: Results) -> Figure:
     """Draw the media scaled onto the generic profile.
 
     Above: the coefficients of each medium over its zeta, with intervals (of the coefficient; zeta is
-    taken as known), and the generic M0 as a bar with its interval. Below: the generic maps, and
+    taken as known), and the generic M0 as a thick line with its interval. Below: the generic maps, and
     measured alpha / zeta against generic alpha with the line of perfect collapse.
     """
     method, penetration = results.config.fourier.method, results.table("penetration.csv")
@@ -89,7 +89,7 @@ def generic_profile(results: Results) -> Figure:
         axes = style.axes_cm(page, 1.25 + i * maps.PITCH_CM, line, side, side)
         maps.angle_axes(axes, name_beta=i == 0)
         axes.set_title(rf"generic $\alpha_{component}$ (dimensionless)")
-        maps.add_bar(page, axes, maps.add_surface(axes, surfaces[i]))
+        maps.add_bar(page, axes, maps.add_surface(axes, surfaces[i]), component)
         maps.add_signs(axes, component, angles, angles, surfaces[i])
         axes = style.axes_cm(page, 10.55 + i * 4.45, line, side, side)
         _draw_collapse(axes, component, results, zetas, generic)
@@ -110,7 +110,7 @@ def _draw_coefficients(
     axes.bar(
         at, high - low, 0.84, bottom=low, color="#cccccc", linewidth=0, label="generic, interval"
     )
-    axes.hlines(value, at - 0.42, at + 0.42, color="black", linewidth=1.2, label="generic $M_0$")
+    axes.plot(at, value, color="black", linewidth=2.2, label="generic $M_0$", zorder=1.5)
     for i, (medium, zeta) in enumerate(zetas.items()):
         rows = coefficients[coefficients["medium"] == medium]
         x = rows["coefficient"].map(place).to_numpy(float)
@@ -121,6 +121,7 @@ def _draw_coefficients(
         )
         axes.vlines(x, low, high, color=colour, linewidth=0.8)
         kept = rows["kept"].fillna(True).to_numpy(bool)
+        axes.plot(x, value, color=colour, linewidth=0.5)
         axes.plot(x[kept], value[kept], marker, color=colour, label=style.title_of(medium, titles))
         axes.plot(x[~kept], value[~kept], marker, color=colour, markerfacecolor="white")
     if not coefficients["kept"].fillna(True).all():

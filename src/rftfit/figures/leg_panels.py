@@ -221,8 +221,14 @@ def theta_axes(axes: Axes, name: bool) -> None:
         axes.set_xlabel(THETA_LABEL)
 
 
-def force_range(axes: Axes, forces: Sequence[FloatArray], notes: Sequence[str] = ()) -> None:
-    """Set the range of the forces, N, with room above for notes on what is missing, and write them."""
+def force_range(
+    axes: Axes, forces: Sequence[FloatArray], notes: Sequence[str] = (),
+    inset: tuple[float, float] = (0.0, 1.0),
+) -> None:  # fmt: skip
+    """Set the range of the forces, N, with room above for notes on what is missing, and write them.
+
+    `inset`: Share of the height that an inset at the upper right takes, and of the width that it leaves.
+    """
     every = np.concatenate([np.zeros(1), *forces])
     every = every[np.isfinite(every)]
     low, high = float(every.min()), float(every.max())
@@ -230,7 +236,7 @@ def force_range(axes: Axes, forces: Sequence[FloatArray], notes: Sequence[str] =
     width_pt, height_pt = (side * 72 / axes.figure.dpi for side in (box.width, box.height))
     size = NOTE_PT + (low == high)
     # a letter is about 0.55 of its size wide
-    across = max(12, int(0.94 * width_pt / (0.55 * size)))
+    across = max(12, int(0.94 * inset[1] * width_pt / (0.55 * size)))
     lines = [line for note in notes for line in textwrap.wrap(note, across)]
     how: dict[str, Any] = {"color": style.MARK, "fontsize": size, "linespacing": 1.25, "zorder": 5}
     if low == high:
@@ -239,6 +245,7 @@ def force_range(axes: Axes, forces: Sequence[FloatArray], notes: Sequence[str] =
         lines = lines or ["nothing to draw"]
     else:
         share = min(0.6, (len(lines) * 1.4 * size + (4 if lines else 0)) / height_pt)
+        share = max(share, inset[0])
         margin = 0.06 * (high - low)
         low -= margin
         axes.set_ylim(low, low + (high + margin - low) / (1 - share))

@@ -37,9 +37,9 @@ def _legged(campaign: Campaign) -> tuple[str, ...]:
 
 
 PROFILES = ("table", "map", "fourier", "depth_only")
-_SKETCH_CM, _PANEL_CM, _BETWEEN_CM, _TOP_CM = 2.75, 4.3, 0.3, 0.85
-_BEYOND = 2.5
-"""A baseline that is larger than all else by this factor would flatten the rest: it is cut off."""
+_SKETCH_CM, _PANEL_CM, _BETWEEN_CM, _TOP_CM = 2.75, 5.2, 0.3, 0.85
+_INSET = 0.4
+"""Share of a panel's height and width that the inset takes."""
 
 _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$ (N)"}
 
@@ -52,7 +52,7 @@ _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$
     paper="Figs. 3D to 3F",
     section="Legs",
     caption="""Forces on the legs turned through {medium}, measured (dots) and predicted (lines); bands are \
-{level} intervals that follow from those of alpha.
+{level} intervals that follow from those of alpha. Insets: the depth-only model beside the same dots.
 Good: the line of the interpolated table runs through the dots; the depth-only model is the baseline to beat.
 Error of the predicted peak lift: {peaks}.""",
     numbers=lambda results, medium: {"peaks": captions.peaks_by_leg(results, medium, PROFILES)},
@@ -60,8 +60,8 @@ Error of the predicted peak lift: {peaks}.""",
 def legs(results: Results, medium: str) -> Figure:
     """Draw F_z and F_x on each leg in one medium against theta, measured and predicted.
 
-    Above each column the leg is drawn in the sand. Every panel has its own range of forces. Where
-    the depth-only model is far above all others it is cut off and its peak is written in the panel.
+    Above each column the leg is drawn in the sand. Every panel has its own range of forces, and an
+    inset with the depth-only model.
     """
     predicted, measured = (rows_of(table, medium=medium) for table in leg_panels.curves(results))
     shapes = {n: leg for n, leg in results.config.intruders.items() if isinstance(leg, Leg)}
@@ -86,7 +86,10 @@ def legs(results: Results, medium: str) -> Figure:
         if profile == "map" and rows_of(predicted, profile=profile).empty:
             continue
         colour, line, _ = PROFILE_LOOKS[profile]
-        entries[f"predicted by {PROFILE_TITLES[profile]}"] = style.line(colour, linestyle=line)
+        where = " (inset)" if profile == "depth_only" else ""
+        entries[f"predicted by {PROFILE_TITLES[profile]}{where}"] = style.line(
+            colour, linestyle=line
+        )
     entries[f"{style.level(results)} interval of a prediction"] = style.patch(
         facecolor="#888888", alpha=0.4
     )
@@ -100,13 +103,16 @@ def _draw_models(
 ) -> None:
     column = f"force_{component}_N"
     notes, seen = [], []
+    dots: dict[str, Any] = {"color": leg_panels.MEASURED, "marker": "o", "linestyle": "",
+                            "markeredgewidth": 0}  # fmt: skip
     if leg_panels.has_force(measured, component):
         theta, force = leg_panels.broken(measured, column)
-        axes.plot(theta, force, "o", color=leg_panels.MEASURED, markersize=1.3, markeredgewidth=0)
+        axes.plot(theta, force, markersize=1.3, **dots)
         seen.append(force)
     else:
+        theta, force = np.zeros((2, 0))
         notes.append("not measured" + leg_panels.why_missing(measured))
-    baseline = np.zeros(1)
+    baseline = rows_of(predicted, profile="depth_only")
     for profile in PROFILES:
         rows = rows_of(predicted, profile=profile)
         if profile == "map" and rows.empty:
@@ -115,23 +121,23 @@ def _draw_models(
             title = PROFILE_TITLES[profile]
             notes.append(f"{title}: no prediction{leg_panels.why_missing(rows)}")
             continue
+        if profile == "depth_only":
+            continue
         colour, line, _ = PROFILE_LOOKS[profile]
         leg_panels.add_predicted(axes, rows, component, colour, line)
-        force = rows[[column, f"force_{component}_lo_N", f"force_{component}_hi_N"]].to_numpy(float)
-        if profile == "depth_only":
-            baseline = force.ravel()
-        else:
-            seen.append(force.ravel())
-    largest = max((float(np.nanmax(np.abs(force))) for force in seen), default=0.0)
-    if seen and float(np.nanmax(np.abs(baseline))) > _BEYOND * largest:
-        rows = rows_of(predicted, profile="depth_only")
-        at = int(np.nanargmax(np.abs(rows[column].to_numpy(float))))
-        peak, theta_deg = (float(rows[name].iloc[at]) for name in (column, "theta_deg"))
-        place = f"{style.number(peak, 1)} N at {style.degrees(theta_deg)}"
-        notes.append(f"depth-only: beyond this panel, {place}")
-    else:
-        seen.append(baseline)
-    leg_panels.force_range(axes, seen, notes)
+        names = [column, f"force_{component}_lo_N", f"force_{component}_hi_N"]
+        seen.append(rows[names].to_numpy(float).ravel())
+    inset = leg_panels.has_force(baseline, component)
+    leg_panels.force_range(axes, seen, notes, (_INSET, 1 - _INSET) if inset and seen else (0, 1))
+    if inset:
+        small = axes.inset_axes((1 - _INSET, 1.02 - _INSET, _INSET - 0.02, _INSET - 0.04))
+        colour, line, _ = PROFILE_LOOKS["depth_only"]
+        small.axhline(0, color=style.GREY, linewidth=0.4)
+        small.plot(theta, force, markersize=0.9, **dots)
+        leg_panels.add_predicted(small, baseline, component, colour, line)
+        small.set(xlim=leg_panels.THETA_DEG, xticks=[-90, 0, 90], xticklabels=[])
+        style.ticks(small.yaxis, 3)
+        small.tick_params(labelsize=5, pad=1, length=1.5)
 
 
 # All media, one row each
@@ -139,6 +145,7 @@ def _draw_models(
 
 _ROW_TOP_CM, _ROW_PANEL_CM, _ROW_PITCH_CM = 0.4, 3.05, 3.75
 _LINES: dict[str, Any] = {"z": "-", "x": (0, (4, 1.2))}
+_DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
 
 
 @figure(
@@ -157,6 +164,30 @@ Error of the predicted peak lift: {peaks}.""",
 def legs_by_medium(results: Results) -> Figure:
     """Draw F_z and F_x on every leg in every laboratory medium, measured and predicted."""
     return _draw_media(results, results.laboratory, "table")
+
+
+@figure(
+    "legs_depth_only",
+    reads=("predicted.csv", "legs/{media}.csv"),
+    settings=("fit", "media"),
+    media=only_if(_legged),
+    paper="Fig. S2",
+    section="Legs",
+    caption="""Forces on the legs in all laboratory media, measured (dots), and by the depth-only model (dotted), \
+which knows depth and projected area but no angle. The peak lifts stand above each panel.
+It is the baseline: good is how much nearer the dots the lines of the interpolated table lie.
+Error of the predicted peak lift: {peaks}.""",
+    numbers=lambda results, _: {
+        "peaks": "; ".join(
+            f"{results.campaign.titles[m]}, {text}"
+            for m in results.laboratory
+            if (text := captions.peaks_by_leg(results, m, ["depth_only"]))
+        )
+    },
+)
+def legs_depth_only(results: Results) -> Figure:
+    """Draw measured F_z and F_x on every leg in every laboratory medium beside the depth-only model."""
+    return _draw_media(results, results.laboratory, "depth_only")
 
 
 def _sand_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
@@ -183,7 +214,7 @@ def legs_in_sands(results: Results) -> Figure:
     return _draw_media(results, results.sands, "map", "generic")
 
 
-_BESIDE: dict[str, Any] = {"linestyle": (0, (1, 1)), "linewidth": 0.7}
+_BESIDE: dict[str, Any] = {"linestyle": (0, (1, 1)), "linewidth": 0.8}
 
 
 def _draw_media(results: Results, media: Sequence[str], profile: str, beside: str = "") -> Figure:
@@ -194,6 +225,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
     predicted, measured = leg_panels.curves(results)
     others = rows_of(predicted, profile=beside)
     tables = rows_of(predicted, profile=profile), measured
+    lines = _DOTTED if profile == "depth_only" else _LINES
     names = leg_panels.leg_order(table[table["medium"].isin(list(media))] for table in tables)
     columns = Columns(names, left=1.5, gap=0.75, widest=7.2)
     foot = 1.5 if columns.is_wide else 2.1
@@ -207,7 +239,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             axes = style.axes_cm(page, left, top, width, _ROW_PANEL_CM)
             leg_panels.theta_axes(axes, name=row == len(media) - 1)
             ours, theirs = (rows_of(table, medium=medium, leg=leg) for table in tables)
-            _draw_leg(axes, ours, theirs, rows_of(others, medium=medium, leg=leg))
+            _draw_leg(axes, ours, theirs, rows_of(others, medium=medium, leg=leg), lines)
             axes.set_title(_peaks(ours, theirs), fontsize=5, loc="left", pad=2)
             if column == 0:
                 axes.set_ylabel("force (N)")
@@ -220,7 +252,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
     for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
         dots = {"marker": "o", "markersize": 2, "linestyle": ""}
         entries[f"{word}, measured"] = style.line(style.PALE_COLOURS[c], **dots)
-        line = style.line(style.COMPONENT_COLOURS[c], linestyle=_LINES[c])
+        line = style.line(style.COMPONENT_COLOURS[c], linestyle=lines[c])
         entries[f"{word}, predicted by {PROFILE_TITLES[profile]}"] = line
         if beside:
             line = style.line(style.COMPONENT_COLOURS[c], **_BESIDE)
@@ -233,8 +265,9 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
 
 
 def _draw_leg(
-    axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, beside: pd.DataFrame
-) -> None:
+    axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, beside: pd.DataFrame,
+    lines: Mapping[str, Any],
+) -> None:  # fmt: skip
     seen, notes = [], []
     missing = [c for c in "zx" if not leg_panels.has_force(measured, c)]
     if missing:
@@ -250,7 +283,7 @@ def _draw_leg(
             seen.append(force)
     for c in "zx":
         if c not in unpredicted:
-            leg_panels.add_predicted(axes, predicted, c, style.COMPONENT_COLOURS[c], _LINES[c])
+            leg_panels.add_predicted(axes, predicted, c, style.COMPONENT_COLOURS[c], lines[c])
             names = [f"force_{c}_{part}N" for part in ("", "lo_", "hi_")]
             seen.append(predicted[names].to_numpy(float).ravel())
         if leg_panels.has_force(beside, c):
@@ -430,7 +463,8 @@ def peak_errors(results: Results) -> Figure:
     """
     table = results.table("leg_errors.csv")
     rows = table[table["component"] == "z"]
-    media = [str(medium) for medium in rows["medium"].unique()]
+    known = set(rows["medium"])
+    media = [medium for medium in results.config.media if medium in known]
     if not media:
         return style.missing("no leg was measured in or predicted for any medium")
     names = leg_panels.leg_order([rows])
@@ -441,7 +475,7 @@ def peak_errors(results: Results) -> Figure:
     span = min(found) / 1.15, max(found) * 1.15
     height = len(media) * _PEAKS_ROW_CM
     page = style.new_figure(
-        style.SINGLE_CM, _PEAKS_TOP_CM + len(names) * (height + _PEAKS_GAP_CM) + 1.75
+        style.SINGLE_CM, _PEAKS_TOP_CM + len(names) * (height + _PEAKS_GAP_CM) + 2.1
     )
     for i, leg in enumerate(names):
         top = _PEAKS_TOP_CM + i * (height + _PEAKS_GAP_CM)
@@ -454,7 +488,9 @@ def peak_errors(results: Results) -> Figure:
             _draw_row(axes, place, {str(r["profile"]): r for r in own.to_dict("records")}, profiles)
         axes.tick_params(labelbottom=i == len(names) - 1)
         if i == len(names) - 1:
-            axes.set_xlabel("error of the predicted peak lift (% of measured)")
+            axes.set_xlabel(
+                "error of the predicted peak lift\n(% of measured, logarithmic in their ratio)"
+            )
     entries = {}
     for profile in profiles:
         colour, _, marker = PROFILE_LOOKS[profile]
@@ -570,10 +606,19 @@ def _error_axis(
         ends = 1 - percent / 100, 1 + percent / 100
         (axes.axvspan if across else axes.axhspan)(*ends, color=shade, linewidth=0, zorder=0)
     (axes.axvline if across else axes.axhline)(1, color="black", linewidth=0.5, zorder=0.5)
-    ticks = [tick for tick in _TICKS if span[0] <= tick <= span[1]]
+    # outward from no error, as far apart as their numbers are wide
+    box = axes.get_window_extent()
+    across_pt, high_pt = (side * 72 / axes.figure.dpi for side in (box.width, box.height))
+    apart = np.log(span[1] / span[0]) * (15 / across_pt if across else 9 / high_pt)
+    ticks = [1.0]
+    for tick in sorted(_TICKS, key=lambda tick: abs(np.log(tick))):
+        near = min(abs(np.log(tick / other)) for other in ticks)
+        if near > apart and span[0] * np.exp(apart / 2) < tick < span[1] * np.exp(-apart / 2):
+            ticks.append(tick)
     names = [f"{100 * (t - 1):+.0f}" if t != 1 else "0" for t in ticks]
     axis.set_ticks(ticks, [name.replace("-", "\N{MINUS SIGN}") for name in names])
     axis.set_minor_locator(NullLocator())
+    axis.set_tick_params(labelsize=5.5)
     (axes.set_xlim if across else axes.set_ylim)(*span)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from rftfit import conventions
 from rftfit.figures import captions, style
+from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, greek, only_if
 from rftfit.model.fourier import evaluate
 
@@ -54,7 +55,9 @@ def _cell_numbers(results: Results, medium: str) -> dict[str, str]:
             f"{captions.quantile(alpha, 1, 3)}, median half width of its interval {half}"
         )
     scattered = not all(lies_on_grid(results[name].alpha) for name in media)
-    return {"cells": "; ".join(told), "dots": _DOTS if scattered else ""}
+    return {
+        "cells": "; ".join(told), "dots": _DOTS if scattered else "", "plates": _PLATES if medium else "",
+    }  # fmt: skip
 
 
 _DOTS = """
@@ -62,9 +65,14 @@ Dots are single directions that lie on no grid; the colour between them is inter
 35 degrees from all of them."""
 
 
+_PLATES = """
+Small plates are held at the angles where they stand, and arrows show where they move. Circles: the runs of the stress \
+figure."""
+
 _MAPS_CAPTION = """Measured alpha over attack angle beta and intrusion angle gamma, and the half width of \
 its {level} interval. Red pushes up or toward +x. Hatched cells have no usable run.
 {dots}
+{plates}
 Good: smooth from cell to cell, and intervals small beside alpha.
 In N/cm^3: {cells}."""
 
@@ -88,7 +96,7 @@ def alpha_maps(results: Results) -> Figure:
 @figure(
     "alpha_maps",
     reads=("alpha/{medium}.csv",),
-    settings=("fit", "media"),
+    settings=("fit", "media", "figures"),
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Figs. 2C and 2D",
     section="Force profiles",
@@ -97,7 +105,21 @@ def alpha_maps(results: Results) -> Figure:
 )
 def alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
-    return draw_maps(results[medium].alpha, results.campaign.titles, results.config.fit.confidence)
+    page = draw_maps(results[medium].alpha, results.campaign.titles, results.config.fit.confidence)
+    campaign = results.campaign
+    runs = [run for name in stress_runs(campaign) if (run := campaign.by_id[name]).medium == medium]
+    places = [
+        conventions.file_extraction(run.beta_deg, run.gamma_deg)[:2]
+        if run.direction == "extraction"
+        else (run.beta_deg, run.gamma_deg)
+        for run in runs
+    ]
+    # map, bar, half width, bar: of alpha_z, then of alpha_x
+    for axes in page.axes[::4]:
+        _add_plates(axes)
+        for beta, gamma in places:
+            axes.plot(gamma, beta, "o", markersize=6, markerfacecolor="none", color="black")
+    return page
 
 
 @style.styled
@@ -126,7 +148,7 @@ def draw_maps(tables: pd.DataFrame, titles: Mapping[str, str], confidence: float
             axes = empty_map(page, row, 2 * index, (index == 0, last))
             if between is not None:
                 add_surface(axes, between[index], colours(table[name].to_numpy(float), signed=True))
-            add_bar(page, axes, add_table(axes, table, table[name], signed=True))
+            add_bar(page, axes, add_table(axes, table, table[name], signed=True), c)
             fine = (_FINE, _FINE, between[index]) if between else pivot(table, name)
             add_signs(axes, c, *fine)
             # in thousandths: four digits after the point would run into the next map
@@ -136,6 +158,30 @@ def draw_maps(tables: pd.DataFrame, titles: Mapping[str, str], confidence: float
             missing |= _has_holes(table, name)
     add_legend(page, signs=True, missing=missing)
     return page
+
+
+_PLATE_CM = 0.17
+
+
+def _add_plates(axes: Axes) -> None:
+    """Draw small plates at representative angles, each with the direction in which it moves."""
+    gamma, beta = (
+        one.ravel() for one in np.meshgrid([-67.5, -22.5, 22.5, 67.5], [-60.0, 0.0, 60.0])
+    )
+    b, g = np.radians(beta), np.radians(gamma)
+    size = _PLATE_CM * style.CM
+    common: dict[str, Any] = {
+        "units": "inches",
+        "scale_units": "inches",
+        "scale": 1,
+        "angles": "uv",
+    }
+    plate = 2 * size * np.cos(b), -2 * size * np.sin(b)
+    axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, headwidth=0, headlength=0,
+                headaxislength=0, color="black", **common)  # fmt: skip
+    moved = np.stack(conventions.direction(g)) * 1.6 * size
+    axes.quiver(gamma, beta, *moved, width=0.006, headwidth=7, headlength=7, headaxislength=6,
+                color="black", **common)  # fmt: skip
 
 
 def _between(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
@@ -226,7 +272,7 @@ def _draw_models(results: Results, models: Mapping[str, Model], name: str, left:
         last = row == len(models) - 1
         for index, c in enumerate("zx"):
             axes = empty_map(page, row, 2 * index, (index == 0, last))
-            add_bar(page, axes, add_surface(axes, surfaces[index]))
+            add_bar(page, axes, add_surface(axes, surfaces[index]), c)
             add_signs(axes, c, _FINE, _FINE, surfaces[index])
             name = f"alpha_{c}_N_per_cm3"
             axes = empty_map(page, row, 2 * index + 1, (False, last))
@@ -486,8 +532,18 @@ def add_signs(
         axes.contour(gamma_deg, beta_deg, known, levels=[0.0], colors="black", linewidths=0.9)
 
 
-def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable) -> None:
-    """Add a colour bar at the right of a map; its unit stands in the head of the column."""
+_WAYS = {
+    "z": "\N{UPWARDS ARROW}\N{DOWNWARDS ARROW}",
+    "x": "\N{RIGHTWARDS ARROW}\N{LEFTWARDS ARROW}",
+}
+"""Directions of force at the upper and the lower end of a colour bar."""
+
+
+def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable, component: str = "") -> None:
+    """Add a colour bar at the right of a map; its unit stands in the head of the column.
+
+    `component`: Of a force, whose direction is drawn at the ends.
+    """
     from matplotlib.ticker import MaxNLocator
 
     box = axes.get_position()
@@ -507,6 +563,11 @@ def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable) -> None:
     bar.update_ticks()
     bar.outline.set_linewidth(0.4)
     place.tick_params(labelsize=5.5, pad=1)
+    for way, y, side in zip(
+        _WAYS.get(component, ""), (0.98, 0.02), ("top", "bottom"), strict=False
+    ):
+        place.text(0.5, y, way, transform=place.transAxes, ha="center", va=side, fontsize=6.5,
+                   color="white", weight="bold")  # fmt: skip
 
 
 def add_legend(figure: Figure, signs: bool, missing: bool) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.campaign.config import Leg
 from rftfit.errors import InputError
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure, greek, only_if
@@ -32,13 +33,18 @@ if TYPE_CHECKING:
 # Single runs with their fits
 
 
+_LEGS = style.OKABE_ITO["bluish green"]
 _ACROSS = 4
 _LEGEND_COLUMNS = {1: 2, 2: 2, 3: 3, 4: 6}
 _RUN_SIDE_CM, _RUN_PITCH_CM, _RUN_ROW_CM, _RUN_LEFT_CM, _RUN_TOP_CM = 3.1, 4.1, 4.9, 1.45, 1.15
 
 
+_PAIR = (30.0, 45.0)
+"""Beta and gamma, degrees, of the paper's push; its pull is filed under the same angles, negative."""
+
+
 def stress_runs(campaign: Campaign) -> list[str]:
-    """Choose the runs that are shown: those the config names, or the flat plate down and up."""
+    """Choose the runs that are shown: those the config names, or a push and its pull near `_PAIR`."""
     named = campaign.config.figures.stress_runs
     unknown = [name for name in named if name not in campaign.by_id]
     if unknown:
@@ -53,15 +59,20 @@ def stress_runs(campaign: Campaign) -> list[str]:
         )
     if named:
         return list(named)
-    plates = [
-        run
-        for medium in campaign.config.media
-        for run in campaign.runs_of(medium)
-        if run.kind == "plate" and run.direction != "horizontal"
-    ]
-    flat = [run.run_id for run in plates
-            if run.medium == plates[0].medium and run.beta_deg == 0 and run.gamma_deg == 90]  # fmt: skip
-    return flat or [run.run_id for run in plates[:1]]
+    found: dict[tuple[float, float], dict[str, str]] = {}
+    for medium in campaign.config.media:
+        for run in campaign.runs_of(medium) if not found else ():
+            if run.kind == "plate" and run.direction != "horizontal":
+                runs = found.setdefault((run.beta_deg, run.gamma_deg), {})
+                runs.setdefault(run.direction, run.run_id)
+    if not found:
+        return []
+    # a push without its pull only where there is no pair
+    order = {
+        at: (-len(runs), np.hypot(at[0] - _PAIR[0], at[1] - _PAIR[1])) for at, runs in found.items()
+    }
+    nearest = found[min(found, key=order.__getitem__)]
+    return [nearest[name] for name in sorted(nearest, reverse=True)]
 
 
 def _stress_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
@@ -90,7 +101,8 @@ def _value(row: Row, component: str) -> str:
     paper="Fig. 2B",
     section="Measurement",
     caption="""Stress against depth of single runs, with the line through zero and its {level} interval.
-The shaded depths were fitted: there the plate is wholly submerged and far from walls and bottom.
+The shaded depths were fitted: there the plate is wholly submerged and far from walls and bottom. The bar on top: \
+the depths that the legs reach.
 Good: the stress is straight over them. An extraction is drawn as it is filed: its horizontal stress is turned.
 Slopes by run, filed under (beta, gamma): {slopes}.""",
     numbers=_stress_numbers,
@@ -115,7 +127,10 @@ def stress_of_runs(results: Results) -> Figure:
     # one run alone gets the width of two
     side = _RUN_SIDE_CM + (_RUN_PITCH_CM if across == 1 else 0)
     width = _RUN_LEFT_CM + max(across - 1, 1) * _RUN_PITCH_CM + _RUN_SIDE_CM + 0.4
-    lines = -(-6 // _LEGEND_COLUMNS[across])
+    legs = [leg.max_length_cm - leg.hip_height_cm
+            for leg in campaign.config.intruders.values() if isinstance(leg, Leg)]  # fmt: skip
+    deepest = max(legs, default=0.0)
+    lines = -(-(6 + bool(deepest)) // _LEGEND_COLUMNS[across])
     page = style.new_figure(width, down * _RUN_ROW_CM + 0.3 + 0.33 * lines)
     for i, run in enumerate(drawn):
         row, column = divmod(i, _ACROSS)
@@ -128,6 +143,11 @@ def stress_of_runs(results: Results) -> Figure:
         head += [rf"$\alpha_{c}$ = {_value(fit, c)} {style.PER_CM3}" for c in "zx"]
         style.text_cm(page, left, top - 0.1, "\n".join(head), va="bottom", fontsize=6)
         axes.set_xlim(0, None)
+        if deepest:
+            axes.plot(
+                [0, min(deepest, axes.get_xlim()[1])], [1, 1], color=_LEGS, linewidth=3,
+                transform=axes.get_xaxis_transform(), clip_on=False, solid_capstyle="butt",
+            )  # fmt: skip
         style.ticks(axes.xaxis, 5, integer=True)
         axes.margins(y=0.06)
         if i + _ACROSS >= len(drawn):
@@ -143,6 +163,8 @@ def stress_of_runs(results: Results) -> Figure:
         f"{style.level(results)} interval": style.patch(facecolor="#888888", alpha=0.5),
         "fit window": style.patch(facecolor=style.WINDOW),
     }
+    if deepest:
+        entries["depths of legs"] = style.line(_LEGS, linewidth=3)
     style.legend(page, entries, _LEGEND_COLUMNS[across], borderaxespad=0.3)
     return page
 

@@ -184,7 +184,7 @@ def protocol(results: Results, medium: str) -> Figure:
         return style.missing(f"{medium}: no run of which recording and result could be drawn")
     width = _LEFT_CM + max(len(columns) - 1, 1) * _PITCH_CM + _SIDE_CM + 0.3
     last_top, last_height = _ROWS_CM[-1]
-    page = style.new_figure(width, _TOP_CM + last_top + last_height + 1.75)
+    page = style.new_figure(width, _TOP_CM + last_top + last_height + (1.75 if width > 14 else 2.4))
     style.text_cm(page, 0.15, 0.12, style.plain(results[medium].title), va="top", weight="bold")
     small = {"va": "bottom", "fontsize": leg_panels.NOTE_PT}
     for i, column in enumerate(columns):

@@ -86,7 +86,7 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
     fit_of = {str(fit["run_id"]): fit for fit in rows.to_dict("records")}
     told = flags_of_all(fits)
     marked = sum(bool(trouble(fit, told)) for fit in fit_of.values())
-    title = f"{medium_title}: {len(rows)} plate runs, {marked} marked"
+    title = f"{medium_title}: {len(rows)} plate run{'s' * (len(rows) != 1)}, {marked} marked"
     figures = []
     for i, page in enumerate(pages):
         sheet = Sheet(page, reach, told)

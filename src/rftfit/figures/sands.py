@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.compare.sands import NO_END
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure, greek, only_if
 from rftfit.figures.traces import by_run, stress_of
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 _LEFT_CM, _GAP_CM, _TOP_CM, _SIDE_CM, _ACROSS = 1.1, 0.75, 1.2, 5.1, 3
+_ALPHA = ("alpha_z_N_per_cm3", "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3")
 _FITS: dict[str, tuple[str, Any]] = {
     "stated": (style.OKABE_ITO["vermillion"], "-"),
     "detected": (style.OKABE_ITO["bluish green"], (0, (4, 1.2))),
@@ -30,10 +32,12 @@ _FITS: dict[str, tuple[str, Any]] = {
 def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     told = []
     for row in results.table("sands.csv").to_dict("records"):
-        alpha = captions.with_span(row["alpha_z_N_per_cm3"], row["lo"], row["hi"], 4)
+        value, low, high = (row[name] for name in _ALPHA)
+        alpha = captions.with_span(value, low, high, 4)
         zeta = captions.with_span(row["zeta"], row["zeta_lo"], row["zeta_hi"], 4)
         title, end = results[row["medium"]].title, style.number(row["linear_to_cm"], 2)
-        told.append(f"{title}, {row['window']}, to {end} cm: ")
+        whole = ", the end of the test," if NO_END in row["reason"] else ""
+        told.append(f"{title}, {row['window']}, to {end} cm{whole}: ")
         told[-1] += greek(f"alpha_z {alpha} N/cm^3, zeta {zeta}")
     return {"fits": "; ".join(told)}
 
@@ -46,7 +50,8 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     paper="Fig. S11",
     section="Natural sands",
     caption="""A flat plate pushed down into each natural sand, fitted through zero over the linear regime as \
-stated and as detected, with {level} intervals.
+stated and as detected, with {level} intervals. It ends where a parabola leaves the line by a tenth; where it \
+does so nowhere in the test, no end is found.
 Good: the stress follows its line to the end of the window, and both windows give nearly the same slope.
 Fits: {fits}.""",
     numbers=_numbers,
@@ -116,9 +121,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], fits: Mapping[str, Row]) -> N
         axes.plot(*line.T, color=style.COMPONENT_COLOURS["z"], linewidth=0.9)
     top = [float(stress.max())] if stress.size else []
     for name, (colour, dashes) in _FITS.items():
-        alpha, low, high = (
-            _value(fits.get(name), key) for key in ("alpha_z_N_per_cm3", "lo", "hi")
-        )
+        alpha, low, high = (_value(fits.get(name), key) for key in _ALPHA)
         if not np.isfinite(alpha):
             missing.append(f"no fit over the {name} window")
             continue
@@ -131,7 +134,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], fits: Mapping[str, Row]) -> N
             along = alpha * np.array(ends_of)
             axes.plot(ends_of, along, color=colour, linestyle=dashes, linewidth=width)
         top.append(alpha * end)
-    if np.isfinite(detected):
+    if np.isfinite(detected) and not _is_whole(fits.get("detected")):
         axes.axvline(detected, color=_FITS["detected"][0], linestyle=":", linewidth=0.9)
     axes.set(xlim=(0, last), ylim=(min(0.0, *stress, 0.0), 1.06 * max(top) if top else 1.0))
     style.ticks(axes.xaxis, 6, steps=[1, 2, 5, 10])
@@ -144,6 +147,11 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], fits: Mapping[str, Row]) -> N
         )  # fmt: skip
 
 
+def _is_whole(row: Row | None) -> bool:
+    """Whether the test ended before its linear regime did."""
+    return row is not None and NO_END in str(row["reason"])
+
+
 def _value(row: Row | None, name: str) -> float:
     return float("nan") if row is None else float(row[name])
 
@@ -151,14 +159,15 @@ def _value(row: Row | None, name: str) -> float:
 def _note(fits: Mapping[str, Row]) -> str:
     lines = []
     for name in _FITS:
-        alpha, low, high, end = (
-            _value(fits.get(name), key) for key in ("alpha_z_N_per_cm3", "lo", "hi", "linear_to_cm")
-        )
+        alpha, low, high, end = (_value(fits.get(name), key) for key in (*_ALPHA, "linear_to_cm"))
         if np.isfinite(alpha):
             ends = f"{style.number(low)}\N{EN DASH}{style.number(high)}"
             span = ends if np.isfinite(low) else "no interval"
+            place = f"{name}, {style.number(end, 2)} cm"
+            if _is_whole(fits.get(name)):
+                place = f"no end in {style.number(end, 2)} cm"
             lines.append(
-                f"{name}, {style.number(end, 2)} cm: "
+                f"{place}: "
                 rf"$\alpha_z$ = {style.number(alpha)} ({span}) {style.PER_CM3}"
             )
     return "\n".join(lines)

@@ -123,6 +123,21 @@ FLOAT_FORMAT = "%.6g"
 """Six significant digits: far beyond any measurement here, and short enough to read."""
 
 
+def _rounded(table: pd.DataFrame) -> pd.DataFrame:
+    """Round the numbers of columns that hold texts too: `FLOAT_FORMAT` is for columns of numbers."""
+
+    def short(value: object) -> object:
+        return float(FLOAT_FORMAT % value) if isinstance(value, float) else value
+
+    mixed = [
+        name
+        for name, column in table.items()
+        if column.dtype == object
+        and any(isinstance(one, float) for one in column.dropna().unique())
+    ]
+    return table.assign(**{str(name): table[name].map(short) for name in mixed})
+
+
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
     r"""Write a table as csv: UTF-8, ``\\n``, six significant digits, NaN as an empty cell.
 
@@ -131,7 +146,9 @@ def write_csv(table: pd.DataFrame, target: str | Path) -> None:
     `table`: The index is not written.
     """
     buffer = io.StringIO()
-    guard_table(table).to_csv(buffer, index=False, float_format=FLOAT_FORMAT, lineterminator="\n")
+    _rounded(guard_table(table)).to_csv(
+        buffer, index=False, float_format=FLOAT_FORMAT, lineterminator="\n"
+    )
     write_bytes(target, buffer.getvalue().encode("utf-8"))
 
 

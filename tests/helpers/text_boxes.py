@@ -1,0 +1,113 @@
+"""Texts of a figure that lie over one another or stick out of it, by the renderer's own boxes.
+
+python tests/helpers/text_boxes.py CAMPAIGN...      draws every figure of campaigns whose workflow has run
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import RendererSVG
+from matplotlib.text import Text
+
+from rftfit.figures import style
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from matplotlib.figure import Figure
+
+_SVG_DPI = 72
+_EDGE_CM = 0.02
+"""Letters may stick out of a figure, and boxes into one another, by this much: boxes are wider than letters."""
+
+_LEADING = 0.18
+"""Share of the height of a box that letters leave free above and below."""
+
+
+def text_faults(figure: Figure) -> list[str]:
+    """Say of every text whether it leaves the figure or lies over another one; empty if none does.
+
+    `figure`: As it was last drawn, which was as svg (legends and labels find their places then).
+    """
+    usual, figure.dpi = figure.dpi, _SVG_DPI
+    try:
+        return _faults(figure)
+    finally:
+        figure.dpi = usual
+
+
+def _faults(figure: Figure) -> list[str]:
+    svg: Any = RendererSVG
+    renderer = svg(*figure.bbox.size, io.StringIO(), image_dpi=_SVG_DPI)
+    if any(text.get_position()[1] > 1 for text in figure.texts):
+        # it was saved with what stands above it, and so drawn at another place
+        with style.context(), renderer._draw_disabled():
+            figure.draw(renderer)
+    texts = list(_drawn(figure))
+    boxes = np.array([text.get_window_extent(renderer).extents for text in texts]).reshape(-1, 4)
+    pixels = _EDGE_CM / 2.54 * figure.dpi
+    width, height = figure.bbox.size
+    outside = (boxes[:, :2] < -pixels).any(axis=1) | (
+        boxes[:, 2:] > np.array([width, height]) + pixels
+    ).any(axis=1)
+    names = [" ".join(text.get_text().split()) for text in texts]
+    # what is written above a figure is saved with it (`rftfit.figures.style.mark`)
+    above = [text in figure.texts and text.get_position()[1] > 1 for text in texts]
+    found = [f"{names[i]!r} leaves the figure" for i in np.flatnonzero(outside) if not above[i]]
+    free = _LEADING * np.minimum(boxes[:, 3] - boxes[:, 1], boxes[:, 2] - boxes[:, 0])[:, None]
+    free = np.maximum(free, pixels)
+    low, high = boxes[:, :2] + free, boxes[:, 2:] - free
+    over = ((low[:, None] < high[None]) & (low[None] < high[:, None])).all(axis=2)
+    pairs = np.argwhere(np.triu(over, 1))
+    return found + [f"{names[i]!r} lies over {names[j]!r}" for i, j in pairs]
+
+
+def _drawn(figure: Figure) -> Iterator[Text]:
+    """Every text that is drawn: of ticks only those between the ends of their axis."""
+    ticks, shown = set(), []
+    for axes in figure.findobj(Axes):
+        for axis in (axes.xaxis, axes.yaxis):
+            every = [*axis.get_major_ticks(), *axis.get_minor_ticks()]
+            ticks |= {label for tick in every for label in (tick.label1, tick.label2)}
+            if axes.axison and axis.get_visible():
+                visible: Any = axis
+                shown += [
+                    label
+                    for tick in visible._update_ticks()
+                    for label in (tick.label1, tick.label2)
+                ]
+            else:
+                ticks |= {axis.label, axis.get_offset_text()}
+    for text in [*(one for one in figure.findobj(Text) if one not in ticks), *shown]:
+        if isinstance(text, Text) and text.get_visible() and text.get_text().strip():
+            yield text
+
+
+def main(campaigns: list[str]) -> int:
+    import rftfit
+    from rftfit.figures.registry import figures
+
+    count = 0
+    for folder in campaigns:
+        results = rftfit.open(folder)
+        for one in figures():
+            for medium in one.media(results.campaign):
+                if one.group == "robot_full_figures":
+                    continue
+                made = one.draw(results, *filter(None, [medium]))
+                for page in made if isinstance(made, list) else [made]:
+                    style.content(page, "svg")
+                    for fault in text_faults(page):
+                        count += 1
+                        print(f"{folder}: {one.file(medium)}: {fault}")
+    print(f"{count} faults")
+    return int(count > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
