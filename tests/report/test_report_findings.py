@@ -6,10 +6,15 @@ import html
 import re
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.collections import QuadMesh
+from matplotlib.text import Text
 from page_inputs import page_results, sand_results, write
 
+from rftfit.figures.maps import estimated_maps
+from rftfit.figures.registry import figures
 from rftfit.figures.style import FORMATS, preview
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.page.page import page as make_page
@@ -186,3 +191,22 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path: Path) -> None:
     assert page.index("alpha_maps_poppy_LP, beside") < page.index('id="believed"')
     assert page.index('id="figure-yuma"') < page.index('<section id="maps"')
     assert page.index('id="figure-alpha_maps_poppy_LP"') > page.index('<section id="maps"')
+
+
+def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path: Path) -> None:
+    results = page_results(tmp_path)
+    page = estimated_maps(results)
+    titles = [axes.get_title(loc="left") or axes.get_title() for axes in page.axes]
+    assert sum("estimated" in text.get_text() for text in page.findobj(Text)) == 2
+    assert "Yuma sand" in [*titles, *(text.get_text() for text in page.findobj(Text))]
+    # laboratory media of this campaign have one row in the run sheet, but no map
+    assert len(page.axes) == 8
+    whole = results.table("maps/yuma.csv")
+    meshes = [mesh for mesh in page.axes[0].findobj(QuadMesh) if mesh.get_array() is not None]
+    drawn = np.concatenate([np.ma.filled(mesh.get_array(), np.nan).ravel() for mesh in meshes])
+    largest = whole["alpha_z_N_per_cm3"].max()
+    assert np.nanmax(drawn) == pytest.approx(largest)
+    rings = [line for line in page.axes[0].lines if line.get_marker() == "o"]
+    assert [(line.get_xdata()[0], line.get_ydata()[0]) for line in rings] == [(90.0, 0.0)]
+    caption = next(one for one in figures() if one.name == "estimated_maps").caption_of(results)
+    assert "from 1 measured" in caption

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
+    from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
     from rftfit.results import Results
 
@@ -122,9 +123,69 @@ def alpha_maps_of_one(results: Results, medium: str) -> Figure:
     return page
 
 
+_FEW = 20
+"""With fewer directions a map of what was measured shows little."""
+
+
+def _few_pushes(campaign: Campaign) -> tuple[str, ...]:
+    """Media with a few pushes: natural sands, and others with few directions."""
+    found = []
+    for name in campaign.media_with_runs:
+        plates = [run for run in campaign.runs_of(name) if run.kind == "plate"]
+        if 0 < len({(run.beta_deg, run.gamma_deg, run.direction) for run in plates}) < _FEW:
+            found.append(name)
+    return tuple(found)
+
+
+def _estimated_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+    told = []
+    for name in _few_pushes(results.campaign):
+        table = results.table(f"maps/{name}.csv")
+        if len(table):
+            half = captions.quantile(captions.half_widths(table), 0.5, 3)
+            pushes = int((table["source"] == "measured").sum())
+            told.append(f"{results[name].title} {half} from {pushes} measured")
+    return {"half": "; ".join(told)}
+
+
+@figure(
+    "estimated_maps",
+    reads=("maps/{media}.csv", "alpha/{media}.csv"),
+    settings=("fit", "maps", "media"),
+    media=only_if(_few_pushes),
+    section="Force profiles",
+    caption="""alpha in all directions of media with few pushes (circles), estimated by the shape that known \
+media share, and the half width of its {level} interval.
+Good: narrow where a body's elements move; `rftfit plan` says which push makes it narrower.
+Median half width in N/cm^3: {half}.""",
+    numbers=_estimated_numbers,
+)
+def estimated_maps(results: Results) -> Figure:
+    """Draw maps of the estimated alpha of media with few pushes."""
+    media = [
+        name for name in _few_pushes(results.campaign) if len(results.table(f"maps/{name}.csv"))
+    ]
+    if not media:
+        return style.missing("no map was estimated", ["no medium with few pushes has a slope"])
+    tables = results.joined("maps/{medium}.csv", tuple(media))
+    titles, confidence = results.campaign.titles, results.config.fit.confidence
+    page = draw_maps(tables, titles, confidence, "estimated")
+    for row, name in enumerate(media):
+        pushed = results[name].alpha.dropna(subset=["alpha_z_N_per_cm3"])
+        for axes in page.axes[8 * row : 8 * row + 8 : 4]:
+            axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", markersize=6, clip_on=False,
+                      markerfacecolor="none", color="black")  # fmt: skip
+    return page
+
+
 @style.styled
-def draw_maps(tables: pd.DataFrame, titles: Mapping[str, str], confidence: float = 0.95) -> Figure:
-    """Draw maps of the measured alpha_z and alpha_x, one row a medium.
+def draw_maps(
+    tables: pd.DataFrame,
+    titles: Mapping[str, str],
+    confidence: float = 0.95,
+    what: str = "measured",
+) -> Figure:
+    """Draw maps of alpha_z and alpha_x, one row a medium; `what`: how they are known.
 
     Each map shows the cells as measured (the gamma grid is not uniform), the zero contour between
     them, and shading where the component does not oppose its own motion; beside it stands the half
@@ -135,7 +196,7 @@ def draw_maps(tables: pd.DataFrame, titles: Mapping[str, str], confidence: float
     for c in "zx":
         level = f"{100 * confidence:.4g} %"
         half = f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {style.PER_CM3})"
-        heads += [f"measured\n{style.alpha_label(c)}", half]
+        heads += [f"{what}\n{style.alpha_label(c)}", half]
     media = [str(medium) for medium in tables["medium"].unique()]
     page = _page(media, titles, heads)
     missing = False

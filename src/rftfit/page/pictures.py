@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rftfit.figures.registry import Declared
     from rftfit.results import Results
 
-FIRST = (("alpha_maps",), ("legs", "stress_of_runs", "penetration"))
+FIRST = (("alpha_maps", "estimated_maps"), ("legs", "stress_of_runs", "penetration"))
 """Figures beside the findings: of each group the first that is there."""
 
 
@@ -65,13 +65,17 @@ def pictures(results: Results) -> list[Picture]:
 
 
 def first_of(found: Sequence[Picture], results: Results) -> list[Picture]:
-    """The figures beside the findings; no map of measured directions where they are few."""
+    """The figures beside the findings: what was estimated where few directions were measured."""
     known = [int(one.alpha["alpha_z_N_per_cm3"].notna().sum()) for one in results]
+    few = max(known, default=0) < FEWEST
     shown = []
-    for names in FIRST if max(known, default=0) >= FEWEST else FIRST[1:]:
-        fitting = [one for name in names for one in found if f"{one.name}_".startswith(f"{name}_")]
+    for names in FIRST:
+        ordered = names[::-1] if few else names
+        fitting = [
+            one for name in ordered for one in found if f"{one.name}_".startswith(f"{name}_")
+        ]
         # that of one medium rather than of all
-        fitting.sort(key=lambda one: one.name in names)
+        fitting.sort(key=lambda one: one.name in names and not few)
         shown += fitting[:1]
     return shown
 
