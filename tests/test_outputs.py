@@ -247,3 +247,11 @@ def test_the_pages_are_made_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(f"| `{name}` | {one.size:g}" in disturbed for name, one in DISTURBANCES.items())
     assert "| `numerics.step_s` | `0.0001` | a number above 0" in generated.robot()
     assert "| `body.plates.<name>.width_cm` | required |" in generated.robot()
+
+
+def test_numbers_beside_texts_have_six_digits_too(tmp_path: Path) -> None:
+    table = pd.DataFrame({"paper": [0.25642210000000004, "not stated", float("nan"), 3, True]})
+    write_csv(table, tmp_path / "a.csv")
+    assert (tmp_path / "a.csv").read_text().splitlines()[1:] == [
+        "0.256422", "not stated", '""', "3", "True",
+    ]  # fmt: skip

@@ -97,6 +97,16 @@ def test_alpha_workbook_holds_the_tables(results: Results, books: tuple[Any, Any
             same(numbers(block(sheet, head)[2]), half)
 
 
+def test_sheets_can_be_read_on_screen_and_on_paper(books: tuple[Any, Any]) -> None:
+    for sheet in (sheet for book in books for sheet in book.worksheets):
+        assert sheet.freeze_panes == ("A3" if sheet.title == "About" else "B3")
+        assert sheet.print_title_rows == "$1:$2"
+        setup = sheet.page_setup
+        assert (setup.orientation, setup.fitToHeight) == ("landscape", 0)
+        assert sheet.sheet_properties.pageSetUpPr.fitToPage
+        assert sheet.cell(1, 1).value
+
+
 def test_missing_cells_say_so_and_why(books: tuple[Any, Any]) -> None:
     sheet = books[0]["poppy_LP"]
     empty = [cell for row in sheet.iter_rows() for cell in row if cell.value == "no run"]

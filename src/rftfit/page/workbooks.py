@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 # the file's own date; a real one would make every file differ
 _CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
 
+_TITLE_ROWS, _A4 = 2, 9
+
 _FORMATS: dict[str, dict[str, Any]] = {
     "title": {"bold": True, "font_size": 12},
     "block": {"bold": True},
@@ -70,7 +72,16 @@ class Book:
             count += 1
             unique = f"{clean[: 30 - len(str(count))]}_{count}"
         self._names.add(unique.casefold())
-        return self.workbook.add_worksheet(unique)
+        sheet = self.workbook.add_worksheet(unique)
+        # on screen and on each page of paper, the sheet's title and its first column stay in sight
+        sheet.freeze_panes(_TITLE_ROWS, 1)
+        sheet.repeat_rows(0, _TITLE_ROWS - 1)
+        sheet.repeat_columns(0)
+        sheet.set_landscape()
+        sheet.set_paper(_A4)
+        sheet.fit_to_pages(1, 0)
+        sheet.set_footer("&L&A&Rpage &P of &N")
+        return sheet
 
     def text(self, sheet: Worksheet, row: int, column: int, text: str, form: str = "text") -> None:
         """Write text as text, whatever it begins with.
@@ -104,6 +115,7 @@ class Book:
     def about(self, title: str, lines: list[str]) -> None:
         """Add the first sheet: what this is, and which version of the program made it."""
         sheet = self.sheet("About")
+        sheet.freeze_panes(_TITLE_ROWS, 0)
         sheet.set_column(0, 0, 110)
         self.text(sheet, 0, 0, title, "title")
         made = f"Made by rftfit {rftfit.__version__}."
