@@ -310,6 +310,6 @@ def test_captions_of_motion_and_curvature(motion: pd.DataFrame) -> None:
 
 def test_same_figure_same_bytes(tmp_path: Path) -> None:
     for name in "ab":
-        save(draw_profiles(speeds(), compared()), tmp_path / name)
+        save(draw_speeds(speeds(), compared()), tmp_path / name)
     for ending in ("png", "pdf", "svg"):
         assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()

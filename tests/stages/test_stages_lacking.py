@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rftfit.compare.sands import NO_END
 from rftfit.figures.plates import stress_of_runs
 from rftfit.results import Results, open_results
 from rftfit.store import read_csv, write_csv
@@ -43,6 +44,15 @@ def test_a_penetration_test_that_gave_nothing(
     assert (row["medium"], row["run_id"]) == ("yuma", TEST)
     assert np.isnan(row["zeta"])
     assert reason in row["reason"]
+
+
+def test_a_penetration_test_that_stays_linear_has_no_end(room: Room) -> None:
+    room.add(TEST, "palms29_bp00_g90_in")
+    stages = ("legs", "fourier", "scaling", "legs_predicted", "natural_sands")
+    table = made(room, *stages).table("sands.csv").set_index(["medium", "window"])
+    for medium, whole in (("palms29", True), ("yuma", False)):
+        assert (NO_END in table.loc[(medium, "detected"), "reason"]) is whole
+        assert NO_END not in table.loc[(medium, "stated"), "reason"]
 
 
 def test_a_medium_of_legs_alone_has_a_quality_sheet_that_says_so(room: Room) -> None:

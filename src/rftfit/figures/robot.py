@@ -570,7 +570,7 @@ _KINEMATICS = (
 )
 _GROUPS: tuple[tuple[str, Any], ...] = (
     (style.OKABE_ITO["blue"], "-"), (style.OKABE_ITO["vermillion"], (0, (5, 1))),
-    (style.OKABE_ITO["bluish green"], "-"), ("#666666", (0, (1, 1))),
+    ("black", "-"), ("#666666", (0, (1, 1))),
     (style.OKABE_ITO["reddish purple"], (0, (4, 1, 1, 1))), (style.OKABE_ITO["sky blue"], "-"),
 )  # fmt: skip
 """Colours and lines of the groups of elements."""

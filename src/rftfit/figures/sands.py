@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _LEFT_CM, _GAP_CM, _TOP_CM, _SIDE_CM, _ACROSS = 1.1, 0.75, 1.2, 5.1, 3
 _ALPHA = ("alpha_z_N_per_cm3", "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3")
 _FITS: dict[str, tuple[str, Any]] = {
-    "stated": (style.OKABE_ITO["vermillion"], "-"),
+    "stated": (style.OKABE_ITO["vermillion"], (0, (9, 2))),
     "detected": (style.OKABE_ITO["bluish green"], (0, (4, 1.2))),
 }
 """Colour and line of the fit over each window."""
