@@ -9,6 +9,7 @@ import ast
 import contextlib
 import io
 import json
+import re
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -104,8 +105,8 @@ class Notebook(Running):
                 made += self.block(text, names, f"{Path(path).stem}_{number}", f"figure: {title}")
                 continue
             title = next((line.strip("# ") for line in text.splitlines() if line[:1] == "#"), title)
-            # the page has a title of its own
-            made += "\n".join(line for line in text.splitlines() if line[:2] != "# ") + "\n\n"
+            # what stands above the first heading would come below all of them
+            made += re.sub(r"^# ", "## ", text) + "\n\n"
         return made
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import json
 from typing import TYPE_CHECKING
 
+import pytest
 import yaml
 
 from rftfit.campaign.load import check_campaign
@@ -12,8 +14,6 @@ from rftfit.campaign.load import check_campaign
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
-
-    import pytest
 
     from .conftest import Said
 
@@ -122,6 +122,11 @@ def test_check_shows_every_problem(rftfit: Callable[..., Said], campaign: Path) 
     assert [str(problem) for problem in problems if str(problem) not in said.out] == []
     assert "did you mean 'yuma'?" in said.out
     assert f"{len(problems)} errors, 0 warnings." in said.out
+    told = json.loads(rftfit("check", "--json").out)
+    assert [one["message"] for one in told["problems"]] == [str(problem) for problem in problems]
+    assert (told["errors"], told["warnings"], told["campaign"]) == (len(problems), 0, None)
+    word = next(one for one in told["problems"] if one["nearest"] == "yuma")
+    assert (word["found"], word["place"]["column"]) == ("yumma", "medium")
 
 
 def test_check_without_a_config(
@@ -131,3 +136,17 @@ def test_check_without_a_config(
     said = rftfit("check")
     assert said.code == 2
     assert "config/config.yaml: the file does not exist" in said.out
+    assert "make a new one: rftfit init FOLDER" in said.out
+
+
+@pytest.mark.parametrize("command", ["check", "run", "verify", "sweep"])
+def test_outside_a_campaign_the_near_ones_are_named(
+    command: str, rftfit: Callable[..., Said], campaign: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for here, near in ((campaign / "raw", ".."), (campaign.parent, campaign.name)):
+        monkeypatch.chdir(here)
+        said = rftfit(command)
+        assert said.code == 2
+        assert f"go to the folder of one ({near}), or make a new one: rftfit init" in (
+            said.out + said.err
+        )

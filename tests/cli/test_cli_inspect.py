@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,6 +42,12 @@ def test_inspect(rftfit: Callable[..., Said], campaign: Path) -> None:
         "the motion log of the same run",
     ):
         assert text in said.out
+    found = json.loads(rftfit("inspect", FORCE, "--json").out)
+    (clock,) = found["clocks"]
+    assert (found["dialect"], found["kinds"], found["refused"]) == ("rig", ["force"], None)
+    assert (clock["rows"], clock["used"], clock["clock"]["gaps"]) == (rows, rows, [])
+    assert clock["clock"]["rate"] == pytest.approx(100, rel=0.01)
+    assert all(line in said.out for line in found["config"])
     assert (campaign / FORCE).read_bytes() == before
 
 

@@ -115,7 +115,7 @@ def test_crash_where_the_folder_cannot_be_written(
     assert (elsewhere / CRASH_FILE).is_file()
 
 
-@pytest.mark.parametrize(("text", "shown"), [("", "Stopped."), ("Kept.", "Kept.")])
+@pytest.mark.parametrize(("text", "shown"), [("", main.STOPPED), ("Kept.", "Kept.")])
 def test_interrupt(
     rftfit: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, text: str, shown: str
 ) -> None:

@@ -216,7 +216,10 @@ def test_stopping_stops_the_children(campaign: Path, number: signal.Signals) -> 
     child.send_signal(number)
     out, err = child.communicate(timeout=60)
     assert (child.returncode, out) == (130, "")
-    assert err == "Stopped. Results that were finished are kept; `rftfit run` goes on from there.\n"
+    assert (
+        err
+        == "Stopped. Results that were finished are kept; to go on, give the same command again.\n"
+    )
     assert working_in(root) == []
     assert not (campaign / "results/slow.txt").exists()
     assert not list((campaign / ".snakemake").glob("locks/*"))

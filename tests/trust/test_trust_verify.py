@@ -89,6 +89,9 @@ def test_all_is_as_recorded(checked: Checked) -> None:
     assert done.returncode == 0, done.stdout
     assert "all as recorded" in done.stdout
     assert "Nothing to do" in checked.run("--dry-run").stdout
+    told = json.loads(checked.verify("--json").stdout)
+    assert all(told["as_recorded"].values())
+    assert (told["changed"], told["why"]) == ([], [])
 
 
 def test_the_record_names_every_result_and_its_content(checked: Checked) -> None:
@@ -148,6 +151,10 @@ def test_a_log_changed_behind_its_date_is_noticed(checked: Checked) -> None:
     done = checked.verify()
     assert done.returncode == NOT_AS_RECORDED
     assert f"file {LOG}: was sha256" in done.stdout
+    told = json.loads(checked.verify("--json").stdout)
+    assert not told["as_recorded"]["results/alpha/yuma.csv"]
+    assert told["as_recorded"]["results/alpha/poppy_LP.csv"]
+    assert any(LOG in one for one in told["changed"])
     assert checked.verify("results/alpha/poppy_LP.csv").returncode == 0
     assert checked.verify("results/alpha/yuma.csv").returncode == NOT_AS_RECORDED
     said = checked.run("--dry-run")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rftfit.campaign.calibration import read_calibration
 from rftfit.campaign.config import PLATE_SHAPES, Config
 from rftfit.campaign.files import Folder, folded
-from rftfit.campaign.problems import CampaignError, Place, Problem
+from rftfit.campaign.problems import CampaignError, Place, Problem, listed
 from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
 from rftfit.campaign.tables import read_pushes
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.tables import Push
 
 RESULTS = "results"
+_CONFIG = "config/config.yaml"
 REENACTED = "REENACTED.txt"
 """File in the raw folder of logs that were computed from published results."""
 
@@ -152,6 +154,8 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
         name = f"config/{Path(config_path).name}" if inside else Path(config_path).name
     file = read_model(Path(config_path), Config, name)
     if file.data is None:
+        if [problem.code for problem in file.problems] == ["config.missing"]:
+            return None, [replace(file.problems[0], allowed=_no_campaign(root))]
         return None, file.problems
     within = Folder(root)
     raw = _locate(file, within, "raw")
@@ -175,6 +179,19 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
         return None, problems
     numbers = {push.run.run_id: push.rows for push in pushes}
     return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers), problems
+
+
+def _no_campaign(root: Path) -> str:
+    """Say that there is no campaign, and where one is or how one is made."""
+    here = Path.cwd()
+    near = [place for place in here.parents if (place / _CONFIG).is_file()][:1]
+    with suppress(OSError):
+        near += sorted(path.parents[1] for path in root.glob(f"*/{_CONFIG}"))
+    shown = listed([os.path.relpath(one, here) for one in near], 3)
+    return (
+        f"the file does not exist, so this is no campaign; go to the folder of one{shown and f' ({shown})'}, "
+        "or make a new one: rftfit init FOLDER"
+    )
 
 
 def _only_straight_down(config: Config, sheet: str, runs: list[Run]) -> list[Problem]:

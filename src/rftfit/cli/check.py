@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rftfit.campaign.problems import Place, Problem
 from rftfit.cli.main import INPUT_NOT_VALID
-from rftfit.cli.output import count, megabytes, say, table
+from rftfit.cli.output import AsJson, count, json_text, megabytes, say, table
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def check(
             "--diagnose", help="Check, too, whether the numbers of the logs can be believed."
         ),
     ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 
@@ -42,6 +44,7 @@ def check(
     are warnings only.
     """
     from rftfit.campaign.load import check_campaign
+    from rftfit.measure.checks import FAILED
     from rftfit.robot.tracks import check_robot
 
     campaign, problems = check_campaign(config)
@@ -54,10 +57,32 @@ def check(
         except InputError as error:
             problems.append(Problem("logs.reader", Place(config.name), None, str(error)))
         problems += [problem for one in opened for problem in one.problems]
-    errors = _print_problems(problems, "error")
-    warnings = _print_problems(problems, "warning")
-    if diagnose and campaign is not None and not errors:
-        warnings += _diagnose(campaign)
+    errors = sum(one.severity == "error" for one in problems)
+    warnings = len(problems) - errors
+    checks = _diagnosis(campaign) if diagnose and campaign is not None and not errors else None
+    warnings += sum(row["verdict"] == FAILED for row in checks or ())
+    if as_json:
+        found = [asdict(one) | {"message": str(one)} for one in problems]
+        facts = {"errors": errors, "warnings": warnings, "problems": found, "checks": checks}
+        say(json_text({"campaign": campaign and campaign.config.title} | facts))
+    else:
+        _print(campaign, problems, checks, robot, opened)
+        say(f"{count(errors, 'error')}, {count(warnings, 'warning')}.")
+    if campaign is None or errors or (strict and warnings):
+        raise typer.Exit(INPUT_NOT_VALID)
+
+
+def _print(
+    campaign: Campaign | None, problems: list[Problem], checks: list[dict[str, Any]] | None,
+    robot: RobotCheck, opened: list[Opened],
+) -> None:  # fmt: skip
+    for severity in ("error", "warning"):
+        chosen = [problem for problem in problems if problem.severity == severity]
+        if chosen:
+            say(f"{count(len(chosen), severity)}:")
+            say("\n".join(f"  {problem}" for problem in chosen) + "\n")
+    if checks is not None:
+        _print_diagnosis(checks)
     if campaign is not None:
         say(summary(campaign))
         if robot.medium:
@@ -65,15 +90,11 @@ def check(
         if passed_over := sum(one.passed_over for one in opened):
             say(f"{count(passed_over, 'run')} with a log of more than 20 MB, not opened")
         say()
-    say(f"{count(errors, 'error')}, {count(warnings, 'warning')}.")
-    if campaign is None or errors or (strict and warnings):
-        raise typer.Exit(INPUT_NOT_VALID)
 
 
 def _open_logs(config: Path) -> list[Opened]:
     """Read the logs of every medium, or recall what was found in them."""
     import json
-    from dataclasses import asdict
 
     from rftfit.measure.readable import Opened, open_logs
     from rftfit.store import write_text
@@ -103,12 +124,20 @@ def _open_logs(config: Path) -> list[Opened]:
     return list(found.values())
 
 
-def _diagnose(campaign: Campaign) -> int:
-    """Print the physical checks of all media, and what to look at where one fails; count these."""
-    from rftfit.measure.checks import ACCEPTED, FAILED
+def _diagnosis(campaign: Campaign) -> list[dict[str, Any]]:
+    """The physical checks of all media."""
     from rftfit.workflow.measure import check_logs
 
-    rows = check_logs(campaign).to_dict("records")
+    return [
+        {str(name): value for name, value in row.items()}
+        for row in check_logs(campaign).to_dict("records")
+    ]
+
+
+def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
+    """Print the physical checks, and what to look at where one fails."""
+    from rftfit.measure.checks import ACCEPTED, FAILED
+
     names = ("medium", "check", "verdict", "found")
     say(table(list(names), [[str(row[name]) for name in names] for row in rows]))
     say()
@@ -116,17 +145,6 @@ def _diagnose(campaign: Campaign) -> int:
     for row in told:
         say(f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}")
     say("\n" if told else "No check fails.\n")
-    return sum(row["verdict"] == FAILED for row in told)
-
-
-def _print_problems(problems: list[Problem], severity: str) -> int:
-    chosen = [problem for problem in problems if problem.severity == severity]
-    if chosen:
-        say(f"{count(len(chosen), severity)}:")
-        for problem in chosen:
-            say(f"  {problem}")
-        say()
-    return len(chosen)
 
 
 def summary(campaign: Campaign) -> str:

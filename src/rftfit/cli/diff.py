@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from rftfit.cli.output import count, say, table
+from rftfit.cli.output import AsJson, count, json_text, say, table
 
 _MOST = 10
 
@@ -20,18 +20,19 @@ def diff(
     ],
     second: Annotated[Path, typer.Argument(metavar="B", help="The same, made later or otherwise.")],
     all_: Annotated[bool, typer.Option("--all", help="List every number that changed.")] = False,
-    json_: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compare two folders of results: alpha, coefficients, zeta and peaks of legs.
 
     A change is counted in half widths of the first interval. Logs, rows of the run sheet, settings,
     code and versions that are different are listed: one of them is the cause.
     """
-    from rftfit.workflow.diff import as_json, compare
+    from rftfit.workflow.diff import compare
 
     differences, changes, alone = compare(first, second)
-    if json_:
-        say(as_json(differences, changes, alone))
+    if as_json:
+        changed, because = ([vars(one) for one in found] for found in (differences, changes))
+        say(json_text({"changed": changed, "because": because, "only_in_one": alone}))
         return
     if not differences:
         say("No alpha, coefficient, zeta or peak is different.")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rftfit.cli.output import count, megabytes, say, table
+from rftfit.cli.output import AsJson, count, json_text, megabytes, say, table
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def inspect_log(
         list[str] | None,
         typer.Option(metavar="KEY=VALUE", help="An option of the dialect, as in the config."),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Show what a log is: dialect, columns and units, clock, resolution, damage, what it lacks.
 
@@ -45,11 +47,17 @@ def inspect_log(
 
     reader, text, others = _reader(log, dialect, option or [])
     surveys, refused = survey_file(reader, log)
-    say(describe(reader, surveys, refused, text, others))
+    say(
+        _as_json(reader, surveys, refused, text)
+        if as_json
+        else describe(reader, surveys, refused, text, others)
+    )
     if plot is not None:
         from rftfit.figures.log_plot import plot_log
 
         plot_log(reader, surveys, plot)
+        if as_json:
+            return
         say(f"\nDrawing: {plot}")
 
 
@@ -144,6 +152,42 @@ def describe(
         *(f"  {line}" for line in config_block(whole, reader.name, text)),
     ]
     return "\n".join(lines)
+
+
+def _as_json(
+    reader: Reader, surveys: Sequence[Survey], refused: LogError | None, text: dict[str, Any] | None
+) -> str:
+    """What `describe` tells, for a script; the columns of each clock for themselves."""
+    from rftfit.logs.inspect import config_block, kinds, lacking, together
+
+    whole = together(surveys)
+    clocks = [
+        {
+            "columns": [asdict(column) for column in found.columns],
+            **{
+                name: getattr(found, name)
+                for name in ("rows", "used", "dropped", "missing", "notes")
+            },
+            "time_unit": found.time_unit,
+            "clock": found.clock
+            and {
+                name: getattr(found.clock, name)
+                for name in ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
+            },
+        }
+        for found in surveys
+    ]
+    return json_text(
+        {
+            "file": whole.path,
+            "dialect": reader.name,
+            "kinds": kinds(whole),
+            "refused": refused and str(refused),
+            "clocks": clocks,
+            "needed": lacking(whole),
+            "config": config_block(whole, reader.name, text),
+        }
+    )
 
 
 def _survey_lines(found: Survey) -> list[str]:

@@ -104,6 +104,9 @@ _REFUSALS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 """Of a disk, when something is to be written; results themselves are written by `rftfit.store`."""
 
 
+STOPPED = "Stopped. Files are written whole or not at all; to go on, give the same command again."
+
+
 def main(argv: list[str] | None = None) -> int:
     """Run the command line.
 
@@ -121,7 +124,7 @@ def main(argv: list[str] | None = None) -> int:
     except RftfitError as error:
         return _say_why(f"rftfit: {error}", error.exit_code)
     except KeyboardInterrupt as error:
-        return _say_why(str(error) or "Stopped.", INTERRUPTED)
+        return _say_why(str(error) or STOPPED, INTERRUPTED)
     except BrokenPipeError:
         quiet_standard_output()
         return PIPE_CLOSED

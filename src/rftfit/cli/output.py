@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -10,7 +13,6 @@ from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
 
 # --- Lines, tables and sizes as they are shown in a terminal or written into a pipe.
@@ -44,6 +46,25 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = " 
         ]
         lines.append((indent + "  ".join(cells)).rstrip())
     return "\n".join(lines)
+
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a text for people.")]
+"""The option of every command whose answer a script may want."""
+
+
+def json_text(content: Any) -> str:
+    """Write JSON; a number that is not known is null, a path its text."""
+    return json.dumps(_known(content), indent=2, allow_nan=False)
+
+
+def _known(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {str(key): _known(value) for key, value in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [_known(value) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    return content.as_posix() if isinstance(content, Path) else content
 
 
 def count(number: int, noun: str) -> str:

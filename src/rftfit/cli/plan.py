@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import rftfit
-from rftfit.cli.output import check_target, count, say, table
+from rftfit.cli.output import AsJson, check_target, count, json_text, say, table
 from rftfit.cli.predict import make_motion, make_outline
 from rftfit.cli.scale import number_of, told_by
 from rftfit.errors import InputError
@@ -110,9 +109,7 @@ def plan(
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Also a figure: png, svg or pdf.")
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print JSON instead of a text for people.")
-    ] = False,
+    as_json: AsJson = False,
     force: Annotated[
         bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
     ] = False,
@@ -264,7 +261,7 @@ def _as_json(found: Plan, output: Path) -> str:
     for row in rows:
         row |= {name: None for name in ("beta_deg", "gamma_deg") if row["push"] == 0}
     content = {"target": found.target, "parts": list(found.parts), "confidence": found.confidence}
-    return json.dumps(content | {"pushes": rows, "run_sheet_rows": str(output)}, indent=2)
+    return json_text(content | {"pushes": rows, "run_sheet_rows": str(output)})
 
 
 def _rows(found: Plan) -> str:

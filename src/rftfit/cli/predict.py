@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +9,7 @@ import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import check_target, count, say, table, warn
+from rftfit.cli.output import AsJson, check_target, count, json_text, say, table, warn
 from rftfit.cli.scale import check_test, number_of, reference_in
 from rftfit.errors import AllAtOnce, InputError
 
@@ -130,9 +128,7 @@ def predict(
     output: Annotated[Path, typer.Option(metavar="FILE", help="File of the forces.")] = Path(
         "forces.csv"
     ),
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print JSON instead of a text for people.")
-    ] = False,
+    as_json: AsJson = False,
     force: Annotated[
         bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
     ] = False,
@@ -179,7 +175,7 @@ def predict(
             "peaks": _peaks_as_json(peaks, motion.key),
             "forces": str(output),
         }
-        say(json.dumps(names | facts, indent=2))
+        say(json_text(names | facts))
     else:
         say("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
         if unknown:
@@ -351,14 +347,13 @@ def _peaks_as_text(peaks: list[Peak], key: str, level: str) -> str:
     return f"{table(header, rows)}\n\n{said}"
 
 
-def _peaks_as_json(peaks: list[Peak], key: str) -> dict[str, dict[str, float | None] | None]:
-    """Peaks by name; what is not known, or is not there, is null."""
-    found: dict[str, dict[str, float | None] | None] = dict.fromkeys(_IN_WORDS)
+def _peaks_as_json(peaks: list[Peak], key: str) -> dict[str, dict[str, float] | None]:
+    """Peaks by name; what is not there is None."""
+    found: dict[str, dict[str, float] | None] = dict.fromkeys(_IN_WORDS)
     for peak in peaks:
-        numbers = {peak.quantity: peak.value, "lo": peak.lo, "hi": peak.hi, key: peak.at}
         found[peak.name] = {
-            name: value if math.isfinite(value) else None for name, value in numbers.items()
-        }
+            peak.quantity: peak.value, "lo": peak.lo, "hi": peak.hi, key: peak.at
+        }  # fmt: skip
     return found
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,7 @@ import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import check_target, say, table, warn
+from rftfit.cli.output import AsJson, check_target, json_text, say, table, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -88,9 +87,7 @@ def scale(
     output: Annotated[Path, typer.Option(metavar="FILE", help="File of the alpha table.")] = Path(
         "alpha.csv"
     ),
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print JSON instead of a text for people.")
-    ] = False,
+    as_json: AsJson = False,
     force: Annotated[
         bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
     ] = False,
@@ -336,7 +333,7 @@ def _map_as_json(found: Map, routine: ScaledMedium | None, output: Path) -> str:
         "draws_not_passive": found.not_passive,
         "alpha_table": str(output),
     }
-    return json.dumps(content, indent=2)
+    return json_text(content)
 
 
 def _as_text(scaled: ScaledMedium, numbers: dict[str, tuple[float, ...]], how: str) -> str:
@@ -373,4 +370,4 @@ def _as_json(scaled: ScaledMedium, numbers: dict[str, tuple[float, ...]], output
         "coefficients_N_per_cm3": entries,
         "alpha_table": str(output),
     }
-    return json.dumps(content, indent=2)
+    return json_text(content)

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import os
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import check_target, count, say, table, warn
+from rftfit.cli.output import AsJson, check_target, count, json_text, say, table, warn
 from rftfit.cli.predict import check_choice, make_profile
 from rftfit.cli.scale import check_test, number_of
 from rftfit.errors import InputError, OutputError
@@ -130,32 +128,26 @@ def as_text(run: RobotRun, tail: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n\n" + table(["last two strides", "least", "greatest"], rows)
 
 
-def json_text(
+def run_as_json(
     names: dict[str, str], run: RobotRun, tail: pd.DataFrame, files: dict[str, str]
 ) -> str:
-    """Write a run as JSON; what is not known is null."""
-
-    def number(value: float) -> float | None:
-        return float(value) if np.isfinite(value) else None
-
+    """Write a run as JSON."""
     content: dict[str, Any] = {
         **names,
         "frequency_Hz": run.condition.frequency_Hz,
         "curvature_times_R": run.condition.curvature_times_R,
         "phase_turns": run.condition.phase_turns,
-        "speed_cm_per_s": number(run.speed_cm_per_s),
-        "speed_sd_cm_per_s": number(run.speed_sd_cm_per_s),
+        "speed_cm_per_s": float(run.speed_cm_per_s),
+        "speed_sd_cm_per_s": float(run.speed_sd_cm_per_s),
         "outcome": run.outcome,
         "reason": run.reason,
         "warning": run.warning,
         "strides": run.strides,
         "averaged": run.averaged,
-        "last_two_strides": {
-            name: [number(low), number(high)] for name, (low, high) in ranges(tail).items()
-        },
+        "last_two_strides": ranges(tail),
         "files": files,
     }
-    return json.dumps(content, indent=2)
+    return json_text(content)
 
 
 def simulate(
@@ -212,9 +204,7 @@ def simulate(
     animation: Annotated[
         bool, typer.Option("--animation/--no-animation", help="Two strides, with the forces.")
     ] = True,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print JSON instead of a text for people.")
-    ] = False,
+    as_json: AsJson = False,
     force: Annotated[
         bool, typer.Option("--force", help="Overwrite files that rftfit did not write.")
     ] = False,
@@ -247,7 +237,7 @@ def simulate(
     if animation:
         files["animation"] = str(output / "animation.gif")
     if as_json:
-        say(json_text(names, run, tail, files))
+        say(run_as_json(names, run, tail, files))
     else:
         say(f"Robot: {body.title}, {told}\nProfile: {source.name}\n\n{as_text(run, tail)}\n")
     if run.warning:
@@ -285,15 +275,14 @@ def sweep(
     the whole sweep, in results/robot_full. What is finished is kept when it is stopped: start it
     again to go on.
     """
-    from rftfit.results import config_of
+    from rftfit.campaign.load import load_campaign
     from rftfit.workflow.robot import PROFILES, SWEEPS, profiles_of, swept
     from rftfit.workflow.run_stage import run_stage
 
     names = list(dict.fromkeys(profile or PROFILES))
     for name in names:
         choose("--profile", name, PROFILES)
-    config = config_of(config)
-    campaign = rftfit.open(config).campaign
+    campaign = load_campaign(config)
     if not campaign.robot_medium:
         section = campaign.config.robot
         why = (
@@ -310,7 +299,7 @@ def sweep(
                 swept(results, name, SWEEPS[1], threads, show)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
-            "Stopped. Runs that were finished are kept; `rftfit sweep` goes on from there."
+            "Stopped. Runs that were finished are kept; to go on, give the same command again."
         ) from None
     if set(names) == set(PROFILES):
         for stage in ("robot_full", "robot_full_figures"):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit.cli.main import NOT_AS_RECORDED
-from rftfit.cli.output import count, say
+from rftfit.cli.output import AsJson, count, json_text, say
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ def verify(
     all_: Annotated[
         bool, typer.Option("--all", help="List everything, however long the lists are.")
     ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Tell what results were made from, and whether all of it is still the same.
 
@@ -49,6 +50,15 @@ def verify(
     stale = _stale(plan)
     known = [path for name in plan.default for path in plan.outputs(name)]
     chosen = _chosen(results or [], plan.root, known)
+    if as_json:
+        wanted = chosen or known
+        facts = {name: plan.maker[name] not in stale for name in wanted}
+        why = dict.fromkeys(_told(finding) for found in stale.values() for finding in found)
+        said = {"changed": [str(one) for one in changes], "why": [*why]}
+        say(json_text({"as_recorded": facts, **said, "versions": recorded.versions}))
+        if not all(facts.values()):
+            raise typer.Exit(NOT_AS_RECORDED)
+        return
     for name in chosen:
         say("\n".join(_chain(plan, name, stale, most)))
         say()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -131,15 +130,3 @@ def _half_width(table: pd.DataFrame, quantity: str) -> np.ndarray:
             half: np.ndarray = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
             return half
     return np.full(len(table), np.nan)
-
-
-def as_json(differences: list[Difference], changes: list[Change], alone: list[str]) -> str:
-    """All of a comparison as JSON."""
-    data = {
-        "changed": [vars(one) for one in differences],
-        "because": [vars(one) for one in changes],
-        "only_in_one": alone,
-    }
-    return (
-        json.dumps(data, indent=1, default=str).replace("NaN", "null").replace("Infinity", "null")
-    )

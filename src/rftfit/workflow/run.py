@@ -153,7 +153,7 @@ class Workflow:
             status = listen(command, log, on_line)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
-                "Stopped. Results that were finished are kept; `rftfit run` goes on from there."
+                "Stopped. Results that were finished are kept; to go on, give the same command again."
             ) from None
         if progress.locked:
             raise WorkflowError(self._lock_text())
