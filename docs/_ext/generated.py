@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Any
 
 from api_page import api
 from sphinx.util.docutils import SphinxDirective
@@ -73,23 +73,15 @@ def _when(condition: str) -> str:
 
 def commands() -> str:
     """Every command with its arguments and options."""
-    import typer
-
     from rftfit.cli import main
-    from rftfit.cli.app import app
+    from rftfit.cli.app import make_command
 
-    group: Any = typer.main.get_command(app)
-    hints = {
-        str(info.name): get_type_hints(info.callback)
-        for info in app.registered_commands
-        if info.callback
-    }
     text = ""
-    for name, command in group.commands.items():
+    for name, command in make_command().commands.items():
         words = [f"{_metavar(one)}" for one in command.params if _is_argument(one)]
         usage = " ".join(["rftfit", name, "[OPTIONS]", *words])
         text += f"## `rftfit {name}`\n\n{_paragraphs(command.help)}\n\nUsage: `{usage}`\n\n"
-        rows = [_parameter(one, hints[name]) for one in command.params]
+        rows = [_parameter(one) for one in command.params]
         rows.append(("`-h`, `--help`", "", "", "Show this and stop."))
         text += _table(("option", "value", "default", "meaning"), rows) + "\n"
         text += "".join(
@@ -111,10 +103,10 @@ def _metavar(parameter: Any) -> str:
     return word if parameter.required else f"[{word.strip('[]')}]"
 
 
-def _parameter(one: Any, hints: dict[str, Any]) -> tuple[str, ...]:
+def _parameter(one: Any) -> tuple[str, ...]:
     argument = _is_argument(one)
     names = [_metavar(one)] if argument else [*one.opts, *one.secondary_opts]
-    value = "" if argument or one.is_flag else (one.metavar or _word(hints[one.name]))
+    value = "" if argument else one.metavar
     value += "; may be repeated" if one.multiple else ""
     default = (
         "" if one.default in (None, False, (), []) or callable(one.default) else f"`{one.default}`"
@@ -133,13 +125,6 @@ def _parameter(one: Any, hints: dict[str, Any]) -> tuple[str, ...]:
         default,
         " ".join((one.help or "").split()),
     )
-
-
-def _word(hint: Any) -> str:
-    """Find a word for the value of an option that has none of its own."""
-    text = str(hint)
-    words = {"float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
-    return next((word for part, word in words.items() if part in text), "TEXT")
 
 
 def _paragraphs(text: str | None) -> str:

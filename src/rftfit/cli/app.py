@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
@@ -93,3 +93,18 @@ def _top(
     New here? `rftfit reenact` writes a demonstration campaign, `rftfit run` makes everything out of
     it. For a campaign of your own: `rftfit init`, `rftfit check`, `rftfit run`.
     """
+
+
+def make_command() -> Any:
+    """All commands; each option shows a word for its value, a switch none."""
+    group: Any = typer.main.get_command(app)
+    for one in group.params:
+        one.metavar = ""
+    for info in app.registered_commands:
+        hints = get_type_hints(info.callback)
+        for one in group.commands[info.name].params:
+            if one.param_type_name == "option" and one.metavar is None and one.name in hints:
+                kind = str(hints[one.name])
+                words = {"bool": "", "float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
+                one.metavar = next((words[part] for part in words if part in kind), "NAME")
+    return group

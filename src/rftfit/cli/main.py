@@ -155,9 +155,9 @@ def _invoke(words: list[str]) -> int:
     # here, so that a damaged installation too ends in a message
     import typer
 
-    from rftfit.cli.app import app
+    from rftfit.cli.app import make_command
 
-    command = typer.main.get_command(app)
+    command = make_command()
     try:
         with command.make_context("rftfit", words) as context:
             command.invoke(context)
