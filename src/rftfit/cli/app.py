@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Annotated, Any, get_type_hints
 
 import typer
@@ -95,6 +96,7 @@ def _top(
     """
 
 
+@cache
 def make_command() -> Any:
     """All commands; each option shows a word for its value, a switch none."""
     group: Any = typer.main.get_command(app)
