@@ -168,6 +168,7 @@ class Results(Tables):
         self.campaign = campaign
         self.root = campaign.root
         self._fits: dict[tuple[str, str], MediumFit] = {}
+        self._alpha: dict[str, pd.DataFrame] = {}
 
     @property
     def config(self) -> Config:
@@ -251,6 +252,12 @@ class Results(Tables):
             If the table is missing or damaged.
         """
         name = f"alpha/{medium}.csv"
+        self.path(name)  # a stage must not get at a table that it does not declare
+        if name not in self._alpha:
+            self._alpha[name] = self._sound_alpha(name)
+        return self._alpha[name].copy(deep=False)
+
+    def _sound_alpha(self, name: str) -> pd.DataFrame:
         table = self.table(name).sort_values(["beta_deg", "gamma_deg"], ignore_index=True)
         numbers = table[[column(c, quantity) for c in "zx" for quantity in QUANTITIES]]
         kinds = {str(kind) for kind in (*numbers.dtypes, *table.dtypes[["beta_deg", "gamma_deg"]])}
