@@ -78,6 +78,8 @@ rule legs:
         update(PLAN.outputs("legs")),
     log:
         "results/logs/legs.log",
+    # the figures wait for it, which take longest on one core
+    priority: 1
     conda:
         "../envs/rftfit.yaml"
     params:

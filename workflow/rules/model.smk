@@ -26,6 +26,8 @@ rule maps:
         update(PLAN.outputs("maps")),
     log:
         "results/logs/maps.log",
+    # the figures wait for it
+    priority: 1
     conda:
         "../envs/rftfit.yaml"
     params:
@@ -43,6 +45,8 @@ rule fourier:
         update(PLAN.outputs("fourier")),
     log:
         "results/logs/fourier.log",
+    # the figures wait for it
+    priority: 1
     conda:
         "../envs/rftfit.yaml"
     params:
@@ -60,6 +64,8 @@ rule scaling:
         update(PLAN.outputs("scaling")),
     log:
         "results/logs/scaling.log",
+    # the figures wait for it
+    priority: 1
     conda:
         "../envs/rftfit.yaml"
     params:
@@ -77,6 +83,8 @@ rule legs_predicted:
         update(PLAN.outputs("legs_predicted")),
     log:
         "results/logs/legs_predicted.log",
+    # the figures wait for it
+    priority: 1
     conda:
         "../envs/rftfit.yaml"
     params:
@@ -94,6 +102,8 @@ rule natural_sands:
         update(PLAN.outputs("natural_sands")),
     log:
         "results/logs/natural_sands.log",
+    # the figures wait for it
+    priority: 1
     conda:
         "../envs/rftfit.yaml"
     params:

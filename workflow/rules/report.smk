@@ -9,6 +9,8 @@ rule figures:
         update(PLAN.outputs("figures")),
     log:
         "results/logs/figures.log",
+    # longest on one core
+    priority: 1
     conda:
         "../envs/rftfit.yaml"
     params:

@@ -26,6 +26,8 @@ rule robot_sweep:
         update(PLAN.outputs("robot_sweep")),
     log:
         "results/logs/robot_sweep.log",
+    # on all cores: first, while all are free, or they wait for the last to be free
+    priority: 2
     conda:
         "../envs/rftfit.yaml"
     threads: workflow.cores
