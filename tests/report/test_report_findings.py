@@ -203,7 +203,9 @@ def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path: Path) ->
     assert len(page.axes) == 8
     whole = results.table("maps/yuma.csv")
     meshes = [mesh for mesh in page.axes[0].findobj(QuadMesh) if mesh.get_array() is not None]
-    drawn = np.concatenate([np.ma.filled(mesh.get_array(), np.nan).ravel() for mesh in meshes])
+    drawn = np.concatenate(
+        [np.ma.filled(np.ma.asarray(mesh.get_array()), np.nan).ravel() for mesh in meshes]
+    )
     largest = whole["alpha_z_N_per_cm3"].max()
     assert np.nanmax(drawn) == pytest.approx(largest)
     rings = [line for line in page.axes[0].lines if line.get_marker() == "o"]

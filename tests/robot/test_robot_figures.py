@@ -269,7 +269,7 @@ def test_stance_shows_the_forces_of_one_tripod(runs: dict[str, pd.DataFrame]) ->
     np.testing.assert_allclose(ends[:, 0, 0], ends[:, -1, 2], atol=0.5)
     assert (ends[:, 0, 1] > ends[:, -1, 3]).all()
     arrows = figure.axes[0].collections[-1]
-    assert 0 < arrows.get_offsets().shape[0] <= len(own)
+    assert 0 < len(np.asarray(arrows.get_offsets())) <= len(own)
     deep = own["at_z_cm"] < 0
     assert own.loc[~deep, ["force_z_N", "force_x_N"]].abs().to_numpy().max() == 0
 

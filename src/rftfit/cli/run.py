@@ -69,7 +69,8 @@ def run(
         bool, typer.Option("--dry-run", "-n", help="Say what would be done, and do nothing.")
     ] = False,
     strict: Annotated[
-        bool, typer.Option("--strict", help="End with exit code 3 where a medium has no alpha at all.")
+        bool,
+        typer.Option("--strict", help="End with exit code 3 where a medium has no alpha at all."),
     ] = False,
     unlock: Annotated[
         bool, typer.Option("--unlock", help="Clear the lock that a killed run has left, and stop.")

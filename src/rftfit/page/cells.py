@@ -115,7 +115,7 @@ def text_column(
     """
 
     def of(row: Row) -> str:
-        found = row[name]
+        found = row[str(name)]
         # what is marked up stays so
         return found if isinstance(found, str) else str(found)
 
