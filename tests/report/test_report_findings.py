@@ -209,6 +209,8 @@ def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path: Path) ->
     largest = whole["alpha_z_N_per_cm3"].max()
     assert np.nanmax(drawn) == pytest.approx(largest)
     rings = [line for line in page.axes[0].lines if line.get_marker() == "o"]
-    assert [(line.get_xdata()[0], line.get_ydata()[0]) for line in rings] == [(90.0, 0.0)]
+    assert [tuple(np.ravel([line.get_xdata(), line.get_ydata()])) for line in rings] == [
+        (90.0, 0.0)
+    ]
     caption = next(one for one in figures() if one.name == "estimated_maps").caption_of(results)
     assert "from 1 measured" in caption
