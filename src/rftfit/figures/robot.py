@@ -228,10 +228,14 @@ def draw_profiles(speed: pd.DataFrame, errors: pd.DataFrame) -> Figure:
 def _frequency_panel(
     axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame, looks: Mapping[float, tuple[str, str]]
 ) -> None:
+    curves = _curves(speed, "speed_cm_per_s")
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
         # legs at rest, robot at rest
-        x, y = np.array([(0.0, 0.0), *_means(rows, "speed_cm_per_s")]).T
+        own_curve = next(
+            (c for k, c in curves.items() if np.isclose(k, curvature)), np.empty((0, 2))
+        )
+        x, y = np.vstack([np.zeros((1, 2)), own_curve]).T
         axes.plot(x, y, color=colour, linewidth=1.0, zorder=2)
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         own = errors[np.isclose(errors["curvature_times_R"], curvature)]
@@ -239,6 +243,8 @@ def _frequency_panel(
         axes.vlines(own["frequency_Hz"], *ends, color=colour, linewidth=3.2, alpha=0.35, zorder=1.5)
         for told, fill in (("no", colour), ("yes", "white")):
             points = own[own["calibrated"] == told]
+            if points.empty:
+                continue
             axes.errorbar(
                 points["frequency_Hz"], points["measured_cm_per_s"],
                 yerr=points["measured_sd_cm_per_s"].fillna(0), fmt=marker, color=colour,
@@ -266,15 +272,18 @@ def is_of_motion(curvature: float, frequency_Hz: float) -> bool:
     )
 
 
-def _means(table: pd.DataFrame, column: str) -> list[tuple[float, float]]:
-    """Frequency and mean of a speed over starting phases, ascending; NaN where none is steady."""
-    mean = table[table["frequency_Hz"] > 0].groupby("frequency_Hz")[column].mean()
-    return list(zip(mean.index.tolist(), mean.tolist(), strict=True))
+def _curves(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
+    """Frequency and mean of a speed over starting phases (n, 2), by curvature; NaN where none is steady."""
+    moving = table[table["frequency_Hz"] > 0]
+    mean = moving.groupby(["curvature_times_R", "frequency_Hz"])[column].mean()
+    rows = np.column_stack([*(mean.index.get_level_values(i) for i in (0, 1)), mean]).astype(float)
+    return {float(one): rows[rows[:, 0] == one, 1:] for one in np.unique(rows[:, 0])}
 
 
 def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> None:
     at = sorted(set(speed.loc[speed["outcome"] == "tipped", along]))
-    axes.plot(at, np.zeros(len(at)), "x", color=colour, markersize=3, zorder=4, clip_on=False)
+    if at:
+        axes.plot(at, np.zeros(len(at)), "x", color=colour, markersize=3, zorder=4, clip_on=False)
 
 
 def read_at(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float | None:
@@ -289,26 +298,25 @@ def read_at(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float 
     return float(np.interp(at_Hz, x, y))
 
 
-def _read(table: pd.DataFrame, column: str, at_Hz: float) -> FloatArray:
+def _read(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
     """Curvature and speed at one frequency, a row each; NaN where no run is steady."""
-    found = []
-    for curvature, part in table.groupby("curvature_times_R"):
-        rows = np.array(_means(part, column)).reshape(-1, 2)
-        if (value := read_at(rows[:, 0], rows[:, 1], at_Hz)) is not None:
-            found.append((float(curvature), value))  # type: ignore[arg-type]
-    return np.array(found).reshape(-1, 2)
+    found = [
+        (curvature, read_at(rows[:, 0], rows[:, 1], at_Hz)) for curvature, rows in curves.items()
+    ]
+    return np.array([one for one in found if one[1] is not None], dtype=float).reshape(-1, 2)
 
 
 def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Draw speed against curvature at `READ_HZ`: simulated lines, measured points."""
     known = errors[errors["measured_cm_per_s"].notna()]
+    simulated, measured = _curves(speed, "speed_cm_per_s"), _curves(known, "measured_cm_per_s")
     tipped = speed[speed["outcome"] == "tipped"]
     for colour, marker, hz in zip(_hz_colours(), _HZ_MARKERS, READ_HZ, strict=True):
-        line = _read(speed, "speed_cm_per_s", hz)
+        line = _read(simulated, hz)
         axes.plot(*line.T, color=colour, linewidth=1.0)
         here = tipped[np.isclose(tipped["frequency_Hz"], hz)]
         _mark_tipped(axes, here, "curvature_times_R", colour)
-        points = _read(known, "measured_cm_per_s", hz)
+        points = _read(measured, hz)
         axes.plot(*points.T, marker, color=colour, markersize=3.4, markeredgecolor="black",
                   markeredgewidth=0.4, zorder=3)  # fmt: skip
         line = line[np.isfinite(line[:, 1])]
