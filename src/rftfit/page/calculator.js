@@ -217,7 +217,8 @@ function startCalculator(data) {
     }
   }
 
-  fillSelect(from, data.references.map(({ name }, i) => [String(i), name]));
+  // the published media first, as rftfit scale does it
+  fillSelect(from, data.references.map(({ name }, i) => [String(i), name]), String(data.references.length - 1));
   if (legBox) fillSelect(legBox, Object.keys(data.legs).map((name) => [name, data.leg_names[name]]));
   form.addEventListener("submit", (event) => event.preventDefault());
   body.addEventListener("input", update);
