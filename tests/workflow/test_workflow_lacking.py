@@ -91,7 +91,11 @@ def test_runs_without_a_tare_give_flagged_numbers(untared: tuple[Folder, str]) -
     assert errors["peak_error_percent"].notna().all()
     assert errors["reason"].str.contains(NO_TARE_FLAG).all()
     sands = folder.table("sands.csv")
-    assert sands[["alpha_z_N_per_cm3", "lo", "hi", "zeta"]].notna().all(axis=None)
+    assert (
+        sands[["alpha_z_N_per_cm3", "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3", "zeta"]]
+        .notna()
+        .all(axis=None)
+    )
     assert sands["reason"].str.contains(NO_TARE_FLAG).all()
     assert "was subtracted at the same" not in page
     assert "in air at the same angle was subtracted" not in page
