@@ -240,7 +240,7 @@ def test_the_depth_only_model_has_an_inset_of_its_own() -> None:
     )
     highest = rows["force_z_N"].max()
     (inset,) = figure.axes[7].child_axes
-    dots, line = (np.asarray(one.get_ydata(), dtype=float) for one in inset.lines[1:])
+    dots, line = (np.asarray(one.get_ydata(), dtype=float) for one in inset.lines)
     assert np.nanmax(line) == highest < inset.get_ylim()[1]
     seen = measured().query("medium == 'poppy_LP' and leg == 'reversed_c_leg'")
     assert np.nanmax(dots) == seen["force_z_N"].max()

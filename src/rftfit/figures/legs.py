@@ -132,10 +132,9 @@ def _draw_models(
     if inset:
         small = axes.inset_axes((1 - _INSET, 1.02 - _INSET, _INSET - 0.02, _INSET - 0.04))
         colour, line, _ = PROFILE_LOOKS["depth_only"]
-        small.axhline(0, color=style.GREY, linewidth=0.4)
         small.plot(theta, force, markersize=0.9, **dots)
         leg_panels.add_predicted(small, baseline, component, colour, line)
-        small.set(xlim=leg_panels.THETA_DEG, xticks=[-90, 0, 90], xticklabels=[])
+        small.set(xlim=leg_panels.THETA_DEG, xticks=[])
         style.ticks(small.yaxis, 3)
         small.tick_params(labelsize=5, pad=1, length=1.5)
 

@@ -118,7 +118,7 @@ def alpha_maps_of_one(results: Results, medium: str) -> Figure:
     # map, bar, half width, bar: of alpha_z, then of alpha_x
     for axes in page.axes[::4]:
         _add_plates(axes)
-        for beta, gamma in places:
+        for beta, gamma in [np.transpose(places)] if places else []:
             axes.plot(gamma, beta, "o", markersize=6, markerfacecolor="none", color="black")
     return page
 
