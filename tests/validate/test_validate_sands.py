@@ -67,7 +67,7 @@ def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
     assert others == pytest.approx(0.05)
     words = (0.95, np.array([1.2, 1.3]), SurfaceError(run=0.1))
     alone, whole = (sands._slope(fit, *words, other) for other in (0.0, others))
-    own, half = (float(str(row["hi"])) - 0.7 for row in (alone, whole))
+    own, half = (float(str(row["alpha_z_hi_N_per_cm3"])) - 0.7 for row in (alone, whole))
     assert own == pytest.approx(1.96 * np.hypot(0.01, 0.1 * 0.5 * 0.7), rel=1e-3)
     assert half == pytest.approx(np.hypot(own, 1.96 * 0.05 * 0.7), rel=1e-3)
     # nothing is known of a sand without a usable test
