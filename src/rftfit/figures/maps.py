@@ -151,7 +151,7 @@ def _estimated_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa
 @figure(
     "estimated_maps",
     reads=("maps/{media}.csv", "alpha/{media}.csv"),
-    settings=("fit", "maps", "media"),
+    settings=("fit", "media"),
     media=only_if(_few_pushes),
     section="Force profiles",
     caption="""alpha in all directions of media with few pushes (circles), estimated by the shape that known \

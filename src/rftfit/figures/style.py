@@ -263,8 +263,8 @@ _REMARK = {"png": "Description", "pdf": "Subject", "svg": "Description"}
 FORMATS = (*_METADATA, "webp")
 """Endings of a figure's files; webp is the preview that the page holds."""
 
-PREVIEW = 125 / 300
-"""Size of a preview beside the png: 900 pixels for a figure of two columns."""
+PREVIEW, SHEET = 125 / 300, 60 / 300
+"""Size of a preview beside the png: 900 pixels for a figure of two columns; of a sheet a thumbnail."""
 
 
 @contextlib.contextmanager
@@ -311,7 +311,8 @@ def preview(png: bytes) -> bytes:
 
     with Image.open(BytesIO(png)) as whole:
         picture = whole.convert("RGB")
-    size = max(1, round(PREVIEW * picture.width)), max(1, round(PREVIEW * picture.height))
+    part = PREVIEW if picture.width < 1.1 * DOUBLE_CM * CM * 300 else SHEET
+    size = max(1, round(part * picture.width)), max(1, round(part * picture.height))
     picture = picture.resize(size, Image.Resampling.LANCZOS, reducing_gap=2)
     made = BytesIO()
     picture.save(made, "webp", quality=50, method=4)

@@ -134,7 +134,7 @@ STAGES = (
     ),
     Stage(
         "robot_motion", f"{_ROBOT}:robot_motion", robot=True,
-        settings=("fit", "fourier", "maps", "media", "robot"), reads=("alpha/{laboratory}.csv",),
+        settings=("maps", "media", "robot"), reads=("alpha/{laboratory}.csv",),
         writes=("robot/motion.csv", "robot/stances.csv", "robot/frames.json"),
     ),
     Stage(
