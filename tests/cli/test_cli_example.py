@@ -126,7 +126,7 @@ def test_again_gives_the_same_bytes(done: Path, capsys: pytest.CaptureFixture[st
     from rftfit.cli.example import example
 
     before = {path: path.read_bytes() for path in (done / "results").iterdir()}
-    assert {path.suffix for path in before} == {".csv", ".txt", ".png", ".pdf", ".svg"}
+    assert {path.suffix for path in before} == {".csv", ".txt", ".png", ".pdf", ".svg", ".webp"}
     example("cmu-sand", done, "/nowhere")
     assert "All 18 logs are there" in capsys.readouterr().out
     assert all(path.read_bytes() == content for path, content in before.items())

@@ -78,14 +78,14 @@ def test_a_published_medium_goes_round(rftfit: Call, here: Path) -> None:
     assert (here / "profile.json").read_bytes() == first
 
 
-PUSHES = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x\n"
+HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x\n"
 
 
 def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit: Call, here: Path) -> None:
     rows = ["0,90,0.35,,0.01,\n", "30,45,0.2,0.1,,\n", "-30,60,0.12,0.02,0.005,0.004\n"]
-    (here / "two.csv").write_text(PUSHES + "".join(rows[:2]), encoding="utf-8")
-    (here / "one.csv").write_text(PUSHES + rows[2], encoding="utf-8")
-    (here / "all.csv").write_text(PUSHES + "".join(rows), encoding="utf-8")
+    (here / "two.csv").write_text(HEAD + "".join(rows[:2]), encoding="utf-8")
+    (here / "one.csv").write_text(HEAD + rows[2], encoding="utf-8")
+    (here / "all.csv").write_text(HEAD + "".join(rows), encoding="utf-8")
     assert rftfit("export", "--pushes", "two.csv", "--output", "p.json").code == 0
     assert content(here / "p.json")["pushes"]["alpha_x_N_per_cm3"] == [None, 0.1]
     for name, words in (

@@ -262,7 +262,7 @@ def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake: Path, killed:
     if killed == "Snakemake":
         assert child.returncode == 4
         assert "Snakemake itself was ended by SIGKILL" in err
-        assert "to go on, give the same command again" in err
+        assert "`rftfit run` goes on from there" in err
     assert not (fake / "results/orphan.txt").exists()
     assert not (fake / "results/second.txt").exists()
     # Snakemake clears its lock where it still can

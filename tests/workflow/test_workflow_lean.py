@@ -124,7 +124,13 @@ def test_what_a_sand_alone_lacks_is_told_not_drawn(sand: Folder) -> None:
         assert table.empty
         assert "medium" in table.columns
     drawn = figures_of(sand)
-    assert drawn == ["legs_in_sands", "peak_errors", "penetration", "stress_of_runs"]
+    assert drawn == [
+        "estimated_maps",
+        "legs_in_sands",
+        "peak_errors",
+        "penetration",
+        "stress_of_runs",
+    ]
     html, live = page_of(sand)
     assert "so it has no coefficients of its own" in html
     assert "Yuma sand is scaled with chi and the generic coefficients of the published five" in html

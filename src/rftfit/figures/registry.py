@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R")
 
+SWEEP = "robot_full_figures"
+"""The group of figures that ``rftfit sweep`` makes, and not ``rftfit run``."""
+
 MODULES = ("protocol", "plates", "quality", "maps", "generic", "legs", "sands", "robot")
 """Of this package, in the order in which their figures are shown."""
 

@@ -6,9 +6,8 @@ import base64
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rftfit.figures.registry import figures
+from rftfit.figures.registry import SWEEP, figures
 from rftfit.figures.style import FORMATS, size_of_preview
-from rftfit.workflow.stages import ON_DEMAND
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,7 +57,7 @@ def pictures(results: Results) -> list[Picture]:
     return [
         _picture(results, one, medium)
         for one in figures()
-        if one.group not in ON_DEMAND
+        if one.group != SWEEP
         for medium in one.media(results.campaign)
         if results.has(f"{one.file(medium)}.webp")
     ]

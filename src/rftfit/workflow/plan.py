@@ -195,9 +195,9 @@ class Plan:
     ) -> tuple[str, ...]:
         found: list[str] = []
         for pattern in patterns:
-            if pattern == "*":
-                all_written = written or {}
-                found += sorted(path for path in all_written if all_written[path] not in ON_DEMAND)
+            if pattern.startswith("*"):
+                earlier = (path for path, by in (written or {}).items() if by not in ON_DEMAND)
+                found += sorted(path for path in earlier if path.endswith(pattern[1:]))
                 continue
             word = _WORD.search(pattern)
             values = (

@@ -24,7 +24,7 @@ class Stage:
         returns the contents of `writes`, in their order.
     `writes`, `reads`: Below ``results/``. ``{medium}`` is the task's own; ``{media}``,
         ``{laboratory}``, ``{sands}`` stand for all of these, ``{robot}`` for the robot's medium.
-        ``*`` stands for all that earlier stages write.
+        ``*`` stands for all that earlier stages write, ``*.csv`` for all with this ending.
         What no stage of a campaign writes, none of its stages reads.
     `each`: ``media``: a task for each of them; empty: a single task.
     `settings`: Sections of the configuration; `ALL` for all.
@@ -157,7 +157,7 @@ STAGES = (
         writes=("alpha_tables.xlsx", "coefficients.xlsx"),
     ),
     Stage(
-        "page", "rftfit.page.page:report", settings=(ALL,), rows=True, reads=("*",),
+        "page", "rftfit.page.page:report", settings=(ALL,), rows=True, reads=("*.csv", "*.json", "*.webp"),
         writes=("report.html", "findings.csv"),
     ),
     Stage(
