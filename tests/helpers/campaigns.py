@@ -131,7 +131,8 @@ def _sketch(
         target = base.with_name(f"{base.name}.{ending}")
         content = style.content(figure, ending, about) if wanted and ending == "svg" else b""
         if content:
-            assert text_faults(figure) == [], base.name
+            found = text_faults(figure)
+            assert found == [], f"{base.name}: {found}"
         if made is not None and ending != "svg":
             content = (made.root / target.relative_to(folder.root)).read_bytes()
         write_bytes(target, content)

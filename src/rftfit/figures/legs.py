@@ -93,7 +93,7 @@ def legs(results: Results, medium: str) -> Figure:
     entries[f"{style.level(results)} interval of a prediction"] = style.patch(
         facecolor="#888888", alpha=0.4
     )
-    across = len(entries) if columns.is_wide else 2
+    across = 2 if not columns.is_wide else len(entries) if len(entries) <= 5 else 3
     style.legend(page, entries, across, handlelength=2.4, columnspacing=1.1)
     return page
 
