@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 DOCS = Path(__file__).resolve().parents[1]
-SAND, STEEL, DARK = "#f0e4ca", "#4d4d4d", "#222222"
+STEEL, DARK = "#4d4d4d", "#222222"
 MOTION, FORCE, ANGLE = (style.OKABE_ITO[name] for name in ("bluish green", "vermillion", "blue"))
 FONT = 9
 MEDIUM = "poppy_LP"
@@ -48,8 +48,8 @@ def sheet(width_cm: float, height_cm: float, columns: int = 1, **how: Any) -> tu
 
 def bed(axes: Axes, left: float, right: float, bottom: float, top: float) -> None:
     """Fill the medium below z = 0 and set the limits."""
-    axes.fill_between([left, right], bottom, 0, color=SAND, linewidth=0)
-    axes.plot([left, right], [0, 0], color="#b59a5b", linewidth=1)
+    axes.fill_between([left, right], bottom, 0, color=style.SAND, linewidth=0)
+    axes.plot([left, right], [0, 0], color=style.SURFACE, linewidth=1)
     axes.set(xlim=(left, right), ylim=(bottom, top))
 
 

@@ -27,9 +27,6 @@ SHOWN = {
     "cmu-sand": "the sand example: nine recorded pushes of three round plates, two clocks, no tare",
     "one-push": "one push: the campaign of the tutorial",
 }
-WIDTH = 1100
-"""Of a preview, pixels."""
-
 _ADDRESS = re.compile(r"""(?:href|src)="(?![a-z]+:|#|/)([^"#?]+)""")
 
 
@@ -55,23 +52,18 @@ def pictures(declared: Declared, found: dict[str, Results]) -> list[Picture]:
     made = []
     for name, results in found.items():
         for medium in declared.media(results.campaign)[:1]:
-            file = f"{declared.file(medium)}.png"
+            file = f"{declared.file(medium)}.webp"
             if (FOLDER / name / "results" / file).is_file():
                 made.append(Picture(name, results, medium, file))
     return made
 
 
 def preview(picture: Picture, folder: Path) -> str:
-    """Write a small copy of a figure; return the path of the page's picture."""
-    from PIL import Image
-
+    """Copy the preview of a figure beside the pages; return its path."""
     source = FOLDER / picture.campaign / "results" / picture.file
-    target = folder / f"{picture.campaign}_{source.stem}.webp"
-    if not target.is_file() or target.stat().st_mtime < source.stat().st_mtime:
-        folder.mkdir(parents=True, exist_ok=True)
-        with Image.open(source) as image:
-            image.thumbnail((WIDTH, 4 * WIDTH))
-            image.convert("RGB").save(target, quality=82)
+    target = folder / f"{picture.campaign}_{source.name}"
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(source, target)
     return f"/_build/gallery/{target.name}"
 
 
@@ -115,7 +107,7 @@ def _entry(one: Declared, drawn: list[Picture], folder: Path) -> str:
 From {titles[0]}{others}.
 
 ```sh
-rftfit run results/{first.file}
+rftfit run results/{first.file.removesuffix(".webp")}.png
 ```
 
 ```python

@@ -19,17 +19,7 @@ _STYLE = re.compile(r"""(?:@import\s+["']?|url\(\s*["']?)(?:https?:)?//[^)"';]+"
 
 
 def far_addresses(folder: Path) -> list[str]:
-    """Find what the pages of a folder would fetch from elsewhere; links to follow do not count.
-
-    Parameters
-    ----------
-    folder : Path
-
-    Returns
-    -------
-    list of str
-        File and tag or rule.
-    """
+    """Find what the pages of a folder would fetch from elsewhere; links to follow do not count."""
     found = []
     for path in sorted(folder.rglob("*")):
         if path.suffix == ".html":
@@ -48,17 +38,7 @@ _ID = re.compile(r"""\bid="([^"]+)\"""")
 
 
 def dead_links(folder: Path) -> list[str]:
-    """Find the links between the pages of a folder whose file, or place in it, is not there.
-
-    Parameters
-    ----------
-    folder : Path
-
-    Returns
-    -------
-    list of str
-        File and address.
-    """
+    """Find the links between the pages of a folder whose file, or place in it, is not there."""
     pages = {path.resolve(): path.read_text(encoding="utf-8") for path in folder.rglob("*.html")}
     places = {path: {unescape(one) for one in _ID.findall(text)} for path, text in pages.items()}
     found = []

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from campaigns import FEW, PROJECT, Folder, make_campaign
+from campaigns import FEW, Folder, make_campaign
 from other_labs import Case, make
 
 from rftfit import reference
@@ -87,7 +87,6 @@ def make_and_run(name: str, root: Path) -> Folder:
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, str(PROJECT / "tests" / "helpers"))
     for name in CAMPAIGNS:
         made = make_and_run(name, Path(sys.argv[1]).resolve() / name)
         print(made.root / "results" / "report.html", flush=True)

@@ -227,14 +227,13 @@ def ledger_line(path: Path) -> str:
     runs: dict[str, bool] = {}
     rows = {"used": 0, "dropped": 0}
     try:
-        with path.open(encoding="utf-8", newline="") as handle:
-            for row in csv.DictReader(handle):
-                used, count_of_rows = row["fate"] == "used", int(row["rows"])
-                good = used and count_of_rows > 0 and row["reason"] == USED_AS.get(row["kind"])
-                runs[row["run_id"]] = runs.get(row["run_id"], False) or good
-                if row["fate"] in rows:  # a sample that was lost is no row of a log
-                    rows[row["fate"]] += count_of_rows
-    except (OSError, KeyError, ValueError, TypeError, csv.Error):
+        for row in _rows(path):
+            used, count_of_rows = row["fate"] == "used", int(row["rows"])
+            good = used and count_of_rows > 0 and row["reason"] == USED_AS.get(row["kind"])
+            runs[row["run_id"]] = runs.get(row["run_id"], False) or good
+            if row["fate"] in rows:  # a sample that was lost is no row of a log
+                rows[row["fate"]] += count_of_rows
+    except (KeyError, ValueError, TypeError):
         return ""
     if not runs:
         return ""

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 _WIDTH_CM, _HEIGHT_CM, _DPI = 15.0, 7.0, 100
 _AHEAD_CM, _BEHIND_CM, _ABOVE_CM, _BELOW_CM = 12.0, 12.0, 7.0, 4.0
 _LONGEST_CM = 4.0
-_SAND = "#E8D9B5"
 _BODY = "#444444"
 
 
@@ -50,7 +49,7 @@ def pictures(
     axes.set_xlabel("x (cm)")
     axes.set_ylabel("z (cm)")
     axes.set_title(style.plain(title), fontsize=7, loc="left")
-    sand = Rectangle((0, -100), 1, 100, facecolor=_SAND, edgecolor="none")
+    sand = Rectangle((0, -100), 1, 100, facecolor=style.SAND, edgecolor="none")
     axes.add_patch(sand)
     clock = axes.text(0.99, 0.96, "", transform=axes.transAxes, ha="right", va="top", fontsize=7)
     strongest = max(

@@ -78,7 +78,7 @@ def generic_profile(results: Results) -> Figure:
     page = style.new_figure(style.DOUBLE_CM, 12.7)
     top = style.axes_cm(page, 1.25, 1.35, style.DOUBLE_CM - 1.45, 5.1)
     top.set_title(
-        f"coefficients of each medium over its zeta, and their mean ({method})", loc="left"
+        f"coefficients of each medium over its $\\zeta$, and their mean ({method})", loc="left"
     )
     _draw_coefficients(top, rows, zetas, titles)
     beta, gamma = middles()

@@ -106,7 +106,6 @@ class Columns:
 
 
 SKETCH_DEG = (-60.0, -30.0, 0.0, 30.0, 60.0)
-SAND, SURFACE = "#efe6d2", "#8a7343"
 
 
 def leg_line(leg: Leg, theta_deg: float) -> FloatArray:
@@ -132,8 +131,8 @@ def add_sketch(axes: Axes, leg: Leg | None, theta_deg: Sequence[float] = SKETCH_
     reach, hip = leg.max_length_cm, leg.hip_height_cm
     left, right, bottom, top = -1.6 * reach, 1.6 * reach, hip - 1.35 * reach, hip + 0.38 * reach
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
-    axes.axhspan(bottom, 0, color=SAND, linewidth=0)
-    axes.axhline(0, color=SURFACE, linewidth=0.6)
+    axes.axhspan(bottom, 0, color=style.SAND, linewidth=0)
+    axes.axhline(0, color=style.SURFACE, linewidth=0.6)
     for theta in theta_deg:
         line = leg_line(leg, theta)
         dark = theta == 0

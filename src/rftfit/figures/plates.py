@@ -194,7 +194,6 @@ CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
 _LEFT_CM, _SIDE_CM, _PITCH_CM, _TOP_CM, _ROW_CM = 1.5, 2.5, 3.48, 2.15, 3.0
 _SKETCH_CM = 1.25
 _FIT = (0, (4, 2))
-_SAND = "#efe6d2"
 _WORDS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n$\\sigma_x$"}
 _NOTE_PT = 5.5
 
@@ -292,8 +291,8 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
     beta, gamma = np.radians([beta_deg, gamma_deg])
     tangent = 0.5 * np.array([np.cos(beta), -np.sin(beta)])
     velocity = 0.85 * np.array([-np.cos(gamma), -np.sin(gamma)])
-    axes.axhspan(-1, 0.8, color=_SAND, linewidth=0)
-    axes.axhline(0.8, color="#8a7443", linewidth=0.6)
+    axes.axhspan(-1, 0.8, color=style.SAND, linewidth=0)
+    axes.axhline(0.8, color=style.SURFACE, linewidth=0.6)
     axes.plot(*np.stack([-tangent, tangent], axis=1), color="black", linewidth=1.8)
     half = 1.05 * _SIDE_CM / _SKETCH_CM
     arrows = [(np.zeros(2), velocity, style.MARK, "")]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures import captions, leg_panels, style
+from rftfit.figures import captions, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, greek, only_if
 from rftfit.robot.sweep import MOTION, MOTION_NEAR_HZ
@@ -523,8 +523,8 @@ def draw_stances(stances: pd.DataFrame) -> Figure:
         part = _part(stances, *run)
         axes = style.axes_cm(page, 0.4 + column * (width + 0.3), 0.65, width, height)
         axes.set(xlim=(-12.9, 12.9), ylim=(-5.5, 9.5), aspect="equal")
-        axes.axhspan(-5.5, 0, color=leg_panels.SAND, linewidth=0)
-        axes.axhline(0, color=leg_panels.SURFACE, linewidth=0.6)
+        axes.axhspan(-5.5, 0, color=style.SAND, linewidth=0)
+        axes.axhline(0, color=style.SURFACE, linewidth=0.6)
         legs = part["group"].str.startswith("tripod")
         standing = part["group"] == "tripod_1"
         for chosen, colour in (

@@ -73,6 +73,9 @@ SEQUENTIAL = "viridis"
 MARK = "#C00000"
 """Colour of what needs a look."""
 
+SAND, SURFACE = "#efe6d2", "#8a7343"
+"""The medium in sketches, and its free surface."""
+
 GREY, WINDOW = "#808080", "#e6e6e6"
 """Lines of zero, and the range of a fit."""
 

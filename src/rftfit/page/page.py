@@ -126,7 +126,6 @@ def context(results: Results) -> dict[str, Any]:
         "summary": tables.summary(results, outcome),
         "believed": believed(results),
         "in_air": outcome.used[""],
-        "from_table": config.table is not None,
         "kinds": _kinds(results),
         "legs": has["viewer"],
         "legs_measured": has["legs"],

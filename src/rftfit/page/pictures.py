@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from rftfit.figures.registry import Declared
     from rftfit.results import Results
 
-FIRST = (("alpha_maps", "estimated_maps"), ("legs", "stress_of_runs", "penetration"))
-"""Figures beside the findings: of each group the first that is there."""
-
+FIRST = (("alpha_maps",), ("legs", "stress_of_runs", "penetration"))
+FIRST_OF_FEW = (("estimated_maps",), ("penetration", "stress_of_runs"))
+"""Figures beside the findings; what was estimated where few directions were measured."""
 
 FEWEST = 4
 """Directions that make a map."""
@@ -64,18 +64,14 @@ def pictures(results: Results) -> list[Picture]:
 
 
 def first_of(found: Sequence[Picture], results: Results) -> list[Picture]:
-    """The figures beside the findings: what was estimated where few directions were measured."""
+    """A map and what was measured, beside the findings: the first that is there of each."""
     known = [int(one.alpha["alpha_z_N_per_cm3"].notna().sum()) for one in results]
-    few = max(known, default=0) < FEWEST
     shown = []
-    for names in FIRST:
-        ordered = names[::-1] if few else names
-        fitting = [
-            one for name in ordered for one in found if f"{one.name}_".startswith(f"{name}_")
-        ]
-        # that of one medium rather than of all
-        fitting.sort(key=lambda one: one.name in names and not few)
-        shown += fitting[:1]
+    for names in FIRST if max(known, default=0) >= FEWEST else FIRST_OF_FEW:
+        # a figure of one medium before that of all
+        wanted = [start for name in names for start in (f"{name}_", name)]
+        fitting = (one for start in wanted for one in found if one.name.startswith(start))
+        shown += [*fitting][:1]
     return shown
 
 

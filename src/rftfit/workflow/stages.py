@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rftfit.figures.registry import SWEEP
+
 _MEASURE, _PROFILES, _VALIDATE, _ROBOT = (
     f"rftfit.workflow.{name}" for name in ("measure", "profiles", "validate", "robot")
 )
@@ -168,5 +170,5 @@ STAGES = (
 )  # fmt: skip
 """In the order of the data's way. Figures are declared beside what draws them (`rftfit.figures`)."""
 
-ON_DEMAND = ("robot_full", "robot_full_figures")
+ON_DEMAND = ("robot_full", SWEEP)
 """Stages of ``rftfit sweep``, not of ``rftfit run``."""
