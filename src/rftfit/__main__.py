@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 from rftfit.errors import RftfitError
+from rftfit.workflow import warm
 from rftfit.workflow.processes import end_with_parent
 
 
@@ -21,11 +22,14 @@ def main(argv: list[str] | None = None) -> int:
     0, or the exit code of the error, whose message goes to standard error.
     """
     end_with_parent()
+    given = sys.argv[1:] if argv is None else argv
+    if (status := warm.ask(given)) is not None:
+        return status
     parser = argparse.ArgumentParser("python -P -m rftfit")
     parser.add_argument("stage")
     parser.add_argument("--config", type=Path, default=Path("config/config.yaml"))
     parser.add_argument("--threads", type=int, default=1)
-    words = parser.parse_args(argv)
+    words = parser.parse_args(given)
     from rftfit.workflow.run_stage import run_stage
 
     try:
@@ -50,4 +54,6 @@ def _say(message: str) -> None:
 
 
 if __name__ == "__main__":
+    if sys.argv[1:2] == [warm.WARM]:
+        warm.keep_warm(int(sys.argv[2]), main)
     sys.exit(main())

@@ -150,7 +150,9 @@ class Workflow:
             self.on_job(progress, progress.feed(line))
 
         try:
-            status = listen(command, log, on_line)
+            # on a cluster jobs run elsewhere; a dry run has none
+            here = log is not None and self.cluster is None
+            status = listen(command, log, on_line, warm=here)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 "Stopped. Results that were finished are kept; to go on, give the same command again."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import sys
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import suppress
 from functools import cache
@@ -78,7 +79,9 @@ def _finished(
         for task in tasks:
             yield task, do_task(results, plan.config, task, threads)
         return
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin)
+    # where a fork is safe, the children have their imports already
+    how = get_context("fork" if sys.platform == "linux" else "spawn")
+    pool = ProcessPoolExecutor(workers, how, initializer=_begin)
     # child processes are told which process to outlive not
     os.environ["RFTFIT_PARENT"] = str(os.getpid())
     with pool:

@@ -21,6 +21,7 @@ import rftfit
 from rftfit.errors import OutputError, WorkflowError
 from rftfit.store.environment import child_environment
 from rftfit.workflow.processes import VARIABLE
+from rftfit.workflow.warm import warm as warm_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -233,21 +234,26 @@ def find_snakefile() -> Path:
     raise WorkflowError(f"no workflow found at {looked}; install rftfit again")
 
 
-def listen(words: Sequence[str], log: Path | None, on_line: Callable[[str], None]) -> int:
+def listen(
+    words: Sequence[str], log: Path | None, on_line: Callable[[str], None], *, warm: bool = False
+) -> int:
     """Run ``python -P -m snakemake`` and hand on each line of its output.
 
     It starts beside the workflow and goes to the campaign by ``--directory``: it takes profiles, which
     can hold Python, from the folder that it starts in. `log`: Where the lines are kept as they come.
-    Returns exit status.
+    `warm`: Whether jobs are forked from a warm process. Returns exit status.
     """
     with contextlib.ExitStack() as stack:
         keep = stack.enter_context(_open(log)) if log else None
         stack.enter_context(_signals_as_interrupts())
+        environment = _environment()
+        if warm:
+            environment = stack.enter_context(warm_process(environment))
         child = stack.enter_context(
             subprocess.Popen(
                 [sys.executable, "-P", "-m", "snakemake", *words],
                 cwd=find_snakefile().parent,
-                env=_environment(),
+                env=environment,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
@@ -291,8 +297,14 @@ def _environment() -> dict[str, str]:
     # jobs call `python`: it has to be this one, also where the environment was not activated
     here = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [here, os.environ.get("PATH", "")]))
-    # it ends when this process has ended, even where that could not say so
-    return child_environment(PATH=path, PYTHONUNBUFFERED="1", **{VARIABLE: str(os.getpid())})
+    return child_environment(
+        PATH=path,
+        PYTHONUNBUFFERED="1",
+        # jobs share the cores; threads of linear algebra in each would wait for one another
+        OPENBLAS_NUM_THREADS=os.environ.get("OPENBLAS_NUM_THREADS", "1"),
+        # it ends when this process has ended, even where that could not say so
+        **{VARIABLE: str(os.getpid())},
+    )
 
 
 def _open(log: Path) -> Any:
