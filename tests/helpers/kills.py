@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import psutil  # type: ignore[import-untyped]
 
 from rftfit.store.files import is_rest
+from rftfit.workflow.warm import WARM
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,6 +27,9 @@ STAGE, SNAKEMAKE, RUN, ALL = "a stage", "Snakemake", "`rftfit run`", "all of the
 KINDS = (STAGE, SNAKEMAKE, RUN, ALL)
 STORE = "robot/parts/"
 """Where a sweep keeps finished runs as they come: its tables grow row by row."""
+FORK = "a fork"
+"""A stage that is forked from the warm process: its command does not name it."""
+
 RECORDS = "records/"
 """What each stage has made: it grows task by task."""
 
@@ -53,10 +57,14 @@ class Left:
 
 @dataclass(frozen=True)
 class Living:
-    """The processes of a run at one moment."""
+    """The processes of a run at one moment.
+
+    `warm`: That from which stages are forked. `stages`: Commands of stages and their forks, by stage.
+    """
 
     run: psutil.Process
     snakemake: psutil.Process | None
+    warm: list[psutil.Process]
     stages: dict[psutil.Process, str]
 
     def chosen(self, kind: str, pick: float) -> list[psutil.Process]:
@@ -70,7 +78,7 @@ class Living:
         stages = sorted(self.stages, key=lambda one: one.pid)
         if kind == STAGE:
             return stages[int(pick * len(stages)) :][:1]
-        return [self.run, self.snakemake, *stages]
+        return [self.run, self.snakemake, *self.warm, *stages]
 
 
 def start(folder: Folder, output: Path, *words: str) -> subprocess.Popen[bytes]:
@@ -90,7 +98,7 @@ def run(folder: Folder, output: Path, *words: str) -> int:
 def living(child: subprocess.Popen[Any]) -> Living:
     """Look at the processes of a run."""
     top = psutil.Process(child.pid)
-    snakemake, stages = None, {}
+    snakemake, warm, stages = None, [], {}
     for process in top.children(recursive=True):
         try:
             words = process.cmdline()
@@ -98,9 +106,14 @@ def living(child: subprocess.Popen[Any]) -> Living:
             continue
         if words[1:4] == ["-P", "-m", "snakemake"]:
             snakemake = process
+        elif words[1:5] == ["-P", "-m", "rftfit", WARM]:
+            if process.ppid() == child.pid:
+                warm.append(process)
+            elif process.ppid() in [one.pid for one in warm]:  # not what a stage itself forks
+                stages[process] = FORK
         elif words[1:4] == ["-P", "-m", "rftfit"]:
             stages[process] = words[4]
-    return Living(top, snakemake, stages)
+    return Living(top, snakemake, warm, stages)
 
 
 def kill(child: subprocess.Popen[bytes], kind: str, pick: float) -> tuple[bool, list[str]]:
