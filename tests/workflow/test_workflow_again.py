@@ -26,7 +26,7 @@ def test_every_promised_file_is_there(small: Folder) -> None:
     promised = [f"alpha/{medium}.csv" for medium in MEDIA]
     promised += ["alpha_tables.xlsx", "coefficients.csv", "coefficients.xlsx", "penetration.csv"]
     names = ["protocol_poppy_LP", "linearity", "stress_of_runs", "alpha_maps_poppy_LP",
-             "alpha_maps", "fit_maps", "generic_profile"]  # fmt: skip
+             "fit_maps", "generic_profile"]  # fmt: skip
     promised += [f"figures/{name}.{end}" for name in names for end in ("png", "pdf", "svg", "webp")]
     promised += [f"quality/{m}.{end}" for m in MEDIA for end in ("png", "pdf", "svg", "webp")]
     assert [name for name in promised if not (results / name).stat().st_size > 300] == []

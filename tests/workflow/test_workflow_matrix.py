@@ -32,7 +32,7 @@ def test_another_lab_gets_to_a_page(case: Case, tmp_path: Path) -> None:
         "report.html": b"Re-enacted, not measured",
         "provenance.json": b'"reenacted": true',
         "ro-crate-metadata.json": b"re-enacted",
-        "figures/alpha_maps.svg": b"re-enacted logs",
+        "figures/alpha_maps_poppy_CP.svg": b"re-enacted logs",
     }
     for name, words in said.items():
         assert words in (folder.root / "results" / name).read_bytes(), name

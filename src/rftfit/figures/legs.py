@@ -151,7 +151,7 @@ _DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
     "legs_by_medium",
     reads=("predicted.csv", "legs/{media}.csv"),
     settings=("fit", "media"),
-    media=only_if(_legged),
+    media=only_if(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S5",
     section="Legs",
     caption="""Forces on the legs in all laboratory media, measured, and predicted from the interpolated table, \
@@ -169,7 +169,7 @@ def legs_by_medium(results: Results) -> Figure:
     "legs_depth_only",
     reads=("predicted.csv", "legs/{media}.csv"),
     settings=("fit", "media"),
-    media=only_if(_legged),
+    media=only_if(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S2",
     section="Legs",
     caption="""Forces on the legs in all laboratory media, measured (dots), and by the depth-only model (dotted), \

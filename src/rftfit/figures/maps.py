@@ -82,7 +82,8 @@ In N/cm^3: {cells}."""
     "alpha_maps",
     reads=("alpha/{laboratory}.csv",),
     settings=("fit", "media"),
-    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    # a single medium has a figure of its own
+    media=only_if(lambda campaign: campaign.of_role("laboratory")[1:]),
     paper="Fig. S4",
     section="Force profiles",
     caption=_MAPS_CAPTION,

@@ -145,7 +145,7 @@ def _pushes(results: Results) -> Iterable[Finding]:
         if told:
             pushes = "one push" if known == 1 else f"{known} directions"
             yield Finding(
-                f"{results.titles[name]}, from {pushes}: the map predicts a peak lift of {_listed(told)}.",
+                f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {_listed(told)}.",
                 "viewer",
             )
 
