@@ -98,6 +98,7 @@ def results_of(tables: Sequence[pd.DataFrame], config: Config) -> Results:
     """Results that hold tables of alpha and nothing else, without a file."""
     names = [str(table["medium"].iloc[0]) for table in tables]
     runs: Any = tuple(SimpleNamespace(medium=name, kind="plate") for name in names)
-    results = Results(Campaign(*[Path("no campaign is here")] * 3, config, runs))
+    here = Path("no campaign is here")
+    results = Results(Campaign(here, here, here, config, runs))
     results._tables = {f"alpha/{n}.csv": t for n, t in zip(names, tables, strict=True)}
     return results
