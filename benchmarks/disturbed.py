@@ -17,6 +17,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,42 +58,46 @@ def any_flag(fits: pd.DataFrame) -> bool:
     return bool((fits["flags"] != "").any())
 
 
+NOTHING_LEFT = "stated to be none"
 TOLD: dict[str, Callable[[Sizes], Errors]] = {
-    "stated to be none": lambda _: EXACT,
+    NOTHING_LEFT: lambda _: EXACT,
     "stated at its true size": as_disturbed,
     "defaults": lambda _: Errors(),
 }
 """What is stated to the program of the disturbances."""
 
 
-def scenarios(asked: Sequence[str], told: Callable[[Sizes], Errors]) -> list[Scenario]:
-    """The disturbances asked for, each alone; by default all, each alone and together."""
+def disturbances(asked: Sequence[str]) -> dict[str, Sizes]:
+    """The disturbances asked for, by name, each alone; by default all, each alone and together."""
     each = [sizes_of([one]) for one in asked or [*DISTURBANCES, REAL_LAB]]
-    names = [described(sizes) if len(sizes) == 1 else REAL_LAB for sizes in each]
-    return [
-        Scenario(name, errors=told(sizes), sizes=sizes)
-        for name, sizes in zip(names, each, strict=True)
-    ]
+    return {described(sizes) if len(sizes) == 1 else REAL_LAB: sizes for sizes in each}
 
 
-def campaigns_of(scenario: Scenario, campaigns: int, flagged: Flagged = any_flag) -> pd.DataFrame:
-    """Share of intervals with the truth in them (`inside`) and median width, by campaign and level.
+def campaigns_of(
+    sizes: Sizes, told: Sequence[str], campaigns: int, flagged: Flagged = any_flag
+) -> pd.DataFrame:
+    """Share of intervals with the truth in them (`inside`) and median width, by told, campaign, level.
 
     Level `flagged` has whether the campaign carries a flag.
     """
     config, rows = paper_config(DRAWS), []
     for place, medium in enumerate(MEDIA):
-        ensemble = simulate(medium, max(1, campaigns // len(MEDIA)), SEED + place, scenario.sizes)
-        fits = ensemble.fits(SEED + place, scenario.run_to_run, scenario.repeats, scenario.repeated)
-        found = held([ensemble], scenario, config, SEED + place)
-        for number, (levels, own) in enumerate(zip(found, fits, strict=True)):
-            each = {"medium": medium, "campaign": number}
-            rows.append(each | {"level": "flagged", "inside": float(flagged(own)), "width": np.nan})
-            rows += [
-                each | {"level": level, "inside": one.inside.mean(), "width": np.median(one.width)}
-                for level, one in levels.items()
-            ]
-    return pd.DataFrame(rows).set_index(["medium", "campaign", "level"])
+        ensemble = simulate(medium, max(1, campaigns // len(MEDIA)), SEED + place, sizes)
+        for what in told:
+            scenario = Scenario(what, errors=TOLD[what](sizes), sizes=sizes)
+            fits = ensemble.fits(SEED + place)
+            found = held([ensemble], scenario, config, SEED + place)
+            for number, (levels, own) in enumerate(zip(found, fits, strict=True)):
+                each = {"told": what, "medium": medium, "campaign": number}
+                rows.append(
+                    each | {"level": "flagged", "inside": float(flagged(own)), "width": np.nan}
+                )
+                rows += [
+                    each
+                    | {"level": level, "inside": one.inside.mean(), "width": np.median(one.width)}
+                    for level, one in levels.items()
+                ]
+    return pd.DataFrame(rows).set_index(["told", "medium", "campaign", "level"])
 
 
 def line(name: str, found: pd.DataFrame, plain: pd.DataFrame, levels: Sequence[str]) -> str:
@@ -108,11 +113,16 @@ def line(name: str, found: pd.DataFrame, plain: pd.DataFrame, levels: Sequence[s
     return f"| {name} | " + " | ".join(cells) + " |"
 
 
-def report(
-    asked: Sequence[str], campaigns: int, told: str = "defaults", flagged: Flagged = any_flag
-) -> str:
-    """Tables of coverage and width; progress goes to standard error."""
-    plain = campaigns_of(Scenario("undisturbed"), campaigns, flagged)
+def of_told(rows: pd.DataFrame, told: str) -> pd.DataFrame:
+    """Rows of the intervals of which so much was told."""
+    part = rows.xs(told, level="told")
+    assert isinstance(part, pd.DataFrame)
+    return part
+
+
+def report(found: dict[str, pd.DataFrame], told: str, campaigns: int) -> str:
+    """Table of coverage and width. `found`: By disturbance, of "none" too."""
+    plain = of_told(found["none"], NOTHING_LEFT)
     heads, levels = [*LEVELS, "flagged"], [*LEVELS.values(), "flagged"]
     head = (
         f"Errors {told}. Coverage of 95 % intervals, percent, and median width relative to undisturbed "
@@ -124,27 +134,39 @@ def report(
         "| disturbance | " + " | ".join(heads) + " |",
         "|---|" + "---|" * len(heads),
         line("none, all stated", plain, plain, levels),
+        *(line(name, of_told(rows, told), plain, levels) for name, rows in found.items()),
     ]
-    bent = []
-    for scenario in [Scenario("none", errors=TOLD[told]({})), *scenarios(asked, TOLD[told])]:
-        began = time.perf_counter()
-        found = campaigns_of(scenario, campaigns, flagged)
-        lines.append(line(scenario.name, found, plain, levels))
-        if "power" in scenario.sizes:
-            bent.append(line(scenario.name, found, plain, list(STRESS.values())))
-        print(f"{scenario.name}: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
+    bent = {name: of_told(rows, told) for name, rows in found.items() if name.startswith("power")}
     if bent:
         head = "| coverage of the stress at | " + " | ".join(STRESS) + " |"
-        lines += ["", head, "|---|" + "---|" * len(STRESS), *bent]
+        lines += ["", head, "|---|" + "---|" * len(STRESS)]
+        lines += [line(name, rows, plain, list(STRESS.values())) for name, rows in bent.items()]
     return "\n".join(lines)
+
+
+def simulated(
+    asked: Sequence[str], campaigns: int, flagged: Flagged = any_flag
+) -> dict[str, pd.DataFrame]:
+    """Campaigns of every disturbance, and of none, on all cores; progress goes to standard error."""
+    each: dict[str, Sizes] = {"none": {}, **disturbances(asked)}
+    began, found = time.perf_counter(), {}
+    with ProcessPoolExecutor() as pool:
+        words = [*TOLD], campaigns, flagged
+        waiting = {name: pool.submit(campaigns_of, sizes, *words) for name, sizes in each.items()}
+        for name, one in waiting.items():
+            found[name] = one.result()
+            passed = time.perf_counter() - began
+            print(f"{name}: after {passed:.0f} s", file=sys.stderr, flush=True)
+    return found
 
 
 def main() -> None:
     """Simulate and print."""
     words = sys.argv[1:]
     campaigns = int(words.pop(0)) if words and words[0].isdecimal() else CAMPAIGNS
+    found = simulated(words, campaigns)
     for told in TOLD:
-        print(report(words, campaigns, told), flush=True)
+        print(report(found, told, campaigns), flush=True)
         print()
 
 
