@@ -2,7 +2,8 @@
 
 ``python benchmarks/disturbed.py 40`` simulates 40 campaigns, eight of each published medium, for each
 disturbance of ``rftfit reenact --disturb`` at its default size, and for all together; fifteen minutes.
-``... 40 surface=2 power=1.2`` takes these instead, ``real-lab`` among them if wanted. Three tables: every
+``... 40 surface=2 power=1.2`` takes these instead, ``real-lab`` among them if wanted; ``repeats=3`` makes the
+straight pushes and pulls three times each, from which the spread is found. Three tables: every
 error stated to be none, each disturbance stated at its true size where the config has a key for it, and
 nothing stated, so that the defaults hold.
 
@@ -74,7 +75,7 @@ def disturbances(asked: Sequence[str]) -> dict[str, Sizes]:
 
 
 def campaigns_of(
-    sizes: Sizes, told: Sequence[str], campaigns: int, flagged: Flagged = any_flag
+    sizes: Sizes, told: Sequence[str], campaigns: int, repeats: int = 1, flagged: Flagged = any_flag
 ) -> pd.DataFrame:
     """Share of intervals with the truth in them (`inside`) and median width, by told, campaign, level.
 
@@ -84,8 +85,8 @@ def campaigns_of(
     for place, medium in enumerate(MEDIA):
         ensemble = simulate(medium, max(1, campaigns // len(MEDIA)), SEED + place, sizes)
         for what in told:
-            scenario = Scenario(what, errors=TOLD[what](sizes), sizes=sizes)
-            fits = ensemble.fits(SEED + place)
+            scenario = Scenario(what, errors=TOLD[what](sizes), sizes=sizes, repeats=repeats)
+            fits = ensemble.fits(SEED + place, repeats=repeats)
             found = held([ensemble], scenario, config, SEED + place)
             for number, (levels, own) in enumerate(zip(found, fits, strict=True)):
                 each = {"told": what, "medium": medium, "campaign": number}
@@ -144,14 +145,12 @@ def report(found: dict[str, pd.DataFrame], told: str, campaigns: int) -> str:
     return "\n".join(lines)
 
 
-def simulated(
-    asked: Sequence[str], campaigns: int, flagged: Flagged = any_flag
-) -> dict[str, pd.DataFrame]:
+def simulated(asked: Sequence[str], campaigns: int, repeats: int) -> dict[str, pd.DataFrame]:
     """Campaigns of every disturbance, and of none, on all cores; progress goes to standard error."""
     each: dict[str, Sizes] = {"none": {}, **disturbances(asked)}
     began, found = time.perf_counter(), {}
     with ProcessPoolExecutor() as pool:
-        words = [*TOLD], campaigns, flagged
+        words = [*TOLD], campaigns, repeats
         waiting = {name: pool.submit(campaigns_of, sizes, *words) for name, sizes in each.items()}
         for name, one in waiting.items():
             found[name] = one.result()
@@ -164,7 +163,9 @@ def main() -> None:
     """Simulate and print."""
     words = sys.argv[1:]
     campaigns = int(words.pop(0)) if words and words[0].isdecimal() else CAMPAIGNS
-    found = simulated(words, campaigns)
+    many = [word for word in words if word.startswith("repeats=")]
+    repeats = int(many[-1].partition("=")[2]) if many else 1
+    found = simulated([word for word in words if word not in many], campaigns, repeats)
     for told in TOLD:
         print(report(found, told, campaigns), flush=True)
         print()
