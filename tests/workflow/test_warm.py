@@ -49,12 +49,9 @@ def job(folder: Path, environment: dict[str, str], *words: str) -> subprocess.Po
 
 
 def children() -> set[int]:
-    """Jobs that were forked from warm processes and still live."""
-    found = set()
-    for process in psutil.process_iter(["pid", "cmdline"]):
-        if warm.WARM in (process.info["cmdline"] or []):
-            found |= {child.pid for child in process.children() if child.status() != "zombie"}
-    return found
+    """Jobs that were forked from the warm processes of this test and still live."""
+    kept = [one for one in psutil.Process().children() if warm.WARM in one.cmdline()]
+    return {job.pid for one in kept for job in one.children() if job.status() != "zombie"}
 
 
 @pytest.fixture
@@ -68,12 +65,14 @@ def waiting(
     end = time.monotonic() + LONGEST_S
     while not (new := children() - before) and time.monotonic() < end:
         time.sleep(0.02)
-    (worker,) = new
-    while psutil.Process(worker).cwd() != str(tmp_path) and time.monotonic() < end:
-        time.sleep(0.02)
-    yield started, worker
-    started.kill()
-    started.wait()
+    try:
+        (worker,) = new
+        while psutil.Process(worker).cwd() != str(tmp_path) and time.monotonic() < end:
+            time.sleep(0.02)
+        yield started, worker
+    finally:
+        started.kill()
+        started.wait()
 
 
 def gone(process: int) -> bool:
@@ -152,11 +151,14 @@ def test_the_job_ends_as_the_work_ended(
 
 
 def test_nothing_warm_is_left(tmp_path: Path) -> None:
-    before = psutil.Process().children()
+    def kept() -> set[psutil.Process]:
+        return {one for one in psutil.Process().children() if warm.WARM in one.cmdline()}
+
+    before = kept()
     with warm.warm(child_environment()) as made:
         assert job(tmp_path, made, "ingest", "--config", "none.yaml").wait(LONGEST_S)
-        assert len(psutil.Process().children()) == len(before) + 1
-    assert psutil.Process().children() == before
+        assert len(kept()) == len(before) + 1
+    assert kept() == before
 
 
 def test_a_warm_process_ends_with_the_run_that_was_killed() -> None:
