@@ -25,13 +25,14 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="jobs are forked
 LONGEST_S = 20.0
 
 
-SLOW = """import sys, time
+SLOW = """import os, sys, time
 def heard(event, words):
     if event == "open" and str(words[0]).endswith("slow.yaml"):
+        print(os.environ.get("MARK", "none"), file=sys.stderr, flush=True)
         time.sleep(60)
 sys.addaudithook(heard)
 """
-"""Every Python that opens ``slow.yaml`` waits."""
+"""Every Python that opens ``slow.yaml`` says a variable of its environment, and waits."""
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +62,8 @@ def waiting(
     """A job that waits for its config, and the process that does its work."""
     (tmp_path / "slow.yaml").touch()
     before = children()
-    started = job(tmp_path, environment, "ingest", "--config", "slow.yaml")
+    own = environment | {"MARK": "of the job"}
+    started = job(tmp_path, own, "ingest", "--config", "slow.yaml")
     end = time.monotonic() + LONGEST_S
     while not (new := children() - before) and time.monotonic() < end:
         time.sleep(0.02)
@@ -119,10 +121,14 @@ def test_status_errors_and_folder_are_those_of_the_job(
     assert "here.yaml" in text
 
 
-def test_environment_is_that_of_the_job(
+def test_environment_folder_and_files_are_those_of_the_job(
     waiting: tuple[subprocess.Popen[bytes], int], tmp_path: Path
 ) -> None:
     _, worker = waiting
+    end = time.monotonic() + LONGEST_S
+    while not (said := (tmp_path / "err").read_text(encoding="utf-8")) and time.monotonic() < end:
+        time.sleep(0.02)
+    assert said == "of the job\n"
     found = psutil.Process(worker)
     assert found.cwd() == str(tmp_path)
     assert os.readlink(f"/proc/{worker}/fd/2") == str(tmp_path / "err")  # noqa: PTH115

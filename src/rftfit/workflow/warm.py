@@ -163,11 +163,11 @@ def serve(listening: socket.socket, lifeline: int) -> list[str]:
             connection, _ = listening.accept()
             try:
                 what, files = _request(connection)
-                connection.send(_STATUS.pack(0))
-            except (OSError, ValueError):  # not from here, or no longer there
+                process = os.fork()
+            except (OSError, ValueError):  # not ours, no longer there, or no room for one more
                 connection.close()
                 continue
-            if not (process := os.fork()):
+            if not process:
                 signal.set_wakeup_fd(-1)
                 for one in (
                     woken,
@@ -180,6 +180,8 @@ def serve(listening: socket.socket, lifeline: int) -> list[str]:
             children[process] = connection
             for one in files:
                 os.close(one)
+            with contextlib.suppress(OSError):
+                connection.send(_STATUS.pack(0))
         elif busy and not ready:
             busy = next(imports, False)
 
@@ -206,9 +208,11 @@ def _report(children: dict[int, socket.socket]) -> None:
 
 def _request(connection: socket.socket) -> tuple[list[Any], list[int]]:
     """Receive a request: prefix of its Python, folder, environment, words; and its open files."""
+    if not _is_ours(connection):  # whoever it is may never send anything
+        raise ConnectionRefusedError
     message, files, _, _ = socket.recv_fds(connection, _MESSAGE, 2)
     what = json.loads(message.decode("utf-8", "surrogateescape"))
-    if not _is_ours(connection) or what[0] != sys.prefix:
+    if what[0] != sys.prefix:
         for one in files:
             os.close(one)
         raise ConnectionRefusedError
