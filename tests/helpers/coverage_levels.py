@@ -22,7 +22,7 @@ from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import (
     MediumFit,
-    fit_media,
+    fit_medium,
     generic,
     generic_interval,
     vertical_penetration,
@@ -283,12 +283,14 @@ def best_inside(table: pd.DataFrame, own: MediumFit, config: Config) -> Inside:
     return {"best curvature": within(found - width.half, truth, found + width.half)}
 
 
-def fits_by_method(tables: Sequence[pd.DataFrame], config: Config) -> dict[str, list[MediumFit]]:
+METHODS = ("lsq", "dft-index")
+
+
+def fits_by_method(
+    tables: Sequence[pd.DataFrame], config: Config, methods: Sequence[str] = METHODS
+) -> dict[str, list[MediumFit]]:
     """Nine-term fits of all media; the paper's own selection of terms is left to its own tests."""
-    groups: dict[str, list[MediumFit]] = {}
-    for fit in fit_media(list(tables), config):
-        groups.setdefault(fit.method, []).append(fit)
-    return {method: groups[method] for method in ("lsq", "dft-index")}
+    return {m: [fit_medium(table, config, m) for table in tables] for m in methods}
 
 
 def stated(**sizes: float | None) -> Errors:
@@ -331,8 +333,9 @@ SCENARIOS = (
 
 
 def held(
-    ensembles: Sequence[Ensemble], scenario: Scenario, config: Config, seed: int, legs: bool = True
-) -> Iterator[Inside]:
+    ensembles: Sequence[Ensemble], scenario: Scenario, config: Config, seed: int,
+    legs: bool = True, methods: Sequence[str] = METHODS,
+) -> Iterator[Inside]:  # fmt: skip
     """Intervals of every campaign by level.
 
     One campaign takes each medium once; alpha and legs are those of one medium after the other.
@@ -347,7 +350,7 @@ def held(
     ]
     for number, tables in enumerate(zip(*many, strict=True)):
         turn = number % len(tables)
-        fits = fits_by_method(tables, config)
+        fits = fits_by_method(tables, config, methods)
         found = alpha_inside(tables[turn])
         found |= quarters_inside(tables[turn])
         if "power" in scenario.sizes:
@@ -398,7 +401,7 @@ def cover_robot(
         seed, scenario.run_to_run, scenario.errors, scenario.repeats, scenario.repeated
     )
     for number, table in enumerate(tables):
-        own = fits_by_method([table], config)["lsq"][0]
+        own = fit_medium(table, config, "lsq")
         pair = [ROBOT_CONDITIONS[(number + k) % len(ROBOT_CONDITIONS)] for k in (0, 5)]
         found["robot speed"].append(
             float(robot_inside(table, own, config, pair)["robot speed"].inside.mean())

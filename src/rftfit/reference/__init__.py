@@ -92,6 +92,12 @@ def alpha_grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
     `medium`: One of `MEDIA`. Returns `alpha_z`, `alpha_x` of shape (7, 13): In N/cm^3, rows in the
     order of `BETA_DEG`, columns in that of `GAMMA_DEG`.
     """
+    alpha_z, alpha_x = _grid(medium)
+    return alpha_z.copy(), alpha_x.copy()
+
+
+@cache
+def _grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
     if medium not in MEDIA:
         raise KeyError(f"Table S5 has no medium {medium!r}; it has {', '.join(MEDIA)}")
     table = _read("table_s5")
