@@ -7,8 +7,8 @@
     make mutants ARGS="--show NAME"                what a mutant changes
 
 mutmut makes the mutants; one copy of the program holds them all, and a variable of the environment
-says which one is awake. This script runs them: each in a child of one process that has numpy, scipy
-and pandas loaded, with the tests that `modules.toml` names, quickest first, to the first failure.
+says which one is awake. This script runs them, one on each core: each in a child of one process that has
+numpy, scipy and pandas loaded, with the tests that `modules.toml` names, quickest first, to the first failure.
 mutmut's own runner would need the compiled kernels left out, because its switch does not compile: in
 the copy they are plain Python (the decorators are taken off), and everything else is as it is.
 """
@@ -30,7 +30,10 @@ import sys
 import tomllib
 import traceback
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -124,8 +127,21 @@ def show(name: str) -> str:
     return "\n".join(difflib.unified_diff(versions["now"], versions["mutant"], lineterm="", n=1))
 
 
-def judge(name: str, tests: list[str], limit_s: float) -> tuple[str, float]:
-    """Wake one mutant up in a child process and run its tests; tell the processor's seconds too."""
+def judged(
+    names: Sequence[str], tests: list[str], limit_s: float
+) -> Iterator[tuple[str, str, float]]:
+    """Judge mutants, as many at once as there are cores: name, verdict and the processor's seconds."""
+    waiting, running = [*reversed(names)], dict[int, str]()
+    while waiting or running:
+        while waiting and len(running) < (os.cpu_count() or 1):
+            name = waiting.pop()
+            running[started(name, tests, limit_s)] = name
+        child, status, used = os.wait4(-1, 0)
+        yield running.pop(child), verdict_of(status), used.ru_utime + used.ru_stime
+
+
+def started(name: str, tests: list[str], limit_s: float) -> int:
+    """Wake one mutant up in a child process, which runs the tests; give its number."""
     child = os.fork()
     if child == 0:
         code = 70
@@ -147,12 +163,15 @@ def judge(name: str, tests: list[str], limit_s: float) -> tuple[str, float]:
             traceback.print_exc()
         finally:
             os._exit(code)
-    _, status, used = os.wait4(child, 0)
-    taken = used.ru_utime + used.ru_stime
+    return child
+
+
+def verdict_of(status: int) -> str:
+    """What the end of a child process says of its mutant."""
     if os.WIFSIGNALED(status):
-        return ("timeout" if os.WTERMSIG(status) == signal.SIGPROF else "crash"), taken
+        return "timeout" if os.WTERMSIG(status) == signal.SIGPROF else "crash"
     # 1: a test failed; 2: tests could not even be collected
-    return {0: "survived", 1: "killed", 2: "killed"}.get(os.WEXITSTATUS(status), "crash"), taken
+    return {0: "survived", 1: "killed", 2: "killed"}.get(os.WEXITSTATUS(status), "crash")
 
 
 def parse() -> argparse.Namespace:
@@ -223,13 +242,13 @@ def main() -> int:
         if module in KERNELS:
             paths += ["-W", "ignore::RuntimeWarning"]  # as compiled code, which warns of nothing
         for _ in range(2):  # the first time may compile
-            verdict, clean_s = judge("", paths, 600)
+            _, verdict, clean_s = next(judged([""], paths, 600))
             if verdict != "survived":
                 print(f"{module}: the tests fail without a mutant ({verdict})", file=sys.stderr)
                 return 1
-        verdicts, spent = {}, 0.0
-        for name in sample:
-            verdicts[name], taken = judge(name, paths, 10 + 8 * clean_s)
+        verdicts, spent = dict.fromkeys(sample, ""), 0.0
+        for name, verdict, taken in judged(sample, paths, 10 + 8 * clean_s):
+            verdicts[name] = verdict
             spent += taken
         alive = sum(verdict == "survived" for verdict in verdicts.values())
         line = f"{module:32}{len(names[module]):8}{len(sample):6}{len(sample) - alive:8}"
