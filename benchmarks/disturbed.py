@@ -3,7 +3,8 @@
 ``python benchmarks/disturbed.py 40`` simulates 40 campaigns, eight of each published medium, for each
 disturbance of ``rftfit reenact --disturb`` at its default size, and for all together; fifteen minutes.
 ``... 40 surface=2 power=1.2`` takes these instead, ``real-lab`` among them if wanted; ``repeats=3`` makes the
-straight pushes and pulls three times each, from which the spread is found. Three tables: every
+straight pushes and pulls three times each, from which the spread is found. ``files`` writes each
+campaign's logs and reads them, with everything the measuring does. Three tables: every
 error stated to be none, each disturbance stated at its true size where the config has a key for it, and
 nothing stated, so that the defaults hold.
 
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -28,6 +30,7 @@ sys.path.insert(0, str(HERE.parent / "tests" / "helpers"))
 
 import numpy as np
 import pandas as pd
+from coverage_files import held_in_files, measured
 from coverage_levels import QUARTERS, STRESS_DEPTHS_CM, Scenario, as_disturbed, held
 from ensembles import EXACT, paper_config, simulate
 
@@ -38,9 +41,12 @@ from rftfit.reference import MEDIA
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from coverage_levels import Inside
+
     from rftfit.lab.disturb import Sizes
 
 CAMPAIGNS, DRAWS, SEED = 40, 500, 2013
+INDEX = ["told", "medium", "campaign", "level"]
 LEVELS = {
     **{name.removesuffix(" quarter"): f"alpha, {name}" for name in QUARTERS},
     "M": "M (lsq)", "zeta": "zeta (lsq)", "chi": "chi (lsq)", "leg peak": "leg peak",
@@ -84,16 +90,31 @@ def campaigns_of(sizes: Sizes, campaigns: int, repeats: int) -> pd.DataFrame:
             fits = ensemble.fits(SEED + place, repeats=repeats)
             found = held([ensemble], scenario, config, SEED + place, methods=("lsq",))
             for number, (levels, own) in enumerate(zip(found, fits, strict=True)):
-                each = {"told": what, "medium": medium, "campaign": number}
-                rows.append(
-                    each | {"level": "flagged", "inside": float(any_flag(own)), "width": np.nan}
-                )
-                rows += [
-                    each
-                    | {"level": level, "inside": one.inside.mean(), "width": np.median(one.width)}
-                    for level, one in levels.items()
-                ]
-    return pd.DataFrame(rows).set_index(["told", "medium", "campaign", "level"])
+                rows += rows_of({"told": what, "medium": medium, "campaign": number}, levels, own)
+    return pd.DataFrame(rows).set_index(INDEX)
+
+
+def campaign_in_files(sizes: Sizes, number: int) -> pd.DataFrame:
+    """The same of one campaign whose logs are written and read; each number has a medium of its own."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        results = measured(Path(folder) / "lab", sizes, number, SEED, DRAWS)
+        (medium,) = results.media
+        fits = results.table(f"fits/{medium}.csv")
+        for what, stated in TOLD.items():
+            levels = held_in_files(results, stated, sizes, number)
+            rows += rows_of({"told": what, "medium": medium, "campaign": number}, levels, fits)
+    return pd.DataFrame(rows).set_index(INDEX)
+
+
+def rows_of(each: dict[str, object], levels: Inside, fits: pd.DataFrame) -> list[dict[str, object]]:
+    """Rows of one campaign."""
+    flagged = {"level": "flagged", "inside": float(any_flag(fits)), "width": np.nan}
+    found = [
+        {"level": level, "inside": one.inside.mean(), "width": np.median(one.width)}
+        for level, one in levels.items()
+    ]
+    return [each | row for row in (flagged, *found)]
 
 
 def line(name: str, found: pd.DataFrame, plain: pd.DataFrame, levels: Sequence[str]) -> str:
@@ -145,17 +166,21 @@ def report(found: dict[str, pd.DataFrame], told: str, campaigns: int) -> str:
     return "\n".join(lines)
 
 
-def simulated(asked: Sequence[str], campaigns: int, repeats: int) -> dict[str, pd.DataFrame]:
+def simulated(
+    asked: Sequence[str], campaigns: int, repeats: int, *, files: bool
+) -> dict[str, pd.DataFrame]:
     """Campaigns of every disturbance, and of none, on all cores; progress goes to standard error."""
     each: dict[str, Sizes] = {"none": {}, **disturbances(asked)}
     began, found = time.perf_counter(), {}
     with ProcessPoolExecutor() as pool:
         waiting = {
-            name: pool.submit(campaigns_of, sizes, campaigns, repeats)
+            name: [pool.submit(campaign_in_files, sizes, number) for number in range(campaigns)]
+            if files
+            else [pool.submit(campaigns_of, sizes, campaigns, repeats)]
             for name, sizes in each.items()
         }
-        for name, one in waiting.items():
-            found[name] = one.result()
+        for name, parts in waiting.items():
+            found[name] = pd.concat([part.result() for part in parts]).sort_index()
             passed = time.perf_counter() - began
             print(f"{name}: after {passed:.0f} s", file=sys.stderr, flush=True)
     return found
@@ -167,7 +192,8 @@ def main() -> None:
     campaigns = int(words.pop(0)) if words and words[0].isdecimal() else CAMPAIGNS
     many = [word for word in words if word.startswith("repeats=")]
     repeats = int(many[-1].partition("=")[2]) if many else 1
-    found = simulated([word for word in words if word not in many], campaigns, repeats)
+    asked = [word for word in words if word not in (*many, "files")]
+    found = simulated(asked, campaigns, repeats, files="files" in words)
     for told in TOLD:
         print(report(found, told, campaigns), flush=True)
         print()

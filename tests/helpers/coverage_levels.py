@@ -201,7 +201,30 @@ def leg_inside(
     item = config.intruders[leg]
     assert item.shape == "leg"
     true = true_curve(own.medium, leg, config)
+    spread = run_to_run / float(alpha_grid(own.medium)[0][3, -1])
+    measured = measured_leg(
+        true, own.medium, leg, random, spread, sizes, odd or random, session, item
+    )
     config = config.model_copy(update={"errors": told})
+    too_low = 100 * (1 / TRUE_RATIO - 1)
+    return peaks_inside(table, leg, config, measured, true, (too_low, too_low))
+
+
+def peaks_inside(
+    table: pd.DataFrame,
+    leg: str,
+    config: Config,
+    measured: pd.DataFrame,
+    true: dict[str, FloatArray],
+    true_error_percent: tuple[float, float],
+) -> Inside:
+    """Force on a leg by a measured table, its peaks, and their errors against its measured curve.
+
+    `true`: Force by the true table. `true_error_percent`: Of its peaks, z and x.
+    """
+    medium = str(table["medium"].iloc[0])
+    item = config.intruders[leg]
+    assert item.shape == "leg"
     curve = leg_prediction(measured_profile(table, config), item, config)
     parts, peaks = [], []
     for c in "zx":
@@ -210,18 +233,15 @@ def leg_inside(
         parts.append((lo[wide], true[c][wide], hi[wide]))
         at = [np.abs(true[c]).argmax()]
         peaks.append((lo[at], true[c][at], hi[at]))
-    spread = run_to_run / float(alpha_grid(own.medium)[0][3, -1])
-    measured = measured_leg(
-        true, own.medium, leg, random, spread, sizes, odd or random, session, item
+    ours = curve.assign(medium=medium, leg=leg, profile="table")
+    errors = leg_errors(measured, ours, {medium: bed_spread(table)}, LEVEL).set_index("component")
+    lo, hi = (
+        errors.loc[["z", "x"], f"peak_error_{end}_percent"].to_numpy(float) for end in ("lo", "hi")
     )
-    ours = curve.assign(medium=own.medium, leg=leg, profile="table")
-    errors = leg_errors(measured, ours, {own.medium: bed_spread(table)}, LEVEL)
-    lo, hi = (errors[f"peak_error_{end}_percent"].to_numpy() for end in ("lo", "hi"))
-    truth = np.full(len(errors), 100 * (1 / TRUE_RATIO - 1))
     return {
         "leg force": within(*(np.concatenate(one) for one in zip(*parts, strict=True))),
         "leg peak": within(*(np.concatenate(one) for one in zip(*peaks, strict=True))),
-        "peak error": within(lo, truth, hi),
+        "peak error": within(lo, np.array(true_error_percent), hi),
     }
 
 

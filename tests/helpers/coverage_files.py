@@ -1,0 +1,97 @@
+"""Does the interval of each level contain the truth in campaigns that are written and read as files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import yaml
+from campaigns import PROJECT
+from coverage_levels import (
+    Inside,
+    medium_inside,
+    peaks_inside,
+    quarters_inside,
+    stress_inside,
+    true_curve,
+)
+
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import load_campaign
+from rftfit.compare.legs import extreme, measured_peak
+from rftfit.lab import reenact
+from rftfit.model.scaling import fit_medium
+from rftfit.reference import LEGS, MEDIA, load
+from rftfit.results import Results
+from rftfit.workflow import measure
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    import numpy as np
+
+    from rftfit.campaign.config import Errors
+    from rftfit.lab.disturb import Sizes
+
+
+MEASURED = ("runs/{}.csv", "tares/{}.csv", "fits/{}.csv", "tared/{}.parquet", "windows/{}.parquet")
+
+
+def measured(folder: Path, sizes: Sizes, number: int, seed: int, draws: int) -> Results:
+    """Re-enact the plates and legs of one medium and measure its logs, all stages up to the slopes.
+
+    `number`: Of the campaign; media take turns.
+    """
+    medium = MEDIA[number % len(MEDIA)]
+    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    values = {name: part for name, part in values.items() if name not in ("robot", "errors")}
+    values["media"] = {medium: values["media"][medium]}
+    values["fourier"] = {**values.get("fourier", {}), "draws": draws}
+    path, raw = folder / "config" / "config.yaml", folder / "raw" / "paper"
+    path.parent.mkdir(parents=True)
+    path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+    reenact(
+        Config.model_validate(values), raw, raw / "runs.csv", seed=seed + number, workers=1,
+        disturb=[f"{name}={size}" for name, size in sizes.items()],
+    )  # fmt: skip
+    results = Results(load_campaign(path))
+    for stage, names in (
+        (measure.ingest, ("traces/{}.parquet", "runs/{}.csv")),
+        (measure.tare, ("tared/{}.parquet", "tares/{}.csv")),
+        (measure.slopes, ("fits/{}.csv", "windows/{}.parquet")),
+    ):
+        for name, table in zip(names, stage(results, medium), strict=False):
+            results.hold(name.format(medium), table)
+    return results
+
+
+def held_in_files(
+    results: Results, told: Callable[[Sizes], Errors], sizes: Sizes, number: int
+) -> Inside:
+    """Intervals of a measured campaign by level, of which so much is stated."""
+    (medium,) = results.media
+    config = results.config.model_copy(update={"errors": told(sizes)})
+    stated = Results(replace(results.campaign, config=config))
+    for name in MEASURED:
+        stated.hold(name.format(medium), results.table(name.format(medium)))
+    verdicts, alpha = measure.checks(stated, medium)
+    stated.hold(f"checks/{medium}.csv", verdicts)
+    found = quarters_inside(alpha)
+    if "power" in sizes:
+        found |= stress_inside(alpha, sizes["power"])
+    found |= medium_inside(fit_medium(alpha, config, "lsq"))
+    leg = LEGS[number // len(MEDIA) % len(LEGS)]
+    curves, _ = measure.legs(stated, medium)
+    true = true_curve(medium, leg, config)
+    z, x = (_true_error(medium, leg, c, true[c]) for c in "zx")
+    return found | peaks_inside(alpha, leg, config, curves, true, (z, x))
+
+
+def _true_error(medium: str, leg: str, component: str, predicted: np.ndarray) -> float:
+    """Error of the peak that the true table gives, against the published curve, percent."""
+    table = load("fig_s5")
+    rows = table[(table["medium"] == medium) & (table["leg"] == leg)].sort_values("theta_deg")
+    theta, force = (rows[name].to_numpy(float) for name in ("theta_deg", f"force_{component}_N"))
+    peak = measured_peak(theta, force, component).force_N
+    return 100 * (float(predicted[extreme(predicted, component)]) / peak - 1)
