@@ -30,11 +30,12 @@ sys.path.insert(0, str(HERE.parent / "tests" / "helpers"))
 
 import numpy as np
 import pandas as pd
-from coverage_files import held_in_files, measured
-from coverage_levels import QUARTERS, STRESS_DEPTHS_CM, Scenario, as_disturbed, held
+from coverage_files import held_in_files, measured, written
+from coverage_levels import QUARTERS, STRESS_DEPTHS_CM, Scenario, as_disturbed, held, slow_noise
 from ensembles import EXACT, paper_config, simulate
 
 from rftfit.campaign.config import Errors
+from rftfit.campaign.load import load_campaign
 from rftfit.lab.disturb import DISTURBANCES, REAL_LAB, described, sizes_of
 from rftfit.reference import MEDIA
 
@@ -42,8 +43,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from coverage_levels import Inside
+    from ensembles import Ensemble
 
     from rftfit.lab.disturb import Sizes
+    from rftfit.results import Results
 
 CAMPAIGNS, DRAWS, SEED = 40, 500, 2013
 INDEX = ["told", "medium", "campaign", "level"]
@@ -63,12 +66,12 @@ def any_flag(fits: pd.DataFrame) -> bool:
 
 
 NOTHING_LEFT = "stated to be none"
-TOLD: dict[str, Callable[[Sizes], Errors]] = {
-    NOTHING_LEFT: lambda _: EXACT,
-    "stated at its true size": as_disturbed,
-    "defaults": lambda _: Errors(),
+TOLD: dict[str, Callable[[Sizes], tuple[Errors, float]]] = {
+    NOTHING_LEFT: lambda _: (EXACT, 0.0),
+    "stated at its true size": lambda sizes: (as_disturbed(sizes), slow_noise(sizes)),
+    "defaults": lambda _: (Errors(), 0.0),
 }
-"""What is stated to the program of the disturbances."""
+"""What is stated to the program of the disturbances: section `errors`, and `slow_noise_N`."""
 
 
 def disturbances(asked: Sequence[str]) -> dict[str, Sizes]:
@@ -84,11 +87,17 @@ def campaigns_of(sizes: Sizes, campaigns: int, repeats: int) -> pd.DataFrame:
     """
     config, rows = paper_config(DRAWS), []
     for place, medium in enumerate(MEDIA):
-        ensemble = simulate(medium, max(1, campaigns // len(MEDIA)), SEED + place, sizes)
+        count = max(1, campaigns // len(MEDIA))
+        ensembles: dict[float, Ensemble] = {}
         for what, stated in TOLD.items():
-            scenario = Scenario(what, errors=stated(sizes), sizes=sizes, repeats=repeats)
-            fits = ensemble.fits(SEED + place, repeats=repeats)
-            found = held([ensemble], scenario, config, SEED + place, methods=("lsq",))
+            errors, slow = stated(sizes)
+            if slow not in ensembles:
+                ensembles[slow] = simulate(medium, count, SEED + place, sizes, slow)
+            scenario = Scenario(
+                what, errors=errors, sizes=sizes, repeats=repeats, slow_noise_N=slow
+            )
+            fits = ensembles[slow].fits(SEED + place, repeats=repeats)
+            found = held([ensembles[slow]], scenario, config, SEED + place, methods=("lsq",))
             for number, (levels, own) in enumerate(zip(found, fits, strict=True)):
                 rows += rows_of({"told": what, "medium": medium, "campaign": number}, levels, own)
     return pd.DataFrame(rows).set_index(INDEX)
@@ -98,11 +107,15 @@ def campaign_in_files(sizes: Sizes, number: int) -> pd.DataFrame:
     """The same of one campaign whose logs are written and read; each number has a medium of its own."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        results = measured(Path(folder) / "lab", sizes, number, SEED, DRAWS)
-        (medium,) = results.media
-        fits = results.table(f"fits/{medium}.csv")
+        campaign = load_campaign(written(Path(folder) / "lab", sizes, number, SEED, DRAWS))
+        every: dict[float, Results] = {}
         for what, stated in TOLD.items():
-            levels = held_in_files(results, stated, sizes, number)
+            errors, slow = stated(sizes)
+            if slow not in every:
+                every[slow] = measured(campaign, slow)
+            (medium,) = every[slow].media
+            levels = held_in_files(every[slow], errors, sizes, number)
+            fits = every[slow].table(f"fits/{medium}.csv")
             rows += rows_of({"told": what, "medium": medium, "campaign": number}, levels, fits)
     return pd.DataFrame(rows).set_index(INDEX)
 

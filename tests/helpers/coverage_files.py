@@ -17,7 +17,6 @@ from coverage_levels import (
 )
 
 from rftfit.campaign.config import Config
-from rftfit.campaign.load import load_campaign
 from rftfit.compare.legs import extreme, measured_peak
 from rftfit.lab import reenact
 from rftfit.model.scaling import fit_medium
@@ -26,20 +25,20 @@ from rftfit.results import Results
 from rftfit.workflow import measure
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     import numpy as np
 
     from rftfit.campaign.config import Errors
+    from rftfit.campaign.load import Campaign
     from rftfit.lab.disturb import Sizes
 
 
 MEASURED = ("runs/{}.csv", "tares/{}.csv", "fits/{}.csv", "tared/{}.parquet", "windows/{}.parquet")
 
 
-def measured(folder: Path, sizes: Sizes, number: int, seed: int, draws: int) -> Results:
-    """Re-enact the plates and legs of one medium and measure its logs, all stages up to the slopes.
+def written(folder: Path, sizes: Sizes, number: int, seed: int, draws: int) -> Path:
+    """Write the logs of the plates and legs of one medium; the path of the config.
 
     `number`: Of the campaign; media take turns.
     """
@@ -55,7 +54,15 @@ def measured(folder: Path, sizes: Sizes, number: int, seed: int, draws: int) -> 
         Config.model_validate(values), raw, raw / "runs.csv", seed=seed + number, workers=1,
         disturb=[f"{name}={size}" for name, size in sizes.items()],
     )  # fmt: skip
-    results = Results(load_campaign(path))
+    return path
+
+
+def measured(campaign: Campaign, slow_noise_N: float = 0.0) -> Results:
+    """Measure the logs of a campaign of one medium, all stages up to the slopes."""
+    transducer = campaign.config.transducer.model_copy(update={"slow_noise_N": slow_noise_N})
+    config = campaign.config.model_copy(update={"transducer": transducer})
+    results = Results(replace(campaign, config=config))
+    (medium,) = results.media
     for stage, names in (
         (measure.ingest, ("traces/{}.parquet", "runs/{}.csv")),
         (measure.tare, ("tared/{}.parquet", "tares/{}.csv")),
@@ -66,12 +73,10 @@ def measured(folder: Path, sizes: Sizes, number: int, seed: int, draws: int) -> 
     return results
 
 
-def held_in_files(
-    results: Results, told: Callable[[Sizes], Errors], sizes: Sizes, number: int
-) -> Inside:
+def held_in_files(results: Results, told: Errors, sizes: Sizes, number: int) -> Inside:
     """Intervals of a measured campaign by level, of which so much is stated."""
     (medium,) = results.media
-    config = results.config.model_copy(update={"errors": told(sizes)})
+    config = results.config.model_copy(update={"errors": told})
     stated = Results(replace(results.campaign, config=config))
     for name in MEASURED:
         stated.hold(name.format(medium), results.table(name.format(medium)))

@@ -156,7 +156,7 @@ def true_curve(medium: str, leg: str, config: Config) -> dict[str, FloatArray]:
 
 def measured_leg(
     true: dict[str, FloatArray], medium: str, leg: str, random: np.random.Generator, spread: float,
-    sizes: Sizes, odd: np.random.Generator, session: float, item: Leg,
+    sizes: Sizes, odd: np.random.Generator, session: float, item: Leg, slow_noise_N: float,
 ) -> pd.DataFrame:  # fmt: skip
     """Curve of one leg run less its tare, as the leg stage makes it; one bed for the whole run.
 
@@ -164,7 +164,7 @@ def measured_leg(
     numbers; `session`: of the campaign's surface, cm.
     """
     count = THETA_DEG.size * SAMPLES_PER_DEG
-    parts = [one_log(random, 2, count, sizes, odd) for _ in ("run", "tare")]
+    parts = [one_log(random, 2, count, sizes, odd, slow_noise_N) for _ in ("run", "tare")]
     readings = AREA_CM2 * (parts[0][0] - parts[1][0]).reshape(2, THETA_DEG.size, -1).mean(axis=2)
     se = AREA_CM2 * np.sqrt(parts[0][1] + parts[1][1])
     up, factor = (float(one[0]) for one in beds(sizes, lambda _: odd))
@@ -196,6 +196,7 @@ def leg_inside(
     odd: np.random.Generator | None = None,
     session: float = 0.0,
     told: Errors = EXACT,
+    slow_noise_N: float = 0.0,
 ) -> Inside:
     """Force on a leg against theta by the measured table, its peaks, and its peak error."""
     item = config.intruders[leg]
@@ -203,7 +204,7 @@ def leg_inside(
     true = true_curve(own.medium, leg, config)
     spread = run_to_run / float(alpha_grid(own.medium)[0][3, -1])
     measured = measured_leg(
-        true, own.medium, leg, random, spread, sizes, odd or random, session, item
+        true, own.medium, leg, random, spread, sizes, odd or random, session, item, slow_noise_N
     )
     config = config.model_copy(update={"errors": told})
     too_low = 100 * (1 / TRUE_RATIO - 1)
@@ -326,15 +327,34 @@ STATED_AS = {
 
 
 def as_disturbed(sizes: Sizes) -> Errors:
-    """State every disturbance at its true size; what has no key is left to what the runs show."""
+    """State every disturbance at its true size (`slow_noise` that of 1/f noise); the rest is left to the runs."""
     known = {key: sizes[name] for name, key in STATED_AS.items() if name in sizes}
-    shown = {"surface_run_mm": None, "surface_session_mm": None} if {*sizes} - {*STATED_AS} else {}
+    shown = (
+        {"surface_run_mm": None, "surface_session_mm": None}
+        if {*sizes} - {*STATED_AS, "pink"}
+        else {}
+    )
     return stated(**{**shown, **known})
+
+
+SLOW_OF_PINK = 0.77
+"""Standard deviation of its mean over a stroke less that over the rest before it, relative to its own.
+
+It depends little on how long these are: 0.63 to 0.84 for rests of 1 to 10 s and all strokes.
+"""
+
+
+def slow_noise(sizes: Sizes) -> float:
+    """What of 1/f noise is stated at its true size, N."""
+    return SLOW_OF_PINK * sizes.get("pink", 0.0)
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """How beds differ, what else is disturbed (name and size), and what the program is told of it."""
+    """How beds differ, what else is disturbed (name and size), and what the program is told of it.
+
+    `slow_noise_N`: As told; the ensemble was measured with it.
+    """
 
     name: str
     run_to_run: float = 0.0
@@ -342,6 +362,7 @@ class Scenario:
     repeats: int = 1
     repeated: tuple[float, ...] = (90.0, -90.0)
     sizes: Sizes = field(default_factory=dict)
+    slow_noise_N: float = 0.0
 
 
 SCENARIOS = (
@@ -393,6 +414,7 @@ def held(
                 odd,
                 session,
                 scenario.errors,
+                scenario.slow_noise_N,
             )
         yield found
 

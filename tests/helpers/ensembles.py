@@ -110,11 +110,12 @@ def noise(random: np.random.Generator, k: int, n: int) -> FloatArray:
 
 def one_log(
     random: np.random.Generator, k: int, n: int, sizes: Sizes = NOTHING,
-    odd: np.random.Generator | None = None,
+    odd: np.random.Generator | None = None, slow_noise_N: float = 0.0,
 ) -> tuple[FloatArray, FloatArray, float]:  # fmt: skip
     """Noise of a stroke whose drifting zero has been removed; variance and dof of that zero.
 
     `odd`: Random numbers of disturbances, so that all else is the same with and without them.
+    `slow_noise_N`: What is stated of it.
     """
     air = np.arange(round(100 * AIR_S)) / 100
     stroke = AIR_S + 4.0 + np.arange(n) / 100
@@ -129,7 +130,8 @@ def one_log(
         air, record, everywhere, ~everywhere, float(stroke.mean()), DRIFT_N_PER_MIN / AREA_CM2
     )
     assert zero is not None
-    return later - zero.force[:, :1], zero.variance, zero.dof
+    variance = zero.variance + (slow_noise_N / AREA_CM2) ** 2
+    return later - zero.force[:, :1], variance, zero.dof
 
 
 def rod_stress(run: Plan, medium: str) -> FloatArray:
@@ -145,11 +147,11 @@ def rod_stress(run: Plan, medium: str) -> FloatArray:
 
 def measure(
     run: Plan, campaigns: int, random: np.random.Generator, medium: str, sizes: Sizes,
-    odd: np.random.Generator, session: FloatArray,
+    odd: np.random.Generator, session: FloatArray, slow_noise_N: float = 0.0,
 ) -> Slope:  # fmt: skip
     """Simulate and fit one run in every campaign; all z, then all x, shape (2 campaigns,)."""
     k, n = 2 * campaigns, run.depth.size
-    parts = [one_log(random, k, n, sizes, odd) for _ in ("run", "tare")]
+    parts = [one_log(random, k, n, sizes, odd, slow_noise_N) for _ in ("run", "tare")]
     alpha = np.repeat(run.alpha, campaigns)
     depth_sd = CLOCK_SD_S * abs(np.sin(np.radians(run.gamma_deg)))
     late_s = sizes.get("lag", 0.0)
@@ -302,16 +304,21 @@ class Ensemble:
             yield alpha_table(fits, self.medium, 0.95, 3, errors, PAPER, surface)
 
 
-def simulate(medium: str, campaigns: int, seed: int, sizes: Sizes = NOTHING) -> Ensemble:
+def simulate(
+    medium: str, campaigns: int, seed: int, sizes: Sizes = NOTHING, slow_noise_N: float = 0.0
+) -> Ensemble:
     """Simulate and measure every run of so many campaigns, cells at gamma = +-90 three times.
 
-    `sizes`: Of the disturbances; all else is the same with and without them.
+    `sizes`: Of the disturbances; all else is the same with and without them. `slow_noise_N`: What is
+    stated of it.
     """
     random = np.random.default_rng([seed, *medium.encode()])
     odd = np.random.default_rng([seed, 1, *medium.encode()])
     session = session_cm(sizes, odd, campaigns)
     runs = plan(medium, REPEATS)
-    slopes = [measure(run, campaigns, random, medium, sizes, odd, session) for run in runs]
+    slopes = [
+        measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N) for run in runs
+    ]
     found = {
         name: np.stack([getattr(slope, name).reshape(2, campaigns) for slope in slopes])
         for name in COLUMNS

@@ -136,6 +136,40 @@ def test_curvature_is_found_and_its_size_is_right() -> None:
     np.testing.assert_allclose(found.nonlinear_ratio, (curve - line) / np.abs(line), rtol=0.01)
 
 
+def test_error_of_a_curvature_is_what_noise_does_not_explain() -> None:
+    bent = stress() + 0.02 * DEPTH**2
+    zero = np.full((2, 1, 2), np.array([0.0, 0.01])[:, None, None])
+    sure, unsure = (fit_slope(DEPTH, bent, one, np.full((1, 2), 1e9)) for one in zero)
+    at_end = np.abs(sure.nonlinear_ratio * sure.alpha)
+    np.testing.assert_allclose(sure.curvature, at_end / np.sqrt(3), rtol=1e-3)
+    # a zero that is off by 0.1 N/cm^2 bends the line through zero by this much, once in a hundred times
+    bend = DEPTH**2 - DEPTH * (DEPTH**2 @ DEPTH) / (DEPTH @ DEPTH)
+    by_zero = 2.5758 * 0.1 * abs(bend.sum() / (bend @ bend) * bend[-1] / DEPTH[-1])
+    rest = np.sqrt(np.maximum(at_end**2 - by_zero**2, 0))
+    assert (rest < 0.9 * at_end).all()
+    np.testing.assert_allclose(unsure.curvature, rest / np.sqrt(3), rtol=1e-2)
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    seed=st.integers(0, 10**6), slow=st.floats(0, 0.01), more=st.floats(1e-5, 0.01),
+    bend=st.floats(0, 0.004),
+)  # fmt: skip
+def test_a_less_certain_zero_never_narrows_an_interval(
+    seed: int, slow: float, more: float, bend: float
+) -> None:
+    """Of bent lines too, whose curvature it explains."""
+    walk = np.random.default_rng(seed).normal(0, 0.0005, (4, DEPTH.size)).cumsum(axis=1)
+    bent = 0.1 * DEPTH + bend * DEPTH**2 + walk
+    widths = []
+    for zero in (slow, slow + more):
+        lo, hi = fit_slope(DEPTH, bent, np.full((1, 4), zero**2), np.full((1, 4), 20.0)).interval(
+            0.95
+        )
+        widths.append(hi - lo)
+    assert (widths[1] >= widths[0] * (1 - 1e-9)).all()
+
+
 def test_curvature_test_rejects_straight_lines_rarely() -> None:
     noise = np.random.default_rng(8).normal(0, 0.005, (1000, DEPTH.size))
     found = fit_slope(DEPTH, 0.3 * DEPTH + noise, np.zeros((1, 1000)), np.full((1, 1000), 12.0))

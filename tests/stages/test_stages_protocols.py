@@ -86,6 +86,26 @@ def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path: Path) -> Non
     assert "method stated needs sd_N" in str(problems[0])
 
 
+@pytest.mark.parametrize("protocol", ["paper", "stroke-only", "separate-zero"])
+def test_slow_noise_is_an_error_of_every_zero(tmp_path: Path, protocol: str) -> None:
+    make(tmp_path, Case("one-row", protocol))
+    config = tmp_path / "config" / "config.yaml"
+    text = config.read_text(encoding="utf-8")
+    quiet, quiet_fits, before = measured(tmp_path)
+    config.write_text(
+        text.replace("transducer:\n", "transducer:\n  slow_noise_N: 0.3\n"), encoding="utf-8"
+    )
+    slow, fits, after = measured(tmp_path)
+    for c in "zx":
+        grown = after[f"zero_var_{c}_N2"] - before[f"zero_var_{c}_N2"]
+        np.testing.assert_allclose(grown, 0.3**2, rtol=1e-9)
+        name = f"alpha_{c}{{}}_N_per_cm3"
+        assert (slow[name.format("_se")] > 1.5 * quiet[name.format("_se")]).all()
+        # the tare has a zero of its own
+        assert (fits[name.format("_tare")] > 1.5 * quiet_fits[name.format("_tare")]).all()
+        np.testing.assert_array_equal(slow[name.format("")], quiet[name.format("")])
+
+
 def test_a_log_without_rest_and_without_a_zero_says_what_to_do(tmp_path: Path) -> None:
     make(tmp_path, Case("one-push", "stroke-only"))
     config = tmp_path / "config" / "config.yaml"

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from campaigns import FEW, make_campaign
-from coverage_levels import QUARTERS, Scenario, as_disturbed, cover
+from coverage_levels import QUARTERS, Scenario, as_disturbed, cover, slow_noise
 from ensembles import Ensemble, paper_config, plan, rod_stress, simulate
 from rigroom import CONFIG_TEXT, chain, paper
 
@@ -131,6 +131,19 @@ def test_intervals_hold_what_is_stated_or_shown(told: str) -> None:
     scenario = Scenario("surface", errors=errors, sizes=sizes)
     found = cover([simulate(MEDIUM, CAMPAIGNS, SEED, sizes)], scenario, config, SEED, legs=False)
     assert min(found[f"alpha, {name}"].mean() for name in QUARTERS) > 0.9
+
+
+def test_slow_noise_that_is_stated_is_held() -> None:
+    """1/f noise, which one log does not show: at its size as stated, and not without."""
+    config, sizes = paper_config(100), sizes_of(["pink"])
+    shares = []
+    for slow in (slow_noise(sizes), 0.0):
+        scenario = Scenario("pink", sizes=sizes, slow_noise_N=slow)
+        ensemble = simulate(MEDIUM, CAMPAIGNS, SEED, sizes, slow)
+        found = cover([ensemble], scenario, config, SEED, legs=False)
+        shares.append([found[f"alpha, {name}"].mean() for name in QUARTERS])
+    assert min(shares[0]) > 0.92
+    assert max(shares[1]) < 0.8
 
 
 def test_a_tuesday_in_a_real_lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

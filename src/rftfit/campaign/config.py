@@ -311,6 +311,11 @@ class Transducer(Model):
     drift_N_per_min: NotNegative = key(
         0.02, "largest drift of the zero within a run, N/min; enters the intervals"
     )
+    slow_noise_N: NotNegative = key(
+        0.0,
+        "how far the zero of a channel moves by itself from the rest in air to the stroke (1/f noise), "
+        "standard deviation, N; enters the intervals; default: not beyond what rest and stroke show",
+    )
     max_drift_N: Positive = key(0.2, "a run whose force zero moves by more than this is flagged, N")
     repeats: Literal["keep", "drop"] = key(
         "keep",

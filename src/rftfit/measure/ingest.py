@@ -313,6 +313,8 @@ def _make_trace(
             "no zero: the intruder is never at rest in air for half a second; where the zero is "
             "known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config",
         )
+    # no rest shows what moves the zero back and forth between it and the stroke
+    zero = replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
     force = readings.force - zero.force
     if compliance is not None:
         travel, known = compliance.at(force[0])

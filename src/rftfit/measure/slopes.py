@@ -309,11 +309,11 @@ def fit_slope(
     shift = np.vstack([(alpha * depth_sd) ** 2, zero_variance])
     given = np.full(alpha.size, GIVEN_DOF)
     shift_dof = np.vstack([given, zero_dof])
-    p_value, ratio, rest, noise = _curvature(depth, alpha, residual, shift, shift_dof)
+    p_value, ratio, excess, rest, noise = _curvature(depth, alpha, residual, shift, shift_dof)
     # a curvature that is no noise must not pass for noise with a long memory
     bent = p_value < CURVED_P
     scatter, count = weighted_sum_variance(np.where(bent[:, None], rest, residual), depth)
-    curvature = np.where(bent, np.abs(ratio * alpha), 0.0) / math.sqrt(3)
+    curvature = excess / math.sqrt(3)
     moved = np.zeros(alpha.size) if startup is None else startup * lever
     parts = np.vstack([scatter / power**2, shift * lever**2, moved**2, curvature**2])
     dofs = np.vstack([np.full(alpha.size, count), shift_dof, given, given])
@@ -390,21 +390,21 @@ def _curvature(
     residual: FloatArray,
     shift: FloatArray,
     shift_dof: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Test a term in depth squared, made orthogonal to the line through zero.
 
     A stress that is off by the same everywhere bends the line through zero too, so the variances of
-    such shifts belong into the test. Returns its probability, the deviation at the end of the window,
-    the residuals without it, and the variance of a slowly weighted sum of the noise over that of its
-    weights.
+    such shifts belong into the test. Returns its probability, the deviation at the end of the window
+    relative to the stress there, how much of it is beyond noise, N/cm^3, the residuals without the term,
+    and the variance of a slowly weighted sum of the noise over that of its weights.
     """
-    from scipy.special import stdtr
+    from scipy.special import stdtr, stdtrit
 
     bend = depth**2 - depth * float(depth**2 @ depth) / float(depth @ depth)
     power = float(bend @ bend)
     if level_path(depth):
         nothing = np.full(alpha.size, np.nan)
-        return nothing, nothing, residual, nothing
+        return nothing, nothing, np.zeros(alpha.size), residual, nothing
     size = residual @ bend / power
     rest = residual - size[:, None] * bend
     scatter, count = weighted_sum_variance(rest, bend, np.stack([depth, bend]))
@@ -417,4 +417,10 @@ def _curvature(
     deepest = int(np.argmax(depth))
     end_stress = alpha * depth[deepest]
     reference = np.where(end_stress == 0, 1.0, np.abs(end_stress))
-    return p_value, size * bend[deepest] / reference, rest, scatter / power
+    # less what noise shows once in a hundred times: grows from nothing, so that a larger error of the
+    # zero, which explains more of it, never makes the whole smaller
+    by_noise = stdtrit(dof, 1 - CURVED_P / 2) * error
+    excess = np.sqrt(np.maximum(size**2 - by_noise**2, 0.0)) * np.abs(
+        bend[deepest] / depth[deepest]
+    )
+    return p_value, size * bend[deepest] / reference, excess, rest, scatter / power
