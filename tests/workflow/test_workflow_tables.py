@@ -5,11 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from campaigns import Folder
 
+from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
 from rftfit.lab.truth import table_s5
+from rftfit.measure.alpha import alpha_table
+from rftfit.measure.errors import errors_of
+from rftfit.measure.tables import fit_alpha_table
 from rftfit.reference import MEDIA, load
 
 pytestmark = pytest.mark.slow
@@ -66,6 +71,21 @@ def test_no_error_is_made_up(alpha: Folder) -> None:
     assert "rod and mount" not in page.partition('id="methods"')[2]
     ledger = alpha.table("ledger.csv")
     assert (ledger["rows"].sum(), set(ledger["fate"])) == (455, {"used"})
+
+
+def test_stated_errors_become_intervals(tmp_path: Path) -> None:
+    """Also of the parts that a table knows nothing of: a surface, a start-up, a tare."""
+    source = tmp_path / "alpha.csv"
+    head = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x"
+    source.write_text(f"{head}\n0,90,0.35,0,0.004,0.002\n30,45,0.165,0.105,0.003,0.003\n")
+    assert main(["init", str(tmp_path / "c"), "--alpha-table", str(source)]) == 0
+    campaign = load_campaign(tmp_path / "c" / "config" / "config.yaml")
+    tared = pd.DataFrame(columns=["run_id", "why"])
+    fits = fit_alpha_table(campaign, "alpha", tared)[0]
+    errors, surface = errors_of(fits, campaign.config)
+    cell = alpha_table(fits, "alpha", 0.95, 3, errors, surface=surface).set_index("beta_deg")
+    assert cell.loc[0, "alpha_z_se_N_per_cm3"] == pytest.approx(0.004)
+    assert cell.loc[30, "alpha_x_hi_N_per_cm3"] == pytest.approx(0.105 + 1.96 * 0.003, abs=1e-5)
 
 
 def test_no_figure_of_logs_that_there_are_not(alpha: Folder) -> None:

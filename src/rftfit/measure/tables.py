@@ -64,6 +64,7 @@ def fit_alpha_table(
             "run_id": run.run_id, "medium": medium, "beta_deg": beta, "gamma_deg": gamma,
             "direction": run.direction, "mirrored": False, "tare_run": "", "n_points": 0,
             "flags": "", "note": "", "reason": "",
+            "lever_per_cm": 0.0,  # the error of the surface is in what the table states
         }  # fmt: skip
         runs = int(numbers.get("n", 0))
         dof = runs - 1.0 if runs > 1 else GIVEN_DOF
