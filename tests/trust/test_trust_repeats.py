@@ -74,6 +74,23 @@ def test_a_spread_that_grows_with_alpha_is_found(a: float, b: float) -> None:
     assert np.mean(inside) > 0.88
 
 
+def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless() -> None:
+    """Four cells of three runs each: there a^2 may be found small, with a large error."""
+    random = np.random.default_rng(1)
+    ratios, inside = [], []
+    for _ in range(300):
+        groups = [
+            (alpha * (1 + random.normal(0, 0.04, 3)), np.full(3, 0.0001))
+            for alpha in (0.6, 0.45, 0.22, 0.15)
+        ]
+        part = spread_of_beds([groups])[0].part(0.02)
+        half = half_width([part], 0.95)
+        ratios.append(half / 0.0008)
+        inside.append(abs(random.normal(0, 0.0008)) <= half)
+    assert max(ratios) < 100
+    assert np.mean(inside) > 0.93
+
+
 def test_repeats_speak_before_the_config_and_few_do_not() -> None:
     few, many = pairs(LEAST_DOF - 1, 1), pairs(LEAST_DOF, 1)
     assert spread_of_beds([few], (0.003, 0.0))[0].source == STATED

@@ -92,8 +92,12 @@ class Spread:
         variance = float(terms @ self.size)
         error = float(terms @ self.covariance @ terms)
         dof = 2 * variance**2 / error if error > 0 else GIVEN_DOF
-        return Part(math.sqrt(variance), min(dof, self.repeats))
+        return Part(math.sqrt(variance), min(max(dof, _VAGUE_DOF), self.repeats))
 
+
+_VAGUE_DOF = 2.0
+"""Of a spread at an alpha that no repeat is near: it is a fit with an error, no sample variance, and
+below so many degrees of freedom quantiles grow without limit while the coverage stays the same."""
 
 ONE_BED = Spread(np.zeros(2), np.zeros((2, 2)))
 
