@@ -71,7 +71,8 @@ Small plates are held at the angles where they stand, and arrows show where they
 figure."""
 
 _MAPS_CAPTION = """Measured alpha over attack angle beta and intrusion angle gamma, and the half width of \
-its {level} interval. Red pushes up or toward +x. Hatched cells have no usable run.
+its {level} interval. Red pushes up or toward +x. Grey cells have no usable run; slanted lines: this part of the \
+force does not oppose the motion.
 {dots}
 {plates}
 Good: smooth from cell to cell, and intervals small beside alpha.
