@@ -218,3 +218,16 @@ def test_a_long_log_needs_no_more_memory_than_a_short_one(tmp_path: Path) -> Non
         assert rows == 5000 * times
     # three times the rows; how many blocks are in memory at once depends on how busy the machine is
     assert peaks[1] < 1.6 * peaks[0]
+
+
+def test_german_columns_and_a_depth(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    """Force and path of the axes are proposed; z points up, so a depth is turned."""
+    path = tmp_path / "Prüfung 1.csv"
+    rows = [f"{n},5;1,5;{n},25;0,5;-2,5\n" for n in range(9)]
+    head = "Zeit [s];Weg x [mm];Tiefe [mm];Kraft x [N];Kraft z [N]\n"
+    path.write_bytes((head + "".join(rows)).encode("cp1252"))
+    found = block(rftfit("inspect", path))
+    assert found["force_log"]["columns"] == {"time": "Zeit", "F1": "Kraft x", "F3": "Kraft z"}
+    assert found["motion_log"]["columns"] == {
+        "time": "Zeit", "x": "Weg x", "z": {"column": "Tiefe", "unit": "mm", "factor": -1},
+    }  # fmt: skip

@@ -15,7 +15,7 @@ from rftfit.logs.base import Log, LogError, add_counts
 from rftfit.logs.channels import MixedClocksError
 from rftfit.logs.delimited import DelimitedReader, encoding_of, first_lines, preview
 from rftfit.logs.registry import dialects, faults
-from rftfit.logs.units import MEANING, epoch_unit, guess, guesses
+from rftfit.logs.units import DOWNWARD, MEANING, epoch_unit, guess, guesses
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -331,10 +331,13 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
     if quantity == "time" and not stated:
         lowest = next(summary.lowest for summary in found.columns if summary.name == column)
         usual = epoch_unit(lowest) or usual
+    down = ", factor: -1" if quantity == "z" and DOWNWARD.search(column.casefold()) else ""
     if not stated:
         return [
-            f"    {quantity}: {{column: {name}, unit: {usual}}} # the file states no unit: check"
+            f"    {quantity}: {{column: {name}, unit: {usual}{down}}} # the file states no unit: check"
         ]
+    if down:
+        return [f"    {quantity}: {{column: {name}, unit: {unit}{down}}} # z points up: check"]
     if quantity in ("time", "arm_moving") or unit == usual:
         return [f"    {quantity}: {name}"]
     # a unit other than the chain's usual one has to be declared

@@ -109,7 +109,9 @@ MEANING = {
 
 _AXES = {"x": "1", "y": "2", "z": "3"}
 
-_AXIS = re.compile(r"(?:^|[^a-z])(?P<kind>f|t|m|force|torque|moment)[\s._-]?(?P<axis>[xyz123])$")
+_AXIS = re.compile(
+    r"(?:^|[^a-z])(?P<kind>f|t|m|force|torque|moment|kraft)[\s._-]?(?P<axis>[xyz123])$"
+)
 _OF_TABLE = re.compile(
     r"(?:^|[^a-z])(?P<kind>f|forces?|loads?|torques?|moments?) column (?P<axis>[123])$"
 )
@@ -118,10 +120,17 @@ _WORDS = (
     ("arm_moving", re.compile(r"^(arm_?moving|moving|sync|sync_?line|trigger)$")),
     ("angle", re.compile(r"^(angle|theta|beta|pitch|winkel|.*[\s._]angle)$")),
     ("F3", re.compile(r"^(force|load|kraft|last|fuerza|charge|.*\b(force|load))$")),
-    ("z", re.compile(r"^(z|pos(ition)?[\s._]?z|.*position\.z|z[\s._]?pos(ition)?|height|depth)$")),
+    (
+        "z",
+        re.compile(
+            r"^(z|pos(ition)?[\s._]?z|.*position\.z|z[\s._]?pos(ition)?|height|depth|tiefe|weg[\s._]?z)$"
+        ),
+    ),
     ("z", re.compile(r"^(displacement|extension|weg|crosshead|stroke|pos|position|travel)$")),
-    ("x", re.compile(r"^(x|pos(ition)?[\s._]?x|.*position\.x|x[\s._]?pos(ition)?)$")),
+    ("x", re.compile(r"^(x|pos(ition)?[\s._]?x|.*position\.x|x[\s._]?pos(ition)?|weg[\s._]?x)$")),
 )
+DOWNWARD = re.compile(r"(depth|tiefe)$")
+"""End of the name, in small letters, of a column that grows downward."""
 _LENGTHS = {"um", "mm", "cm", "m", "in"}
 _FITTING_UNITS = {
     "time": {"s", "ms", "us", "ns", "min", "h"},
@@ -140,7 +149,7 @@ def guess(name: str, unit: str) -> str:
     plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).casefold().strip()
     match = _AXIS.search(plain) or _OF_TABLE.search(plain)
     if match:
-        kind = "F" if match["kind"][0] in "fl" else "T"
+        kind = "F" if match["kind"][0] in "flk" else "T"
         quantity = kind + _AXES.get(match["axis"], match["axis"])
         return quantity if _fits(quantity, unit) else ""
     for word in dict.fromkeys((plain, plain.rpartition(".")[2])):
