@@ -33,6 +33,7 @@ from rftfit.model.scaling import (
     generic,
     reference_of,
     scale,
+    test_of,
 )
 from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shapes, pushes_of
 from rftfit.outputs.dictionary import column_of, describe
@@ -463,10 +464,10 @@ class Medium:
         cell = cell_at(table, 0, 90)
         if cell is None:
             raise InputError(f"{self.name}: {NO_PUSH}")
-        alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
+        level = self.results.config.fit.confidence
+        alpha, se = test_of(cell, level)
         try:
-            reference = self.results.reference(method)
-            return scale(alpha, se, reference, self.results.config.fit.confidence)
+            return scale(alpha, se, self.results.reference(method), level)
         except ValueError as error:
             why = f"no alpha at (0, 90) deg: {cell['reason']}" if np.isnan(alpha) else str(error)
             raise InputError(f"{self.name}: {why}") from error

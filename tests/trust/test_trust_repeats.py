@@ -11,6 +11,7 @@ from ensembles import paper_config
 from rigroom import paper, planned
 
 from rftfit.campaign.config import Errors
+from rftfit.compare.coefficients import sand_row
 from rftfit.compare.legs import leg_errors, measured_peak
 from rftfit.lab.enact import run_logs
 from rftfit.measure.alpha import alpha_table, column
@@ -27,6 +28,7 @@ from rftfit.measure.errors import (
 )
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.draws import Term, interval, interval_of_sum, typical_dof
+from rftfit.model.scaling import published
 
 SPREAD = 0.005
 
@@ -230,3 +232,14 @@ def test_beds_of_the_reenacted_lab_differ_by_what_is_asked() -> None:
 
 def test_the_demonstration_has_alike_beds_unless_asked() -> None:
     assert paper_config(300).errors.bed == (0, 0)
+
+
+def test_zeta_of_a_sand_knows_how_few_pushes_there_were() -> None:
+    """Two pushes that differ by 8 %: the interval of alpha is half of it, and zeta rests on it."""
+    half = float(student_quantile(0.95, 1)) * 0.036
+    row = {"alpha_z_N_per_cm3": 0.936, "alpha_z_se_N_per_cm3": 0.036, "alpha_z_lo_N_per_cm3": 0.936 - half,
+           "alpha_z_hi_N_per_cm3": 0.936 + half}  # fmt: skip
+    row |= {name.replace("_z_", "_x_"): 0.0 for name in row}
+    place = {"medium": "dune", "beta_deg": 0.0, "gamma_deg": 90.0, "flags": "", "reason": ""}
+    found = sand_row(pd.DataFrame([place | row]), published(), paper_config(200))
+    assert found["zeta_hi"] > found["zeta"] * (1 + half / 0.936)  # type: ignore[operator]

@@ -19,6 +19,7 @@ from rftfit.model.scaling import (
     generic_interval,
     routine,
     scale_new_medium,
+    test_of,
     vertical_penetration,
 )
 from rftfit.reference import MEDIA, coefficients
@@ -149,9 +150,9 @@ def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[
         return row | {"reason": NO_PUSH}
     for quantity in ("", "_lo", "_hi"):
         row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
-    alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
+    level = config.fit.confidence
     try:
-        scaled = scale_new_medium(alpha, se, reference.chi, reference.m0, config.fit.confidence)
+        scaled = scale_new_medium(*test_of(cell, level), reference.chi, reference.m0, level)
     except ValueError as error:
         return row | {"reason": str(cell["reason"]) or str(error)}
     names = ("chi", "chi_lo", "chi_hi", "zeta", "zeta_lo", "zeta_hi")

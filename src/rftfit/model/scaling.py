@@ -7,7 +7,7 @@ import csv
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -128,6 +128,19 @@ def scale_new_medium(
         centre, centre * np.exp(-half_chi), centre * np.exp(half_chi),
         zeta * m0,
     )  # fmt: skip
+
+
+def test_of(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:
+    """Alpha_z of a penetration test, N/cm^3, and the standard error that `scale_new_medium` makes its interval of.
+
+    The interval of few runs is wider than their standard error says, which is known poorly.
+
+    `cell`: Row of an alpha table. `confidence`: Level of its interval.
+    """
+    from rftfit.measure.slopes import student_quantile
+
+    half = float(cell[column("z", "_hi")] - cell[column("z", "_lo")]) / 2
+    return float(cell[column("z")]), half / float(student_quantile(confidence, _TEST_DOF))
 
 
 def with_interval(
