@@ -247,6 +247,22 @@ def test_the_depth_only_model_has_an_inset_of_its_own() -> None:
     assert figure.axes[7].get_ylim()[1] < highest
 
 
+def test_each_push_into_a_sand_has_its_own_fit() -> None:
+    samples, sands = sand_tables()
+    medium = SANDS[0]
+    again = samples[samples["medium"] == medium].assign(run_id="again")
+    fits = sands[sands["medium"] == medium].assign(run_id="again")
+    fits["alpha_z_N_per_cm3"] *= 2
+    figure = draw_penetration(pushed(pd.concat([samples, again]), pd.concat([sands, fits])))
+    lines = [np.asarray(line.get_xydata(), dtype=float) for line in figure.axes[0].lines]
+    slopes = [xy[1, 1] / xy[1, 0] for xy in lines if len(xy) == 2 and not xy[0].any()]
+    one = sands[sands["medium"] == medium]["alpha_z_N_per_cm3"]
+    np.testing.assert_allclose(sorted(slopes), sorted([*one, *(2 * one)]))
+    content(figure, "svg")
+    assert text_faults(figure) == []
+    assert any("2 tests, stated" in text for text in words(figure))
+
+
 def test_media_stand_in_the_order_of_the_campaign() -> None:
     labels = [label.get_text() for label in peak_errors(results()).axes[0].get_yticklabels()]
     titles = results().campaign.titles

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 _LEFT_CM, _GAP_CM, _TOP_CM, _SIDE_CM, _ACROSS = 1.1, 0.75, 1.2, 5.1, 3
 _ALPHA = ("alpha_z_N_per_cm3", "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3")
+_END = "linear_to_cm"
 _FITS: dict[str, tuple[str, Any]] = {
     "stated": (style.OKABE_ITO["vermillion"], (0, (9, 2))),
     "detected": (style.OKABE_ITO["bluish green"], (0, (4, 1.2))),
@@ -31,13 +33,16 @@ _FITS: dict[str, tuple[str, Any]] = {
 
 def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     told = []
-    for row in results.table("sands.csv").to_dict("records"):
+    table = results.table("sands.csv")
+    tests = table.groupby("medium")["run_id"].nunique()
+    for row in table.to_dict("records"):
         value, low, high = (row[name] for name in _ALPHA)
         alpha = captions.with_span(value, low, high, 4)
         zeta = captions.with_span(row["zeta"], row["zeta_lo"], row["zeta_hi"], 4)
         title, end = results[row["medium"]].title, style.number(row["linear_to_cm"], 2)
-        whole = ", the end of the test," if NO_END in row["reason"] else ""
-        told.append(f"{title}, {row['window']}, to {end} cm{whole}: ")
+        whole = ", the end of the test" if NO_END in row["reason"] else ""
+        run = f" {row['run_id']}" if tests[row["medium"]] > 1 else ""
+        told.append(f"{title}{run}, {row['window']}, to {end} cm{whole}: ")
         told[-1] += greek(f"alpha_z {alpha} N/cm^3, zeta {zeta}")
     return {"fits": "; ".join(told)}
 
@@ -75,16 +80,18 @@ def penetration(results: Results) -> Figure:
         row, column = divmod(i, _ACROSS)
         left, top = _LEFT_CM + column * (_SIDE_CM + _GAP_CM), _TOP_CM + row * pitch
         axes = style.axes_cm(page, left, top, _SIDE_CM, _SIDE_CM)
-        own = table[table["medium"] == medium]
-        fits = {str(fit["window"]): fit for fit in own.to_dict("records")}
+        fits: dict[str, dict[str, Row]] = {}
+        for fit in table[table["medium"] == medium].to_dict("records"):
+            fits.setdefault(str(fit["run_id"]), {})[str(fit["window"])] = fit
         runs = by_run(stress_of(results, medium))
-        _draw_panel(axes, [trace for run, trace in runs.items() if run in set(own["run_id"])], fits)
+        tests = list(fits.values()) or [{}]
+        _draw_panel(axes, [trace for run, trace in runs.items() if run in fits], tests)
         axes.set_xlabel("depth (cm)")
         if column == 0:
             axes.set_ylabel(f"vertical stress $\\sigma_z$ ({style.PER_CM2})")
         title = style.plain(results[medium].title)
         style.text_cm(page, left, top - 0.75, title, va="bottom", weight="bold")
-        style.text_cm(page, left, top - 0.1, _note(fits), va="bottom", fontsize=5.5)
+        style.text_cm(page, left, top - 0.1, _note(tests), va="bottom", fontsize=5.5)
     entries = {
         "measured": style.line(style.COMPONENT_COLOURS["z"]),
         "stated window": style.patch(facecolor=style.WINDOW),
@@ -98,7 +105,7 @@ def penetration(results: Results) -> Figure:
     return page
 
 
-def _draw_panel(axes: Axes, runs: Sequence[Trace], fits: Mapping[str, Row]) -> None:
+def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, Row]]) -> None:
     lines, inside = [], []
     for trace in runs:
         points = np.column_stack([trace["depth_cm"], trace["stress_z_N_per_cm2"]])
@@ -110,8 +117,9 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], fits: Mapping[str, Row]) -> N
     missing = []
     if not depth.size:
         missing.append("no stress in this test" if runs else "no penetration test")
-    stated, detected = (_value(fits.get(name), "linear_to_cm") for name in _FITS)
-    ends = [end for end in (*depth, stated, detected) if np.isfinite(end)]
+    stated = max((_value(fits.get("stated"), "linear_to_cm") for fits in tests), default=np.nan)
+    of_fits = [_value(fit, "linear_to_cm") for fits in tests for fit in fits.values()]
+    ends = [end for end in (*depth, *of_fits) if np.isfinite(end)]
     last = max(ends) if depth.size else 1.2 * max([*ends, 1.0])
     if fitted.size:
         axes.axvspan(fitted.min(), fitted.max(), color=style.WINDOW, linewidth=0)
@@ -120,12 +128,12 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], fits: Mapping[str, Row]) -> N
     for line in lines:
         axes.plot(*line.T, color=style.COMPONENT_COLOURS["z"], linewidth=0.9)
     top = [float(stress.max())] if stress.size else []
-    for name, (colour, dashes) in _FITS.items():
-        alpha, low, high = (_value(fits.get(name), key) for key in _ALPHA)
+    drawn: set[str] = set()
+    for fits, (name, (colour, dashes)) in itertools.product(tests, _FITS.items()):
+        alpha, low, high, window = (_value(fits.get(name), key) for key in (*_ALPHA, _END))
         if not np.isfinite(alpha):
-            missing.append(f"no fit over the {name} window")
             continue
-        window = stated if name == "stated" else detected
+        drawn.add(name)
         end = window if np.isfinite(window) else last
         axes.fill_between(
             [0, end], [0, low * end], [0, high * end], color=colour, alpha=0.25, linewidth=0
@@ -134,8 +142,9 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], fits: Mapping[str, Row]) -> N
             along = alpha * np.array(ends_of)
             axes.plot(ends_of, along, color=colour, linestyle=dashes, linewidth=width)
         top.append(alpha * end)
-    if np.isfinite(detected) and not _is_whole(fits.get("detected")):
-        axes.axvline(detected, color=_FITS["detected"][0], linestyle=":", linewidth=0.9)
+        if name == "detected" and np.isfinite(window) and not _is_whole(fits[name]):
+            axes.axvline(window, color=colour, linestyle=":", linewidth=0.9)
+    missing += [f"no fit over the {name} window" for name in _FITS if name not in drawn]
     axes.set(xlim=(0, last), ylim=(min(0.0, *stress, 0.0), 1.06 * max(top) if top else 1.0))
     style.ticks(axes.xaxis, 6, steps=[1, 2, 5, 10])
     if not top:
@@ -156,10 +165,20 @@ def _value(row: Row | None, name: str) -> float:
     return float("nan") if row is None else float(row[name])
 
 
-def _note(fits: Mapping[str, Row]) -> str:
+def _note(tests: Sequence[Mapping[str, Row]]) -> str:
     lines = []
     for name in _FITS:
-        alpha, low, high, end = (_value(fits.get(name), key) for key in (*_ALPHA, "linear_to_cm"))
+        if len(tests) > 1:
+            found = [_value(fits.get(name), _ALPHA[0]) for fits in tests]
+            known = [alpha for alpha in found if np.isfinite(alpha)]
+            if known:
+                lines.append(
+                    rf"{len(known)} tests, {name}: $\alpha_z$ = {style.number(min(known))} to "
+                    f"{style.number(max(known))} {style.PER_CM3}"
+                )
+            continue
+        (fits,) = tests
+        alpha, low, high, end = (_value(fits.get(name), key) for key in (*_ALPHA, _END))
         if np.isfinite(alpha):
             ends = f"{style.number(low)}\N{EN DASH}{style.number(high)}"
             span = ends if np.isfinite(low) else "no interval"
