@@ -158,7 +158,7 @@ def _estimated_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa
     section="Force profiles",
     caption="""alpha in all directions of media with few pushes (circles), estimated by the shape that known \
 media share, and the half width of its {level} interval.
-Good: narrow where a body's elements move; `rftfit plan` says which push makes it narrower.
+Good: narrow where a body's elements move; rftfit plan says which push makes it narrower.
 Median half width in N/cm^3: {half}.""",
     numbers=_estimated_numbers,
 )
