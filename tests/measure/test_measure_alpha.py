@@ -300,6 +300,13 @@ def test_a_cell_says_that_its_interval_is_from_its_own_repeats() -> None:
     assert cell(found, 30, 90)["spread"] == "one bed as prepared"
 
 
+def test_also_where_only_one_component_shows_more_than_is_assumed() -> None:
+    rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
+    found = alpha_table(rows, "m", 0.95, 3, Errors()).set_index("beta_deg")
+    assert found.loc[0, "spread"] == "repeats of the cell"
+    assert found.loc[30, "spread"] == "assumed"
+
+
 def test_directions_near_one_another_are_one_cell_and_no_run_is_without() -> None:
     runs = [run("a", 45, 45, 0.3), run("b", 44.98, 45, 0.32), run("c", 45, 45, 0.31),
             run("d", 45, 18.36, 0.1), run("e", -11.5, 11.5, 0.2)]  # fmt: skip

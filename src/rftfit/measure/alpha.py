@@ -270,7 +270,8 @@ def _errors(
             row |= {column(c, f"_{name}"): part.sd for name, part in found.items()}
             if spread[c].source != AS_PREPARED:
                 row[f"run_to_run_{c}_N_per_cm3"] = spread[c].part(float(alpha[c][i])).sd
-            rows[-1] |= row | {"spread": source}
+            told = OF_CELL if OF_CELL in (source, rows[-1]["spread"]) else source
+            rows[-1] |= row | {"spread": told}
     return rows
 
 

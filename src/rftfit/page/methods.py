@@ -199,6 +199,7 @@ def _spread(results: Results) -> str:
         return f"{first}; they are those of one bed as prepared, as the config states."
     if OF_CELL in kinds:
         rest = "; the others are those of one bed as prepared" if AS_PREPARED in kinds else ""
+        rest = "; the others hold an assumed spread of 5 %" if ASSUMED in kinds else rest
         return f"{first}, and hold the scatter of the runs of a direction that was repeated{rest}."
     size = value(known["run_to_run_z_N_per_cm3"].median(), 4)
     how = "pooled from repeats, where there are enough"
