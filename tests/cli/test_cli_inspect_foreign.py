@@ -231,3 +231,16 @@ def test_german_columns_and_a_depth(rftfit: Callable[..., Said], tmp_path: Path)
     assert found["motion_log"]["columns"] == {
         "time": "Zeit", "x": "Weg x", "z": {"column": "Tiefe", "unit": "mm", "factor": -1},
     }  # fmt: skip
+
+
+def test_a_text_with_zero_bytes_is_a_damaged_text(
+    rftfit: Callable[..., Said], tmp_path: Path
+) -> None:
+    """A logger that lost its power fills the last block of its card with zeros."""
+    path = tmp_path / "log.csv"
+    rows = [f"{n}.5,{n}.25,0.5\n" for n in range(30)]
+    path.write_bytes("".join(["time (s),depth (mm),force (N)\n", *rows]).encode() + bytes(400))
+    said = rftfit("inspect", path)
+    assert (said.code, said.err) == (0, "")
+    assert "rows: 31, of which 30 can be read" in said.out
+    assert block(said)["motion_log"]["columns"]

@@ -260,7 +260,7 @@ def encoding_of(head: bytes) -> str:
     """Name the encoding of a file, for people; ``binary`` for what is no text."""
     if head[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
         return "UTF-16"
-    if b"\x00" in head:
+    if head and not text_head(head):
         return "binary"
     if head.startswith(codecs.BOM_UTF8):
         return "UTF-8 with a byte order mark"

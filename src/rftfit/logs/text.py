@@ -165,8 +165,15 @@ def as_utf8(head: bytes) -> bytes:
 
 
 def text_head(head: bytes) -> bytes:
-    """Return the same, or nothing of a binary file."""
-    return b"" if b"\x00" in head and head[:2] not in _UTF16 else as_utf8(head)
+    """Return the same, or nothing of a binary file; of a damaged text the lines before its first zero byte."""
+    if b"\x00" in head and head[:2] not in _UTF16:
+        lines, _, _ = head[: head.index(b"\x00")].rpartition(b"\n")
+        return as_utf8(lines + b"\n") if lines.count(b"\n") >= _TEXT_LINES else b""
+    return as_utf8(head)
+
+
+_TEXT_LINES = 10
+"""A binary file has fewer lines before its first zero byte."""
 
 
 class Line(NamedTuple):
