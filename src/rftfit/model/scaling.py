@@ -139,8 +139,9 @@ def test_of(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:
     """
     from rftfit.measure.slopes import student_quantile
 
-    half = float(cell[column("z", "_hi")] - cell[column("z", "_lo")]) / 2
-    return float(cell[column("z")]), half / float(student_quantile(confidence, _TEST_DOF))
+    alpha, se, lo, hi = (float(cell[column("z", end)]) for end in ("", "_se", "_lo", "_hi"))
+    wide = (hi - lo) / 2 / float(student_quantile(confidence, _TEST_DOF))
+    return alpha, float(np.maximum(se, wide))
 
 
 def with_interval(
