@@ -230,7 +230,7 @@ def test_missing_cells_are_said(rftfit: Callable[..., Said], here: Path, results
     said = rftfit(*words)
     assert said.code == 0
     assert "no alpha at (beta, gamma) in degrees (-90, -90): no run" in said.err
-    assert "--profile generic needs the cell (0, 90) only" in said.err
+    assert "--profile map and generic need the cell (0, 90) only" in said.err
     assert "with a number only" in said.out
     found = read_forces(here / "forces.csv")
     unknown = np.isnan(found["force_z_N"])

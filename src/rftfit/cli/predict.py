@@ -88,7 +88,8 @@ def predict(
     profile: Annotated[
         str | None,
         typer.Option(
-            help="table (default: alpha as measured), fourier, generic or depth_only; with --alpha "
+            help="table (default: alpha as measured), map (estimated in all directions), fourier, "
+            "generic or depth_only; with --alpha "
             "always generic."
         ),
     ] = None,
@@ -187,7 +188,7 @@ def predict(
         warn(
             f"warning: no number in {unknown} of {len(forces)} poses, which are left out of the "
             f"peaks: {shortened(reason)}"
-            + ("; --profile generic needs the cell (0, 90) only" if needs_less else "")
+            + ("; --profile map and generic need the cell (0, 90) only" if needs_less else "")
         )
     _warn_of(forces, unknown)
     config = rftfit.open(results).config if results else None

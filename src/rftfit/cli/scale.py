@@ -304,7 +304,7 @@ def _map_as_text(found: Map, routine: ScaledMedium | None, how: str, level: str)
         agree = (
             f"Agreement with the shape of the known media: chi^2 = {found.distance:.3g} for {found.dof}, alpha_x "
             f"{found.horizontal:.2g} times as strong beside alpha_z; as far or farther in "
-            f"{100 * found.belongs:.2g} % of media that belong."
+            f"{100 * found.belongs:.3g} % of media that belong."
         )
     else:
         agree = "One number tells how strong the medium is, not whether it has the shape of the known media."

@@ -167,7 +167,8 @@ def simulate(
     profile: Annotated[
         str | None,
         typer.Option(
-            help="table (default: alpha as measured), fourier, generic or depth_only; with --alpha "
+            help="table (default: alpha as measured), map (estimated in all directions), fourier, "
+            "generic or depth_only; with --alpha "
             "always generic."
         ),
     ] = None,
