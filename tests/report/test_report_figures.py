@@ -21,7 +21,7 @@ from rftfit import reference
 from rftfit.campaign.config import Figures, Fourier
 from rftfit.errors import InputError, OutputError
 from rftfit.figures import style
-from rftfit.figures.generic import generic_profile
+from rftfit.figures.generic import GENERIC, generic_profile
 from rftfit.figures.legs import forces_over_zeta
 from rftfit.figures.maps import alpha_maps, depth_only_maps, draw_maps, fit_maps, kept_coefficients
 from rftfit.figures.plates import nearest_cells, stress_of_runs, stress_runs
@@ -252,6 +252,18 @@ def test_without_any_fit_the_reasons_are_drawn() -> None:
     results.tables["predicted.csv"] = results.tables["legs/{medium}.csv"] = pd.DataFrame()
     for figure in (fit_maps, generic_profile, forces_over_zeta):
         assert f"poppy_LP: {why}" in words(figure(results))
+
+
+def test_without_a_usable_medium_there_is_no_generic_profile() -> None:
+    """Each has its fit and its zeta; the mean of none is in no table."""
+    why = "unusable: fails symmetry"
+    coefficients = chain.coefficient_table()
+    found = fitted(
+        coefficients=coefficients[coefficients["medium"] != GENERIC],
+        penetration=chain.penetration_table().assign(reason=why),
+    )
+    assert f"poppy_LP: {why}" in words(generic_profile(found))
+    assert declared("generic_profile").caption_of(found)
 
 
 def test_stress_figure_turns_extractions_and_draws_the_fit() -> None:

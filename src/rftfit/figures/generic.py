@@ -67,10 +67,12 @@ def generic_profile(results: Results) -> Figure:
     measured alpha / zeta against generic alpha with the line of perfect collapse.
     """
     method, penetration = results.config.fourier.method, results.table("penetration.csv")
-    if why := why_no_fit(penetration, method, "zeta"):
-        return style.missing(f"no generic profile by {method}", why)
     coefficients, titles = results.table("coefficients.csv"), results.campaign.titles
     rows = coefficients[coefficients["method"] == method]
+    # it is the mean of the usable media, of which there need not be one
+    fitted = penetration if (rows["medium"] == GENERIC).any() else penetration.assign(zeta=np.nan)
+    if why := why_no_fit(fitted, method, "zeta"):
+        return style.missing(f"no generic profile by {method}", why)
     generic = kept_coefficients(coefficients, method, GENERIC)
     scaled = penetration[penetration["method"] == method]
     zetas = dict(zip(scaled["medium"], scaled["zeta"].astype(float), strict=True))
