@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from rftfit.measure.slopes import (
     Slope,
     combine_dof,
+    fit_few,
     fit_slope,
     student_quantile,
     weighted_sum_variance,
@@ -198,6 +199,41 @@ def test_errors_of_zero_and_depth_add_in_quadrature() -> None:
     shifted = fit(DEPTH, stress(), depth_sd=0.01)
     expected = np.sqrt(plain.se**2 + (plain.alpha * 0.01 * lever) ** 2)
     np.testing.assert_allclose(shifted.se, expected, rtol=1e-12)
+
+
+def test_a_few_depths_are_fitted_with_the_textbook_error() -> None:
+    """Of a table of stress: independent means, without log, zero or tare."""
+    depth = np.array([1.0, 2.0, 4.0])
+    found = fit_few(depth, np.array([[1.0, 2.0, 3.5], [-0.5, -1.0, -2.0]]))
+    # by hand: sum of products 19 and -10.5, of squares 21
+    alpha = np.array([19 / 21, -0.5])
+    np.testing.assert_allclose(found.alpha, alpha)
+    left = np.array([1.0, 2.0, 3.5]) - alpha[0] * depth
+    se = [np.sqrt(left @ left / 2 / 21), 0.0]
+    np.testing.assert_allclose(found.se, se, atol=1e-12)
+    np.testing.assert_allclose(found.ols_se, se, atol=1e-12)
+    np.testing.assert_array_equal(found.dof, [2, 2])
+    slope, intercept = np.polyfit(depth, [1.0, 2.0, 3.5], 1)
+    np.testing.assert_allclose(found.free_slope, [slope, -0.5], atol=1e-12)
+    np.testing.assert_allclose(found.intercept, [intercept, 0.0], atol=1e-12)
+    assert found.points == 3
+    assert found.lever == pytest.approx(7 / 21)
+    for name in ("nonlinear_p", "nonlinear_ratio", "offset", "offset_se"):
+        np.testing.assert_array_equal(getattr(found, name), [np.nan, np.nan], name)
+    for name in ("startup", "tare", "curvature", "shift", "shift_of_tare"):
+        np.testing.assert_array_equal(getattr(found, name), [0, 0], name)
+
+
+def test_two_depths_have_no_line_besides_and_one_has_no_error() -> None:
+    two = fit_few(np.array([1.0, 2.0]), np.array([[1.0, 2.5]]))
+    np.testing.assert_allclose(two.alpha, [1.2])
+    np.testing.assert_allclose(two.se, [np.sqrt((0.2**2 + 0.1**2) / 1 / 5)])
+    assert two.dof == [1]
+    assert np.isnan([*two.intercept, *two.free_slope]).all()
+    one = fit_few(np.array([2.0]), np.array([[1.0], [3.0]]))
+    np.testing.assert_allclose(one.alpha, [0.5, 1.5])
+    assert np.isnan(one.se).all()
+    np.testing.assert_array_equal(one.dof, [1, 1])
 
 
 def test_interval() -> None:

@@ -137,3 +137,23 @@ def test_stress_on_another_grid(tmp_path: Path) -> None:
     assert test["alpha_z_N_per_cm3"] == pytest.approx(0.42, abs=0.02)
     assert test["alpha_z_lo_N_per_cm3"] < test["alpha_z_N_per_cm3"] < test["alpha_z_hi_N_per_cm3"]
     assert test["zeta_lo"] < test["zeta"] < test["zeta_hi"]
+
+
+def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path: Path) -> None:
+    table, root = tmp_path / "one depth.csv", tmp_path / "lab"
+    table.write_text(
+        "medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2\n"
+        "sand,0,90,3,1.2,0.0\nsand,30,90,3,0.9,0.3\nsand,30,90,5,1.6,0.5\nsand,0,45,0,0.7,0.2\n",
+        encoding="utf-8",
+    )
+    assert main(["init", str(root), "--stress-table", str(table)]) == 0
+    folder = Folder(root)
+    folder.run_here(drawn=())
+    cells = folder.table("alpha/sand.csv").set_index(["beta_deg", "gamma_deg"])
+    one, two, none = (cells.loc[cell] for cell in ((0, 90), (30, 90), (0, 45)))
+    assert one["alpha_z_N_per_cm3"] == pytest.approx(1.2 / 3)
+    assert np.isnan(one[["alpha_z_se_N_per_cm3", "alpha_z_lo_N_per_cm3"]].to_numpy(float)).all()
+    assert two["alpha_z_N_per_cm3"] == pytest.approx((0.9 * 3 + 1.6 * 5) / 34)
+    assert two["alpha_z_lo_N_per_cm3"] < two["alpha_z_N_per_cm3"]
+    assert np.isnan(none["alpha_z_N_per_cm3"])
+    assert "all depths are 0" in none["reason"]

@@ -215,6 +215,8 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         text = f"too few points: {points} in the window, {fewest} wanted"
         return refuse("; ".join([text, *_main_cause(run, stroke, why, plate, config)]))
     depth = stroke.depth[usable]
+    if not depth.any():
+        return refuse("all depths are 0, where a stress has no slope through zero")
     if run.direction != "horizontal" and not config.table:
         short = too_short(depth, plate, config.fit)
         if short:

@@ -334,10 +334,11 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
 
     `depth`: shape (n,), cm. `stress`: shape (k, n), N/cm^2.
     """
-    alpha, se = zero_intercept(depth, stress)
+    unknown = np.full((2, len(stress)), np.nan)
     if depth.size < 2:
-        se = np.full(alpha.size, np.nan)
-    unknown = np.full((2, alpha.size), np.nan)
+        alpha, se = stress[:, 0] / depth[0], unknown[0]
+    else:
+        alpha, se = zero_intercept(depth, stress)
     intercept, free_slope = free_intercept(depth, stress) if depth.size > 2 else unknown
     dof = np.full(alpha.size, max(depth.size - 1.0, 1.0))
     nothing = np.zeros(alpha.size)
