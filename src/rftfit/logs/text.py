@@ -606,39 +606,14 @@ class TextReader(Reader):
 
     @abstractmethod
     def plan(self, head: bytes) -> Plan:
-        """Find out how a file is to be read.
+        """Find out from the first 64 kB of a file how it is to be read.
 
-        Parameters
-        ----------
-        head : bytes
-            The first 64 kB.
-
-        Returns
-        -------
-        Plan
-
-        Raises
-        ------
-        ValueError
-            If it cannot be read that way; the message says what was found and what is allowed.
+        Raises ValueError if it cannot be read that way; the message says what was found and what is
+        allowed.
         """
 
     def stream(self, path: Path) -> Iterator[Log]:
-        """Read a file in blocks of some megabytes.
-
-        Parameters
-        ----------
-        path : Path
-
-        Yields
-        ------
-        Log
-
-        Raises
-        ------
-        LogError
-            If the file cannot be used at all.
-        """
+        """Read a file in blocks of some megabytes."""
         file = TextFile(path)
         try:
             plan = self.plan(file.head)
