@@ -128,21 +128,16 @@ class Campaign:
         return tuple(sorted(loose, key=lambda run: run.run_id))
 
 
-def load_campaign(config_path: Path, medium: str = "") -> Campaign:
-    """Read a campaign that must be right.
-
-    `medium`: Only the rows of this medium and those of none are read and checked. A job that
-    measures one medium need not look at ten thousand rows of others, which were checked when it was
-    planned.
-    """
-    campaign, problems = check_campaign(config_path, medium)
+def load_campaign(config_path: Path) -> Campaign:
+    """Read a campaign that must be right."""
+    campaign, problems = check_campaign(config_path)
     if campaign is None:
         raise CampaignError(problems)
     return campaign
 
 
-def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None, list[Problem]]:
-    """Read a campaign and find everything that is wrong with it; see `load_campaign`.
+def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
+    """Read a campaign and find everything that is wrong with it.
 
     Returns None for the campaign when there is any error, and all problems: of the configuration in
     the order of its lines, then of the run sheet in the order of its rows.
@@ -170,7 +165,7 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
         pushes, of_sheet = _read_table(file.model, root, raw, sheet)
         runs = [push.run for push in pushes]
     elif sheet and not (isinstance(file.data, dict) and file.data.get("table")):
-        runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs, medium)
+        runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs)
     _check_robot(file, within, logs, runs)
     if file.model is not None:
         of_sheet += _only_straight_down(file.model, sheet, runs)

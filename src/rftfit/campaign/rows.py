@@ -29,7 +29,7 @@ from rftfit.campaign.files import (
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, listed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rftfit.campaign.files import Folder
@@ -215,15 +215,12 @@ class DraftRow:
 
 
 def read_rows(
-    path: Path,
-    schema: Schema,
-    file: str | None = None,
-    leave_out: Callable[[Mapping[str, str]], bool] | None = None,
+    path: Path, schema: Schema, file: str | None = None
 ) -> tuple[list[DraftRow], list[Problem]]:
     """Read a table; whether it is a workbook is seen from its content.
 
-    `file`: Its name in problems; default: its path. `leave_out`: Rows that are passed over, by the
-    text of their cells. Returns every other row, with its good cells, and all problems.
+    `file`: Its name in problems; default: its path. Returns every row, with its good cells, and all
+    problems.
     """
     file = str(path) if file is None else file
     try:
@@ -240,8 +237,6 @@ def read_rows(
     for number, cells in table.rows:
         width = len(cells)
         named = {name: cells[at] if at < width else "" for name, (at, _) in found.items()}
-        if leave_out is not None and leave_out(named):
-            continue
         draft = DraftRow(schema.area, file, number, noted)
         for column, at, scale in columns:
             draft.text[column.name] = ""

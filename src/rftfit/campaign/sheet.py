@@ -113,21 +113,14 @@ class Vocabulary:
 
 
 def read_sheet(
-    path: Path, file: str, vocabulary: Vocabulary, logs: Folder | None, medium: str = ""
+    path: Path, file: str, vocabulary: Vocabulary, logs: Folder | None
 ) -> tuple[list[Run], list[Problem]]:
     """Read and check a run sheet.
 
-    `logs`: The raw folder; None if it is not known, and log files are not looked for. `medium`:
-    Pass over the rows of other media. Returns the rows without an error, in the order of the sheet,
-    and all problems, in the order of the rows.
+    `logs`: The raw folder; None if it is not known, and log files are not looked for. Returns the
+    rows without an error, in the order of the sheet, and all problems, in the order of the rows.
     """
-
-    def of_another_medium(cells: Mapping[str, str]) -> bool:
-        return cells.get("medium") not in (None, "", medium)
-
-    drafts, problems = read_rows(
-        path, vocabulary.schema, file, of_another_medium if medium else None
-    )
+    drafts, problems = read_rows(path, vocabulary.schema, file)
     for draft in drafts:
         _check_direction(draft)
         _check_intruder(draft, vocabulary)
