@@ -14,7 +14,6 @@ from rftfit.measure.alignment import (
     new_readings,
     smooth_basis,
 )
-from rftfit.measure.clocks import ClockError
 from rftfit.measure.slopes import student_quantile
 
 T95 = float(student_quantile(0.95, 12))
@@ -88,13 +87,13 @@ def test_readings_that_a_slow_transducer_repeats_count_once() -> None:
 def test_steady_force_is_refused() -> None:
     push = make_push(5)
     steady = np.random.default_rng(0).normal(3.0, 0.05, push.force.size)
-    with pytest.raises(ClockError, match="no contact"):
+    with pytest.raises(ValueError, match="no contact"):
         estimate_clocks(push.force_time, steady, push.motion_time, push.depth, 1e-3, 0.1)
 
 
 def test_noise_without_motion_is_refused() -> None:
     push = make_push(6)
-    with pytest.raises(ClockError, match="no motion in depth"):
+    with pytest.raises(ValueError, match="no motion in depth"):
         estimate_clocks(
             push.force_time, push.force, push.motion_time, np.zeros(push.depth.size), 1e-3, 0.1
         )
@@ -104,7 +103,7 @@ def test_a_force_of_another_run_is_refused() -> None:
     push = make_push(8)
     time = push.force_time
     waves = 20 * np.abs(np.sin(3 * (time - time[0]))) + 0.1 * (time - time[0])
-    with pytest.raises(ClockError, match=r"at no lag|equally well|uncertain"):
+    with pytest.raises(ValueError, match=r"at no lag|equally well|uncertain"):
         estimate_clocks(time, waves, push.motion_time, push.depth, 1e-3, 0.1)
 
 
@@ -113,18 +112,18 @@ def test_a_push_at_one_speed_throughout_does_not_decide() -> None:
     time = np.arange(0, 20, 0.01)
     depth = 0.4 * time
     force = 25 * np.maximum(depth - 1, 0) + np.random.default_rng(0).normal(0, 0.1, time.size)
-    with pytest.raises(ClockError, match=r"uncertain|equally well"):
+    with pytest.raises(ValueError, match=r"uncertain|equally well"):
         estimate_clocks(time[200:1800], force[200:1800], time, depth, 1e-3, 0.05)
 
 
 def test_an_uncertain_offset_is_refused() -> None:
-    with pytest.raises(ClockError, match="allowed: 1e-06 s"):
+    with pytest.raises(ValueError, match="allowed: 1e-06 s"):
         estimate(make_push(9), max_se_s=1e-6)
 
 
 def test_too_few_readings_and_logs_apart() -> None:
     push = make_push(10)
-    with pytest.raises(ClockError, match="30 readings"):
+    with pytest.raises(ValueError, match="30 readings"):
         estimate_clocks(
             push.force_time[:30], push.force[:30], push.motion_time, push.depth, 1e-3, 0.1
         )

@@ -13,7 +13,7 @@ from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.text import OF_CELLS
 from rftfit.measure.alignment import Alignment, estimate_clocks, new_readings
-from rftfit.measure.clocks import HOUR_S, ClockError, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.clocks import HOUR_S, ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
 from rftfit.measure.pairs import (
     ANGLE_TO_RAD,
@@ -27,8 +27,8 @@ from rftfit.measure.pairs import (
     readers,
 )
 from rftfit.measure.slopes import GIVEN_DOF
-from rftfit.measure.strokes import Motion, StrokeError, find_stroke, join_runs
-from rftfit.measure.surface import Surface, SurfaceError, compliance_of, find_surface
+from rftfit.measure.strokes import Motion, find_stroke, join_runs
+from rftfit.measure.surface import Surface, compliance_of, find_surface
 from rftfit.measure.zero import Zero, find_zero, height_needed, zero_of_log
 
 if TYPE_CHECKING:
@@ -287,9 +287,8 @@ def _make_trace(
     start, end = find_stroke(motion, spans, run, config.arm)
     in_stroke = (time >= start) & (time <= end)
     if not in_stroke.any():
-        raise StrokeError(
-            "no_force",
-            "the force log has no sample during the stroke; do the two logs belong to one run?",
+        raise ValueError(
+            "the force log has no sample during the stroke; do the two logs belong to one run?"
         )
     x, z, angle = motion.at(time)
     why = _row_status(config, motion, time, readings.saturated)
@@ -308,10 +307,9 @@ def _make_trace(
         middle = float(readings.time[in_stroke].mean())
         zero = find_zero(readings.time, readings.force, resting, moving, middle, drift)
     if zero is None:
-        raise StrokeError(
-            "no_zero",
+        raise ValueError(
             "no zero: the intruder is never at rest in air for half a second; where the zero is "
-            "known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config",
+            "known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config"
         )
     force = readings.force - zero.force
     if compliance is not None:
@@ -446,7 +444,7 @@ def find_clock(
     time = readings.time
     if method == "estimate":
         if run.direction != "intrusion" or run.gamma_deg != 90:
-            raise ClockError(
+            raise ValueError(
                 f"clock.method estimate: found a run in direction {run.direction} along gamma "
                 f"{run.gamma_deg:g} deg; allowed: intrusion straight down, where the force grows with "
                 "depth. Others need a sync line or one clock"
@@ -458,7 +456,7 @@ def find_clock(
         )  # fmt: skip
         return alignment.clock(), alignment
     if readings.arm_moving is None:
-        raise ClockError(
+        raise ValueError(
             "the force log has no column arm_moving; clock.method sync_line needs it, allowed "
             "without: estimate, same_clock"
         )
@@ -485,27 +483,22 @@ def place_surface(
     plate = config.intruders[run.intruder]
     flat = run.kind == "plate" and abs(run.beta_deg) <= _FLAT_DEG
     if run.direction != "intrusion" or plate.shape == "leg" or not flat:
-        raise StrokeError(
-            "no_surface",
+        raise ValueError(
             "surface.method find works for flat plates pushed down, which meet the surface all at "
-            f"once (beta within {_FLAT_DEG:g} deg of 0); this run needs surface_z_mm",
+            f"once (beta within {_FLAT_DEG:g} deg of 0); this run needs surface_z_mm"
         )
     time, depth, lift = _common(motion, time, lift)
     window, noise = config.surface.window_cm, config.transducer.precision_N
     toe = plate.thickness_cm / 2
-    try:
-        surface = find_surface(depth, lift, window, noise, 0.0, toe)
-        if clock_se_s > 0:
-            near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
-            speed = float(np.abs(np.gradient(depth, time))[near].mean())
-            surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
-    except SurfaceError as error:
-        raise StrokeError("no_surface", str(error)) from error
+    surface = find_surface(depth, lift, window, noise, 0.0, toe)
+    if clock_se_s > 0:
+        near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
+        speed = float(np.abs(np.gradient(depth, time))[near].mean())
+        surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
     if surface.se_cm > config.surface.max_se_cm:
-        raise StrokeError(
-            "no_surface",
+        raise ValueError(
             f"surface not found well enough: its standard error is {surface.se_cm:.2f} cm; allowed: "
-            f"{config.surface.max_se_cm:g} cm",
+            f"{config.surface.max_se_cm:g} cm"
         )
     return replace(motion, z=motion.z + surface.depth_cm), surface
 
