@@ -87,14 +87,16 @@ class Log:
 
 
 class Reader(ABC):
-    """Base of a dialect: give it a `name`, a `describe`, a `detect`, and `load` or `stream`.
+    """Base of a dialect: give it a `name`, a `description`, a `detect`, and `load` or `stream`.
 
     `name`: Under which the registry knows it.
+    `description`: One line on which program writes such files.
     `evidence`: By what it is recognised, to complete "recognised by ...".
     `asked`: Columns to be read, where a reader can choose; None: all.
     """
 
     name = ""
+    description = ""
     evidence = "its content"
     asked: frozenset[str] | None = None
 
@@ -104,9 +106,9 @@ class Reader(ABC):
         reader.asked = frozenset(columns)
         return reader
 
-    @abstractmethod
     def describe(self) -> str:
-        """Return one line on which program writes such files."""
+        """Return the description."""
+        return self.description
 
     @abstractmethod
     def detect(self, head: bytes) -> bool:
@@ -141,6 +143,18 @@ class Reader(ABC):
             except LogError as error:
                 logs.append(error)
         return logs
+
+
+class RatedReader(Reader):
+    """Base of dialects that may be told the rate of the rows, Hz, where a file does not state it."""
+
+    _rate: float | None = None
+
+    def with_options(self, options: Mapping[str, object]) -> Self:
+        """Return the reader with ``rate_Hz``."""
+        reader = copy(self)
+        reader._rate = rate_option(options)
+        return reader
 
 
 def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
@@ -220,6 +234,12 @@ def _only_option(options: Mapping[str, object], name: str, default: object) -> o
     if others:
         raise ValueError(f"found the option {others[0]!r}; allowed: {name}")
     return options.get(name, default)
+
+
+def package_needed(path: Path, what: str, package: str, extra: str) -> LogError:
+    """Say which package reads a file, where it is not installed."""
+    text = f"{path}: {what} are read with the package {package}; install it: "
+    return LogError("extra", f'{text}pip install "rftfit[{extra}]"')
 
 
 @contextmanager

@@ -48,14 +48,11 @@ class DelimitedReader(TextReader):
     """Text as the section `text` of the config describes it; it claims no file by itself."""
 
     name = "delimited"
+    description = "any delimited text, described by `text` in the config"
     evidence = "the section `text` of the config"
 
     def __init__(self, text: TextFormat | None = None) -> None:
         self._format = text
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "any delimited text, described by `text` in the config"
 
     def detect(self, head: bytes) -> bool:  # noqa: ARG002  # a description decides, not the file
         """Tell that no file is of this dialect by itself."""

@@ -18,6 +18,7 @@ from rftfit.logs.base import (
     check_size,
     file_errors,
     ns_to_s,
+    package_needed,
     text_option,
 )
 
@@ -69,16 +70,15 @@ class RosBagReader(Reader):
     """
 
     name = "ros-bag"
+    description = (
+        "ROS 1 or ROS 2 bag (.bag, .mcap, .db3, folder) of wrench, joint or a transducer's messages"
+    )
     evidence = (
         "the first bytes of a ROS 1 bag, an MCAP file, a rosbag2 database or its metadata.yaml"
     )
 
     def __init__(self, topic: str = "") -> None:
         self.topic = topic
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "ROS 1 or ROS 2 bag (.bag, .mcap, .db3, folder) of wrench, joint or a transducer's messages"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -99,11 +99,7 @@ class RosBagReader(Reader):
         try:
             import rosbags.typesys  # noqa: F401
         except ImportError:
-            raise LogError(
-                "extra",
-                f"{path}: ROS bags are read with the package rosbags; install it: "
-                'pip install "rftfit[ros]"',
-            ) from None
+            raise package_needed(path, "ROS bags", "rosbags", "ros") from None
         with file_errors(path):
             check_size(path, _MAX_BYTES)
             with path.open("rb") as file:

@@ -15,6 +15,7 @@ from rftfit.logs.base import (
     Reader,
     check_size,
     file_errors,
+    package_needed,
     rate_option,
     text_option,
 )
@@ -40,15 +41,12 @@ class TdmsReader(Reader):
     """
 
     name = "tdms"
+    description = "National Instruments TDMS, as LabVIEW and DAQmx write it"
     evidence = "the first bytes TDSm"
 
     def __init__(self, group: str = "", rate: float | None = None) -> None:
         self.group = group
         self.rate = rate
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "National Instruments TDMS, as LabVIEW and DAQmx write it"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -65,11 +63,7 @@ class TdmsReader(Reader):
         try:
             from nptdms import TdmsFile
         except ImportError:
-            raise LogError(
-                "extra",
-                f"{path}: TDMS files are read with the package npTDMS; install it: "
-                'pip install "rftfit[tdms]"',
-            ) from None
+            raise package_needed(path, "TDMS files", "npTDMS", "tdms") from None
         try:
             with file_errors(path):
                 check_size(path, _MAX_BYTES)
