@@ -156,8 +156,9 @@ def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
     raw = _locate(file, within, "raw")
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None
-    _check_rigid_contact(file, logs)
-    _check_calibration(file, logs)
+    if file.model is not None and logs is not None:
+        _check_rigid_contact(file, file.model, logs)
+        _check_calibration(file, file.model, logs)
     runs: list[Run] = []
     of_sheet: list[Problem] = []
     pushes: list[Push] = []
@@ -166,8 +167,9 @@ def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
         runs = [push.run for push in pushes]
     elif sheet and not (isinstance(file.data, dict) and file.data.get("table")):
         runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs)
-    _check_robot(file, within, logs, runs)
     if file.model is not None:
+        if logs is not None:
+            _check_robot(file, file.model, within, logs, runs)
         of_sheet += _only_straight_down(file.model, sheet, runs)
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
     if file.model is None or any(problem.severity == "error" for problem in problems):
@@ -226,27 +228,16 @@ def root_of(config_path: Path) -> Path:
     return (folder.parent if folder.name == "config" else folder).resolve()
 
 
-@dataclass(frozen=True)
-class Layout:
-    """A checked configuration and its folders; raw folder and sheet may not exist yet."""
-
-    config: Config
-    root: Path
-    raw: Path
-    sheet: Path
-
-
-def read_layout(config_path: Path) -> Layout:
-    """Read and check the configuration without its run sheet."""
+def read_layout(config_path: Path) -> Campaign:
+    """Read a campaign without its runs: raw folder and sheet may not exist yet."""
     root = root_of(config_path)
     file = read_model(config_path, Config, config_path.as_posix())
     within = Folder(root)
     raw, sheet = (_locate(file, within, key, exists=False) for key in ("raw", "run_sheet"))
     if file.model is None or file.problems:
         raise CampaignError(file.problems)
-    return Layout(
-        file.model, root, Path(within.base, raw).resolve(), Path(within.base, sheet).resolve()
-    )
+    logs, runs = Path(within.base, raw).resolve(), Path(within.base, sheet).resolve()
+    return Campaign(root, logs, runs, file.model, ())
 
 
 def _locate(file: ModelFile[Config], root: Folder, key: str, *, exists: bool = True) -> str:
@@ -286,16 +277,16 @@ def _inside(path: str, folder: str) -> bool:
     return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
 
 
-def _check_rigid_contact(file: ModelFile[Config], logs: Folder | None) -> None:
+def _check_rigid_contact(file: ModelFile[Config], config: Config, logs: Folder) -> None:
     """Check the two logs of the push against something rigid as those of a run are."""
-    contact = file.model.rigid_contact if file.model is not None else None
-    if file.model is None or contact is None or logs is None:
+    contact = config.rigid_contact
+    if contact is None:
         return
     paths = [
         _need_file(file, ("rigid_contact", key), written, logs, "raw", "rigid-contact")
         for key, written in (("force_log", contact.force_log), ("motion_log", contact.motion_log))
     ]
-    method, here = file.model.clock.method, ("rigid_contact", "motion_log")
+    method, here = config.clock.method, ("rigid_contact", "motion_log")
     if paths[0] and paths[0] == paths[1]:
         if method != "same_clock":
             file.note(here, "one-file", contact.motion_log, same_file_needs_one_clock(method))
@@ -304,9 +295,9 @@ def _check_rigid_contact(file: ModelFile[Config], logs: Folder | None) -> None:
         file.note(here, "shared-file", contact.motion_log, f"{allowed}two apart")
 
 
-def _check_calibration(file: ModelFile[Config], logs: Folder | None) -> None:
-    named = file.model.force_log.calibration if file.model is not None else None
-    if named is None or logs is None:
+def _check_calibration(file: ModelFile[Config], config: Config, logs: Folder) -> None:
+    named = config.force_log.calibration
+    if named is None:
         return
     here = ("force_log", "calibration")
     if path := _need_file(file, here, named, logs, "raw", "calibration-file"):
@@ -317,12 +308,12 @@ def _check_calibration(file: ModelFile[Config], logs: Folder | None) -> None:
 
 
 def _check_robot(
-    file: ModelFile[Config], root: Folder, logs: Folder | None, runs: list[Run]
+    file: ModelFile[Config], config: Config, root: Folder, logs: Folder, runs: list[Run]
 ) -> None:
     """Look for the files that the robot's section names."""
-    robot = file.model.robot if file.model is not None else None
+    robot = config.robot
     # a campaign without runs on its medium (a part of a re-enactment) has no robot either
-    if robot is None or logs is None or not any(run.medium == robot.medium for run in runs):
+    if robot is None or not any(run.medium == robot.medium for run in runs):
         return
     if robot.file is not None:
         _need_file(file, ("robot", "file"), robot.file, root, "campaign's", "robot-file")

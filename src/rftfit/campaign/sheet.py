@@ -148,11 +148,9 @@ def _run(draft: DraftRow) -> Run:
         elif column.form == "flag":
             values[column.name] = draft.yes(column.name)
     stroke = draft.number.get("stroke")
-    given = {
-        "surface_z_mm": draft.number.get("surface_z_mm"),
-        "stroke": None if stroke is None else int(stroke),
-    }
-    return Run(**{**values, **given})
+    values["surface_z_mm"] = draft.number.get("surface_z_mm")
+    values["stroke"] = None if stroke is None else int(stroke)
+    return Run(**values)
 
 
 # --- within one row
