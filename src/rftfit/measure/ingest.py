@@ -603,7 +603,7 @@ def _account(ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Tr
     good = trace.why == RowStatus.GOOD
     outside = np.where(good, _STATUS_OF_PHASE[trace.phase], trace.why)
     handed_on = (trace.phase == _STROKE) & good
-    ledger.add_rows(run, run.force_log, outside[~handed_on], "zero of the transducer")
+    ledger.add_rows(run, outside[~handed_on], "zero of the transducer")
 
 
 def _account_left_out(ledger: Ledger, run: Run, file: str, log: Log) -> None:

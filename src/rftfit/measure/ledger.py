@@ -72,13 +72,19 @@ class Ledger:
         """
         self.counts[run.run_id, run.medium, run.kind, file, fate, reason] += int(rows)
 
-    def add_rows(self, run: Run, file: str, why: np.ndarray, used_as: str) -> None:
-        """Count the rows of one file by the `RowStatus` of each; `used_as` is the use of good rows."""
+    def add_rows(self, run: Run, why: np.ndarray, used_as: str) -> None:
+        """Count the rows of a force log by the `RowStatus` of each; `used_as` is the use of good rows."""
         for code, count in enumerate(np.bincount(why)):
             if count:
                 status = RowStatus(code)
                 good = status is RowStatus.GOOD
-                self.add(run, file, USED if good else DROPPED, status.text or used_as, int(count))
+                self.add(
+                    run,
+                    run.force_log,
+                    USED if good else DROPPED,
+                    status.text or used_as,
+                    int(count),
+                )
 
     def table(self) -> pd.DataFrame:
         """Return the counts as a sorted table with the columns `COLUMNS`."""

@@ -177,7 +177,7 @@ def _tared(run: Run, stroke: Samples, tare: Tare, ledger: Ledger) -> dict[str, n
     tare_force = tare.at(stroke.position(tare.abscissa))
     untared = (stroke.why == RowStatus.GOOD) & np.isnan(tare_force[0])
     why = np.where(untared, np.int8(RowStatus.NO_TARE), stroke.why)
-    ledger.add_rows(run, run.force_log, why[untared], "")
+    ledger.add_rows(run, why[untared], "")
     return _columns(stroke, stroke.force - tare_force, tare_force, why)
 
 
