@@ -169,35 +169,22 @@ _BUILD_UP_S = 0.02
 class Alignment:
     """Offset and drift as estimated, with what they were estimated from.
 
-    `offset_s`, `offset_se_s`: Motion clock minus force clock at the reference time, and its
-        standard error.
-    `drift`, `drift_se`: Relative difference of the clocks' rates.
-    `reference_s`: Force time.
-    `hours`: Whole hours in the offset; None where the clocks have unrelated zeros.
+    `clock`: Offset and drift; no whole hours where the clocks have unrelated zeros.
+    `drift_se`: Standard error of the drift.
     `explained`: Share of the force's variance that one smooth function of depth explains.
     `profile`: Unexplained share of the force's variance over all lags that were tried.
     `time`, `force`, `depth`, `fitted`: shape (n,); Readings used: force clock (s), force (N),
         depth then (cm), the smooth function (N).
     """
 
-    offset_s: float
-    offset_se_s: float
-    drift: float
+    clock: ClockFit
     drift_se: float
-    reference_s: float
-    hours: int | None
     explained: float
     profile: LagProfile
     time: FloatArray
     force: FloatArray
     depth: FloatArray
     fitted: FloatArray
-
-    def clock(self) -> ClockFit:
-        """Return it in the form that every other way of aligning clocks gives."""
-        return ClockFit(
-            self.offset_s, self.drift, self.reference_s, 0.0, 0, self.offset_se_s, self.hours or 0
-        )
 
 
 class _Refined(NamedTuple):
@@ -254,10 +241,10 @@ def estimate_clocks(
             f"{max_se_s:g} s. A push that starts, stops or changes speed in the medium decides it"
         )
     residual = pushed - chosen.fitted
+    whole_hours = round(chosen.offset / HOUR_S) if hours else 0
     return Alignment(
-        chosen.offset, se, chosen.drift, math.sqrt(chosen.drift_variance), chosen.reference,
-        None if hours is None else round(chosen.offset / HOUR_S),
-        1 - float(residual.var() / pushed.var()),
+        ClockFit(chosen.offset, chosen.drift, chosen.reference, 0.0, 0, se, whole_hours),
+        math.sqrt(chosen.drift_variance), 1 - float(residual.var() / pushed.var()),
         profile, time, pushed, chosen.depth, chosen.fitted,
     )  # fmt: skip
 
@@ -320,8 +307,8 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     )
 
 
-def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], list[int] | None]:
-    """Offsets from which lags are counted: whole hours that make the logs overlap, or their starts."""
+def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], bool]:
+    """Offsets from which lags are counted: hours that make the logs overlap, or their starts; which."""
     length, other = float(np.ptp(time)), float(np.ptp(motion_time))
     shortest = min(length, other)
     between = (motion_time[0] + motion_time[-1] - time[0] - time[-1]) / 2
@@ -332,8 +319,8 @@ def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], lis
         if abs(between - hour * HOUR_S) < (length + other) / 2 - shortest / 2 and abs(hour) <= 26
     ]
     if hours:
-        return [hour * HOUR_S for hour in hours], hours
-    return [float(motion_time[0] - time[0])], None
+        return [hour * HOUR_S for hour in hours], True
+    return [float(motion_time[0] - time[0])], False
 
 
 def _refine(

@@ -202,7 +202,7 @@ def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
         # in a table of six digits hours would hide the rest
         row |= {
             "clock_hours": hours, "clock_rest_s": clock.offset_s - HOUR_S * hours,
-            "clock_drift": found.drift, "clock_drift_se": found.drift_se,
+            "clock_drift": clock.drift, "clock_drift_se": found.drift_se,
             "clock_explained": found.explained,
         }  # fmt: skip
     if (surface := trace.surface) is not None:
@@ -454,7 +454,7 @@ def find_clock(
             time[good], readings.force[0, good], motion.time, -motion.z,
             settings.max_drift, settings.max_se_s,
         )  # fmt: skip
-        return alignment.clock(), alignment
+        return alignment.clock, alignment
     if readings.arm_moving is None:
         raise ValueError(
             "the force log has no column arm_moving; clock.method sync_line needs it, allowed "

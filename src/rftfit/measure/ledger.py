@@ -77,14 +77,8 @@ class Ledger:
         for code, count in enumerate(np.bincount(why)):
             if count:
                 status = RowStatus(code)
-                good = status is RowStatus.GOOD
-                self.add(
-                    run,
-                    run.force_log,
-                    USED if good else DROPPED,
-                    status.text or used_as,
-                    int(count),
-                )
+                fate = USED if status is RowStatus.GOOD else DROPPED
+                self.add(run, run.force_log, fate, status.text or used_as, count)
 
     def table(self) -> pd.DataFrame:
         """Return the counts as a sorted table with the columns `COLUMNS`."""
