@@ -12,7 +12,7 @@ import pytest
 from pushes import make_push
 
 from rftfit.campaign.sheet import Run
-from rftfit.logs.base import Log
+from rftfit.logs.base import Log, LogError
 from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.ingest import ForceReadings, find_clock, place_surface, read_motion
 from rftfit.measure.ingest import _flags as stroke_flags
@@ -101,6 +101,12 @@ def test_x_is_counted_from_the_middle_of_the_container(paper_config: Config) -> 
     without_x = Log(log.path, {n: v for n, v in columns.items() if n != "x"}, units, 2, {})
     whole = completed(without_x, PUSH, units, 40.0)
     np.testing.assert_allclose(read_motion(config, PUSH, whole).x, 0.0)
+    # the sheet knows beta of a plate, but no theta of a leg
+    without_angle = Log(log.path, {n: v for n, v in columns.items() if n != "angle"}, units, 2, {})
+    np.testing.assert_array_equal(completed(without_angle, PUSH, units).columns["angle"], 0.0)
+    leg = replace(PUSH, kind="leg", direction="rotation", beta_deg=NAN, gamma_deg=NAN)
+    with pytest.raises(LogError, match=r"no column for angle; name it under motion_log\.columns"):
+        completed(without_angle, leg, units)
 
 
 def test_a_rise_that_could_be_noise() -> None:

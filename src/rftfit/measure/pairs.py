@@ -177,7 +177,7 @@ def completed(log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0
     if not lacking:
         return log
     columns, found, notes = dict(log.columns), dict(log.units), list(log.notes)
-    if "angle" in lacking and run.beta_deg is not None:
+    if "angle" in lacking and math.isfinite(run.beta_deg):
         columns["angle"], found["angle"] = np.full(log.size, run.beta_deg), "deg"
         notes.append("beta is that of the run sheet: the motion log has no angle")
         lacking.remove("angle")
