@@ -338,17 +338,8 @@ def _vocabulary(file: ModelFile[Config]) -> Vocabulary:
     """Words of the configuration; from the plain data where it has errors, so far as they are clear."""
     config = file.model
     if config is not None:
-        return Vocabulary(
-            media=tuple(config.media),
-            shapes={name: item.shape for name, item in config.intruders.items()},
-            depths_cm=config.fit.horizontal_depths_cm,
-            missing_tare=config.fit.missing_tare,
-            clock_method=config.clock.method,
-            grid=config.grid,
-            laboratory=tuple(
-                name for name, medium in config.media.items() if medium.role == "laboratory"
-            ),
-        )
+        shapes = {name: item.shape for name, item in config.intruders.items()}
+        return Vocabulary(tuple(config.media), shapes, config)
     media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
     return Vocabulary(
         media=tuple(media) if media else None,
