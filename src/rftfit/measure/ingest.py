@@ -32,6 +32,8 @@ from rftfit.measure.surface import Surface, compliance_of, find_surface
 from rftfit.measure.zero import Zero, find_zero, height_needed, zero_of_log
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import pandas as pd
 
     from rftfit.campaign.config import Config, Transducer
@@ -216,14 +218,19 @@ def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
 
 def samples_of(traces: list[Trace]) -> pd.DataFrame:
     """Put the samples of all runs into one long table."""
+    return samples_table({
+        one.run.run_id: (
+            one.time, one.phase, one.x, -one.z, np.degrees(one.angle), *one.force, one.why
+        )
+        for one in traces
+    })  # fmt: skip
+
+
+def samples_table(runs: Mapping[str, Sequence[np.ndarray]]) -> pd.DataFrame:
+    """Put the columns of some runs, in the order of `SAMPLE_COLUMNS`, into one long table."""
     import pandas as pd
 
-    parts = {
-        one.run.run_id: dict(zip(SAMPLE_COLUMNS, (
-            one.time, one.phase, one.x, -one.z, np.degrees(one.angle), *one.force, one.why
-        ), strict=True))
-        for one in traces
-    }  # fmt: skip
+    parts = {name: dict(zip(SAMPLE_COLUMNS, run, strict=True)) for name, run in runs.items()}
     samples = join_runs(parts, SAMPLE_COLUMNS)
     codes = samples["phase"].to_numpy(int)
     samples["phase"] = pd.Categorical.from_codes(codes, categories=pd.Index(PHASES))
@@ -330,7 +337,7 @@ def _make_trace(
     # a log that begins in air should also end after the stroke; others hold nothing but the stroke
     if cut and config.zero.method == "air" and zero_log is None:
         flags.append("the motion log begins or ends within the stroke")
-    flags += _repeating(run, force_log, in_stroke)
+    flags += _repeating(run, ~new_readings(readings.channels)[in_stroke])
     stuck = int(np.count_nonzero(readings.saturated & in_stroke))
     if stuck:
         flags.append(f"transducer saturated in {stuck} samples of the stroke")
@@ -420,9 +427,8 @@ def without_repeats(config: Config, log: Log) -> Log:
     return log.take(new_readings(np.stack([log.columns[name] for name in _CHANNELS])), REPEATED)
 
 
-def _repeating(run: Run, log: Log, in_stroke: np.ndarray) -> list[str]:
+def _repeating(run: Run, again: np.ndarray) -> list[str]:
     """Notice a logger that writes each reading of a slower transducer several times."""
-    again = ~new_readings(np.stack([log.columns[name] for name in _CHANNELS]))[in_stroke]
     # the force of a horizontal run may be steady; of others it grows
     if run.direction == "horizontal" or again.mean() < _MOST_REPEATED:
         return []
