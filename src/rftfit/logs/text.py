@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import gzip
+import math
 import re
 import zlib
 from abc import abstractmethod
@@ -482,28 +483,25 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
         return CELLS
     values: list[Any] = []
     for place in layout.wanted:
-        cell = cells[place].strip(" \t")
-        kind = layout.kinds[place]
+        cell, kind = cells[place].strip(" \t"), layout.kinds[place]
         if kind == "same":
             values.append(cells[place] == layout.same)
-            continue
-        if kind == "integer":
+        elif kind == "integer":
             if not _INTEGER.fullmatch(cell) or abs(int(cell)) >= 1 << 63:
                 return NUMBER
             values.append(int(cell))
-            continue
-        if kind == "stamp":
+        elif kind == "stamp":
             values.append(seconds_of(cell))
-            if values[-1] != values[-1]:
+            if math.isnan(values[-1]):
                 return NO_TIME
-            continue
-        if layout.decimal == ",":
-            if place in layout.regrouped and _GROUPED.fullmatch(cell):
-                return GROUPED
-            cell = "." if "." in cell else cell.replace(",", ".")
-        if not (_NUMBER.fullmatch(cell) or _NOT_FINITE.fullmatch(cell)):
-            return NUMBER
-        values.append(float(cell))
+        else:
+            if layout.decimal == ",":
+                if place in layout.regrouped and _GROUPED.fullmatch(cell):
+                    return GROUPED
+                cell = "." if "." in cell else cell.replace(",", ".")
+            if not (_NUMBER.fullmatch(cell) or _NOT_FINITE.fullmatch(cell)):
+                return NUMBER
+            values.append(float(cell))
     return values
 
 
