@@ -69,10 +69,7 @@ class ModelFile(Generic[M]):
 
 
 def read_model(path: Path, model: type[M], name: str = "") -> ModelFile[M]:
-    """Read a YAML file and check it against a model; problems are in the order of the lines.
-
-    `name`: What messages call the file; default: its path.
-    """
+    """Read a YAML file, in messages called by `name` or else its path, and check it against a model."""
     file = ModelFile[M](name or str(path))
     try:
         text = read_text(path, file.name, "config", MAX_BYTES)

@@ -7,7 +7,7 @@ import io
 import math
 import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.config import UNIT_AREA
 from rftfit.campaign.files import decode, read_bytes
@@ -157,16 +157,15 @@ def _named(schema: Schema, table: Table) -> Schema:
     """The schema with the names that the file has; angles in radians have other limits."""
     high = 90 / table.angle_scale
     given: dict[str, str] = {str(ours): theirs for ours, theirs in table.columns.items()}
-    columns = [
-        replace(column, also=(*column.also, given[column.name]))
-        if column.name in given else column
-        for column in schema.columns
-    ]  # fmt: skip
-    return replace(schema, columns=tuple(
-        replace(column, low=-high, high=high, unit=table.angle_unit)
-        if column.name in ("beta_deg", "gamma_deg") else column
-        for column in columns
-    ))  # fmt: skip
+    columns = []
+    for column in schema.columns:
+        changes: dict[str, Any] = {}
+        if column.name in given:
+            changes["also"] = (*column.also, given[column.name])
+        if column.name in ("beta_deg", "gamma_deg"):
+            changes |= {"low": -high, "high": high, "unit": table.angle_unit}
+        columns.append(replace(column, **changes))
+    return replace(schema, columns=tuple(columns))
 
 
 def _check_numbers(draft: DraftRow, numbers: dict[str, float]) -> None:

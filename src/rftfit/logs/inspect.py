@@ -279,10 +279,7 @@ def _instead(name: str) -> str:
 
 
 def config_block(found: Survey, dialect: str, text: Mapping[str, Any] | None = None) -> list[str]:
-    """Write the lines of config for a log, as YAML; what is a guess says so.
-
-    `text`: Format, where the dialect is ``delimited``.
-    """
+    """Write the lines of config for a log, as YAML; `text` is the format of a ``delimited`` one."""
     if dialect == "rig":
         return ["dialect: rig"]
     lines = []

@@ -176,10 +176,7 @@ class RunFit:
 
 
 def filed_under(run: Run) -> tuple[float, float, float]:
-    """Cell (beta, gamma), deg, of the alpha table to which a run belongs, and the sign of its alpha_x.
-
-    Extractions go under (-beta, -gamma) with alpha_x turned.
-    """
+    """Cell (beta, gamma), deg, of a run, and the sign of its alpha_x; an extraction turns all three."""
     if run.direction == "extraction":
         return file_extraction(run.beta_deg, run.gamma_deg)
     return run.beta_deg, run.gamma_deg, 1.0

@@ -66,10 +66,7 @@ class Ledger:
     )
 
     def add(self, run: Run, file: str, fate: str, reason: str, rows: int) -> None:
-        """Count `rows` lines of one file of a run; 0 is kept where a whole file is missing.
-
-        `fate`: `USED`, `DROPPED`, or `LOST` for what the instrument counted and the file lacks.
-        """
+        """Count `rows` lines of one file, 0 of a missing one; `LOST`: the instrument alone counted them."""
         self.counts[run.run_id, run.medium, run.kind, file, fate, reason] += int(rows)
 
     def add_rows(self, run: Run, why: np.ndarray, used_as: str) -> None:

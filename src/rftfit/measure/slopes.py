@@ -119,10 +119,7 @@ def _growth(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
-    """Degrees of freedom of a sum of independent variance estimates (Welch and Satterthwaite).
-
-    The parts lie along the first axis.
-    """
+    """Degrees of freedom of a sum, along axis 0, of variance estimates (Welch and Satterthwaite)."""
     total = variances.sum(axis=0)
     parts = (variances**2 / dofs).sum(axis=0)
     safe = np.where(parts > 0, parts, 1.0)

@@ -72,10 +72,7 @@ class Motion:
 
 
 def find_stroke(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
-    """Find start and end of a run's stroke, s, and refuse one that the sheet does not describe.
-
-    `spans`: shape (k, 2); From `Motion.spans`.
-    """
+    """Find start and end of a run's stroke, s, in the spans of its motion, or refuse it."""
     if run.kind in ("leg", "leg_air"):
         return _rotation(motion, spans)
     if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:

@@ -227,10 +227,7 @@ class Compliance:
     travel: FloatArray
 
     def at(self, force: FloatArray) -> tuple[FloatArray, np.ndarray]:
-        """Travel, cm, at some lift, and whether it is known there: not beyond the largest known lift.
-
-        A pull counts as no lift.
-        """
+        """Travel, cm, at some lift (a pull is none), and whether it is known: up to the largest lift."""
         return np.interp(force, self.force, self.travel), force <= self.force[-1]
 
 
