@@ -87,20 +87,19 @@ class Campaign:
         used = {run.medium for run in self.runs}
         return tuple(medium for medium in self.config.media if medium in used)
 
-    def of_role(self, role: str) -> tuple[str, ...]:
-        """Media with runs that play a role: ``laboratory`` or ``natural_sand``."""
-        return tuple(name for name in self.media_with_runs if self.config.media[name].role == role)
+    def of_role(self, role: str = "") -> tuple[str, ...]:
+        """Media with runs that play a role, ``laboratory`` or ``natural_sand``; default: any."""
+        media = self.config.media
+        return tuple(name for name in self.media_with_runs if role in ("", media[name].role))
 
     def of_logs(self, role: str = "") -> tuple[str, ...]:
         """Media whose runs were recorded: none of a campaign that is a table."""
-        return () if self.numbers else self.of_role(role) if role else self.media_with_runs
+        return () if self.numbers else self.of_role(role)
 
     def of_samples(self, role: str = "") -> tuple[str, ...]:
         """Media with stress against depth: none of a campaign that is a table of alpha."""
         table = self.config.table
-        if table is not None and table.holds == "alpha":
-            return ()
-        return self.of_role(role) if role else self.media_with_runs
+        return () if table is not None and table.holds == "alpha" else self.of_role(role)
 
     def with_legs(self, role: str) -> tuple[str, ...]:
         """Media of a role in which legs were turned."""

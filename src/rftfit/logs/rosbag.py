@@ -119,8 +119,8 @@ def _ros1(path: Path, wanted: str) -> Topic:
         raise
     except (ReaderError, AssertionError, ValueError, LookupError, EOFError, OSError):
         # its index is missing or damaged; the messages are read without it
-        found = recover(path)
-        topics, cut = found.topics, found.cut
+        found, cut = recover(path)
+        topics = found.topics
         number = _choose(path, topics, wanted)
         same = {k for k, v in topics.items() if v == topics[number]}
         got = [(time, raw) for connection, time, raw in found.messages if connection in same]
@@ -284,22 +284,19 @@ class Recovered(NamedTuple):
     """What a bag without a usable index still holds, in the order of the file.
 
     `topics`: Connection to topic, type and message definition. `messages`: Connection, time of
-    recording (ns), message. `cut`: The file ends within a message or a compressed block.
+    recording (ns), message.
     """
 
     topics: dict[int, tuple[str, str, str]]
     messages: list[tuple[int, int, bytes]]
-    cut: bool
 
 
-def recover(path: Path) -> Recovered:
-    """Read the complete messages of a bag from its start to where it breaks off."""
-    found = Recovered({}, [], False)
+def recover(path: Path) -> tuple[Recovered, bool]:
+    """Read the complete messages of a bag, and whether it ends within a message or a packed block."""
+    found = Recovered({}, [])
     with path.open("rb") as file:
         file.readline()
-        size = path.stat().st_size
-        cut = _records(file, size, found, inside=False)
-    return found._replace(cut=cut)
+        return found, _records(file, path.stat().st_size, found, inside=False)
 
 
 def _records(source: BinaryIO, size: int, found: Recovered, inside: bool) -> bool:

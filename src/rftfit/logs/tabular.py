@@ -66,9 +66,7 @@ class XlsxReader(Reader):
     name = "xlsx"
     description = "xlsx workbook, first sheet or the one of options: {sheet: NAME}"
     evidence = "the archive's parts: an xlsx workbook"
-
-    def __init__(self) -> None:
-        self._sheet = ""
+    _sheet = ""
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""

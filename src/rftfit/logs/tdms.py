@@ -92,10 +92,8 @@ class TdmsReader(Reader):
         units: dict[str, str] = {}
         time, note = _time(path, channels, size, rows)
         if time is None and self.rate:
-            time, note = (
-                np.arange(size) / self.rate,
-                f"time is the sample / {self.rate:g} Hz (the config)",
-            )
+            time = np.arange(size) / self.rate
+            note = f"time is the sample / {self.rate:g} Hz (the config)"
         if time is not None:
             columns["time"], units["time"] = time, "s"
         for channel in channels:
@@ -103,9 +101,8 @@ class TdmsReader(Reader):
             values = np.asarray(channel[:])[:size]
             columns[name] = _epoch_s(values) if values.dtype.kind == "M" else values.astype(float)
             units[name] = _unit(channel)
-        return Log(
-            path, columns, units, rows, {CUT: rows - size} if rows > size else {}, {}, (note,)
-        )
+        dropped = {CUT: rows - size} if rows > size else {}
+        return Log(path, columns, units, rows, dropped, notes=(note,))
 
 
 @contextmanager

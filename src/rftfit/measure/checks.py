@@ -501,16 +501,14 @@ def check_surface(config: Config, medium: str, tables: Tables) -> Check:
         why = "stress is a line only near the surface of a natural sand"
         return Check("surface", NOT_CHECKED, why)
     if fits["flags"].str.contains(NO_TARE_FLAG).any():
-        return Check(
-            "surface", NOT_CHECKED, "the force on the rod, which begins elsewhere, is in it"
-        )
+        why = "the force on the rod, which begins elsewhere, is in it"
+        return Check("surface", NOT_CHECKED, why)
     known = fits[(fits["gamma_deg"].abs() >= 45) & (fits["free_slope_z_N_per_cm3"].abs() > 0)]
     alpha, se = (known[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
-    known = known.loc[known.index[np.abs(alpha) > _SIGMAS * se]]
+    clear = np.abs(alpha) > _SIGMAS * se
+    known = known[clear]
     start = -(known["intercept_z_N_per_cm2"] / known["free_slope_z_N_per_cm3"]).to_numpy(float)
-    error = (se / np.abs(alpha))[np.abs(alpha) > _SIGMAS * se] * known["depth_to_cm"].to_numpy(
-        float
-    )
+    error = (se / np.abs(alpha))[clear] * known["depth_to_cm"].to_numpy(float)
     pushes = known["direction"].to_numpy() == "intrusion"
     down, down_se = _median(start[pushes])
     if math.isnan(down):

@@ -52,19 +52,9 @@ class Tare:
         typical = (position[-1] - position[0]) / (position.size - 1)
         return cls(abscissa, position, force[:, order], 10 * float(typical))
 
-    @property
-    def valid_from(self) -> float:
-        """Smallest position the tare knows."""
-        return float(self.position[0])
-
-    @property
-    def valid_to(self) -> float:
-        """Largest position the tare knows."""
-        return float(self.position[-1])
-
     def covers(self, position: FloatArray) -> np.ndarray:
         """Tell at which positions the tare is known: not outside its range, not in holes of its log."""
-        inside = (position >= self.valid_from) & (position <= self.valid_to)
+        inside = (position >= self.position[0]) & (position <= self.position[-1])
         after = np.clip(np.searchsorted(self.position, position), 1, self.position.size - 1)
         step = self.position[after] - self.position[after - 1]
         return np.asarray(inside & (step <= self.longest_step))
@@ -114,7 +104,7 @@ def tare_medium(
         tare, reason = tares.get(run.tare_run), ""
         valid = (np.nan, np.nan)
         if isinstance(tare, Tare):
-            valid = (tare.valid_from, tare.valid_to)
+            valid = (tare.position[0], tare.position[-1])
             parts[name] = _tared(run, stroke, tare, ledger)
         elif not run.tare_run and (
             campaign.numbers or campaign.config.fit.missing_tare != "refuse"
