@@ -306,9 +306,9 @@ def _make_trace(
     zero: Zero | None
     if isinstance(zero_log, Log):
         unloaded = read_force(config, zero_log).force
-        zero = zero_of_log(unloaded, time.size, drift, config.zero.log_age_min)
+        zero = zero_of_log(unloaded, drift, config.zero.log_age_min)
     elif config.zero.method == "stated":
-        zero = _stated_zero(config, time.size)
+        zero = _stated_zero(config)
     else:
         resting = in_air & (why == RowStatus.GOOD) & ~in_stroke
         middle = float(readings.time[in_stroke].mean())
@@ -368,12 +368,12 @@ def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obj
     return facts
 
 
-def _stated_zero(config: Config, size: int) -> Zero:
+def _stated_zero(config: Config) -> Zero:
     """The zero that the config states, the same in every run."""
     stated = config.zero
     force = (sensor_to_lab(config.transducer) @ np.array(stated.readings_N))[::-1]
     variance = np.full(2, (stated.sd_N or 0.0) ** 2)
-    return Zero(np.repeat(force[:, None], size, axis=1), variance, GIVEN_DOF, math.nan)
+    return Zero(force[:, None], variance, GIVEN_DOF, math.nan)
 
 
 def sensor_to_lab(transducer: Transducer) -> FloatArray:
