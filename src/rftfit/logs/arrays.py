@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rftfit.campaign.config import QUANTITIES
 from rftfit.logs.base import (
     Log,
     LogError,
@@ -77,13 +76,11 @@ class ArraysReader(RatedReader):
         if not columns:
             text = "no array of numbers with more than one value; objects (a MATLAB table or timeseries) "
             raise LogError("header_only", f"{path}: {text}have to be saved as plain arrays")
-        asked = self.asked or frozenset()
-        if self.asked is None or asked.difference(columns, QUANTITIES):
-            asked = frozenset(columns)  # whoever asks for others finds out which there are
-        sizes = {name: values.size for name, values in columns.items() if name in asked}
+        wanted = self.wanted(columns)
+        sizes = {name: values.size for name, values in columns.items() if name in wanted}
         size = max(sizes.values(), key=lambda n: (list(sizes.values()).count(n), n), default=0)
         others = [f"{name} ({n})" for name, n in sizes.items() if n != size]
-        if others and asked != frozenset(columns):
+        if others and set(wanted) != set(columns):
             same = ", ".join(name for name, n in sizes.items() if n == size)
             raise LogError(
                 "lengths",

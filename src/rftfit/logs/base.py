@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from rftfit.campaign.config import QUANTITIES
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -105,6 +106,14 @@ class Reader(ABC):
         reader = copy(self)
         reader.asked = frozenset(columns)
         return reader
+
+    def wanted(self, names: Collection[str]) -> Collection[str]:
+        """Return the columns to be read: all where one that is asked for is not among the `names`.
+
+        Whoever asked finds out then which columns there are.
+        """
+        asked = self.asked
+        return names if asked is None or asked.difference(names, QUANTITIES) else asked
 
     def describe(self) -> str:
         """Return the description."""

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.campaign.config import QUANTITIES
 from rftfit.logs.base import (
     Log,
     LogError,
@@ -76,7 +75,10 @@ class TdmsReader(Reader):
             raise LogError("damaged", f"{path}: damaged, or no TDMS file: {error}") from error
 
     def _log(self, path: Path, content: Any) -> Log:
-        channels = _chosen(_group(path, content, self.group), self.asked)
+        channels = _group(path, content, self.group)
+        wanted = self.wanted([channel.name for channel in channels])
+        if any(channel.name in wanted for channel in channels):
+            channels = [c for c in channels if c.name in wanted or _is_time(c)]
         lengths = sorted(len(channel) for channel in channels)
         incomplete = content.file_status.incomplete_final_segment
         if lengths[0] < lengths[-1] and not incomplete:
@@ -141,15 +143,6 @@ def _group(path: Path, content: Any, wanted: str) -> list[Any]:
 def _is_number(channel: Any) -> bool:
     kind = "" if channel.dtype is None else np.dtype(channel.dtype).kind
     return kind in tuple("fiubM") and len(channel) > 0
-
-
-def _chosen(channels: list[Any], asked: frozenset[str] | None) -> list[Any]:
-    """Return the channels that are asked for, and time; all where one of them is not there."""
-    chosen = [c for c in channels if asked is None or c.name in asked]
-    absent = (asked or frozenset()).difference((c.name for c in channels), QUANTITIES)
-    if absent or not chosen:
-        return channels
-    return [c for c in channels if c in chosen or _is_time(c)]
 
 
 def _expected(content: Any, channels: list[Any]) -> int:

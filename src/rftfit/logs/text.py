@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 
-from rftfit.campaign.config import QUANTITIES
 from rftfit.logs.base import (
     HEAD_BYTES,
     Log,
@@ -624,7 +623,7 @@ class TextReader(Reader):
             lines = chain.from_iterable(chain(b.body.splitlines(), [b.rest]) for b in blocks)
             count = sum(map(plan.layout.is_data, lines))
             raise LogError("header", f"{path}: {plan.refusal}", count)
-        layout = narrowed(plan.layout, self.asked, plan.keep)
+        layout = narrowed(plan.layout, {*self.wanted(plan.layout.names), *plan.keep})
         if regrouped := regrouped_columns(path, layout, plan.start):
             layout = replace(layout, regrouped=regrouped)
             notes = [_REGROUPED.format(layout.names[place]) for place in sorted(regrouped)]
@@ -638,13 +637,10 @@ class TextReader(Reader):
             raise LogError("header_only", f"{path}: a header and no data")
 
 
-def narrowed(layout: Layout, asked: frozenset[str] | None, keep: frozenset[str]) -> Layout:
-    """Skip the columns that nobody asked for."""
-    if asked is None or asked.difference(layout.names, QUANTITIES):
-        # of a file that lacks one of them, all: whoever asked finds out which columns there are
-        return layout
+def narrowed(layout: Layout, wanted: set[str]) -> Layout:
+    """Skip all other columns, if any of these hold something that can be read."""
     kinds = tuple(
-        kind if name in asked | keep else "skip"
+        kind if name in wanted else "skip"
         for name, kind in zip(layout.names, layout.kinds, strict=True)
     )
     narrow = replace(layout, kinds=kinds)
