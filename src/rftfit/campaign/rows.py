@@ -43,8 +43,8 @@ MAX_COLUMNS = 64
 YES = ("yes", "true", "1")
 NO = ("no", "false", "0")
 
-_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
-_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+")
+NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
+COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
 _UNIT = re.compile(r"(.+?)(?:_([a-z]+)|\s*[\[(]\s*([a-z]+)\s*[\])])")
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
@@ -284,13 +284,13 @@ def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> No
     if cell.isascii() and "_" not in cell:
         with contextlib.suppress(ValueError):
             value = float(cell) * scale
-    if value is None and _COMMA.fullmatch(cell):
+    if value is None and COMMA.fullmatch(cell):
         code, nearest, more = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
     elif value is None:
         code = "not-a-number"
         # the minus of a word processor
         plain = cell.replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
-        nearest = plain if _NUMBER.fullmatch(plain) else None
+        nearest = plain if NUMBER.fullmatch(plain) else None
     elif not math.isfinite(value):
         code = "not-finite"
     elif not column.holds(value):

@@ -400,9 +400,12 @@ def without(flags: str, told: Collection[str]) -> str:
 def _lacks_force_x(config: Config, run: Run) -> bool:
     """Whether alpha_x of a run is 0 only because the config states a constant for its channel."""
     channel = config.force_log.columns.get(config.transducer.axes.x[1:])  # type: ignore[call-overload]
-    stated = channel is not None and channel.constant is not None
-    # straight up or down, a level or upright plate feels none by symmetry
-    return stated and not (run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90)
+    return channel is not None and channel.constant is not None and not is_symmetric(run)
+
+
+def is_symmetric(run: Run) -> bool:
+    """Whether a run feels no horizontal force by symmetry: a level or upright plate, up or down."""
+    return run.kind == "plate" and run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90
 
 
 def _stroke(
