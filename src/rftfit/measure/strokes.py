@@ -118,18 +118,14 @@ def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tup
             f"below the surface the arm moved along gamma = {', '.join(seen)} deg; the "
             f"sheet's {run.direction} at gamma {run.gamma_deg:g} is along {way:.1f} deg"
         )
-    if run.stroke is not None:
-        # in the order of time; a stretch much shorter than the others is no stroke
-        longest = max(one[0] for one in along)
-        strokes = [one for one in along if one[0] > _STROKE_SHARE * longest]
-        if run.stroke > len(strokes):
-            raise ValueError(
-                f"the sheet asks for stroke {run.stroke}; the log holds {len(strokes)}"
-            )
-        _, start, end = strokes[run.stroke - 1]
-        return start, end
-    _, start, end = max(along, key=lambda one: one[0])
-    return start, end
+    longest = max(along, key=lambda one: one[0])
+    if run.stroke is None:
+        return longest[1:]
+    # in the order of time; a stretch much shorter than the others is no stroke
+    strokes = [one for one in along if one[0] > _STROKE_SHARE * longest[0]]
+    if run.stroke > len(strokes):
+        raise ValueError(f"the sheet asks for stroke {run.stroke}; the log holds {len(strokes)}")
+    return strokes[run.stroke - 1][1:]
 
 
 def _straight(motion: Motion, start: float, end: float) -> list[tuple[float, float]]:
