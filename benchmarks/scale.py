@@ -19,7 +19,7 @@ import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     import pyarrow as pa
+
+    from rftfit.campaign.load import Campaign
 
 SIZES = (1_000, 5_000, 20_000)
 FLOOR_AT = 5_000
@@ -98,15 +100,13 @@ def build(root: Path, logs: int, runs: Sequence[Any], source: Path, per_medium: 
 # what is measured --------------------------------------------------------------------------------
 
 
-def to_alpha(config: Path, medium: str) -> int:
+def to_alpha(campaign: Campaign, medium: str) -> int:
     """Go from the logs of a medium to its alpha table; cells of it."""
-    from rftfit.campaign.load import load_campaign
     from rftfit.measure.alpha import alpha_table
     from rftfit.measure.fits import fit_medium
     from rftfit.measure.ingest import ingest_medium
     from rftfit.measure.tare import tare_medium
 
-    campaign = load_campaign(config, medium)
     samples, runs, _ = ingest_medium(campaign, medium)
     tared, tares, _ = tare_medium(campaign, medium, samples, runs)
     fits, _, _ = fit_medium(campaign, medium, runs, tared, tares)
@@ -121,13 +121,11 @@ def media_of(config: Path) -> list[str]:
 
 def chain(config: Path, cores: int) -> None:
     """All media of a campaign, one after the other or two at a time."""
-    media = media_of(config)
-    if cores == 1:
-        for medium in media:
-            to_alpha(config, medium)
-    else:
-        # each process measures some media, as the jobs of the workflow do
-        list(_pool(cores).map(to_alpha, [config] * len(media), media))
+    from rftfit.campaign.load import load_campaign
+
+    measure, media = partial(to_alpha, load_campaign(config)), media_of(config)
+    # each process measures some media, as the jobs of the workflow do
+    list(map(measure, media) if cores == 1 else _pool(cores).map(measure, media))
 
 
 @cache

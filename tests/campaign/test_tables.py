@@ -106,6 +106,16 @@ def test_nothing_in_a_block_is_lost_in_silence(tmp_path: Path) -> None:
     assert {push.run.run_id for push in pushes} == {"b0_g45", "b0_g90"}
 
 
+def test_a_block_given_twice_and_cut_short(tmp_path: Path) -> None:
+    rows = ["alpha_z,45,90", "0,0.2,0.3", "alpha_x,45,90", "0,0.1,0", "alpha_z,45,90", "0,0.2"]
+    _, problems = read(written(tmp_path / "b.csv", *rows))
+    told = "\n".join(problems)
+    assert (
+        "column alpha_z_N_per_cm3: found '0.2'; allowed: each direction once; row 2 has it" in told
+    )
+    assert "column alpha_z_N_per_cm3: found ''; allowed: each direction once; row 2 has it" in told
+
+
 def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path: Path) -> None:
     """Intruders are welcome, to predict forces on them; the table's stress is stress already."""
     values = {

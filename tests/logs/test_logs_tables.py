@@ -232,10 +232,10 @@ def test_units_in_names(cell: str, wanted: tuple[str, str]) -> None:
 def test_what_a_file_looks_like() -> None:
     found = preview(b"Test\nOperator: me\nt;F\n0,1;2,5\n0,2;2,6\n0,3;2,7\n")
     assert found is not None
-    assert found.as_format() == {"delimiter": ";", "decimal": ",", "skip_lines": 2}
+    assert found == {"delimiter": ";", "decimal": ",", "skip_lines": 2}
     found = preview(b"1.0\t2\n1.5\t3\n2.5\t4\n")
     assert found is not None
-    assert found.as_format() == {"delimiter": "tab", "names": False}
+    assert found == {"delimiter": "tab", "names": False}
     assert preview(b"Dear reader,\nthis is a letter, not a log.\nYours, me\n") is None
     assert preview(bytes(range(256)) * 10) is None
     assert encoding_of("größe".encode("cp1252")).startswith("8 bits")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.config import Arm
-from rftfit.measure.clocks import ClockError, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.clocks import ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.strokes import Motion
 
 LIMIT = 0.05
@@ -112,23 +112,23 @@ def test_both_ends_of_a_ramp_cancel() -> None:
 
 
 def test_files_of_different_runs_are_refused() -> None:
-    with pytest.raises(ClockError, match=r"disagree by 0\.\d+ s .* belong to one run"):
+    with pytest.raises(ValueError, match=r"disagree by 0\.\d+ s .* belong to one run"):
         align(RUN, spans((2.0, 5.1), (7.1, 14.0)), LIMIT)
-    with pytest.raises(ClockError, match=r"allowed: 0\.05 s"):
+    with pytest.raises(ValueError, match=r"allowed: 0\.05 s"):
         align(RUN, spans((0.0, 1.0), (3.0, 4.0), (9.0, 16.0)), LIMIT)
 
 
 def test_two_ways_to_match_are_refused() -> None:
     even = spans((0, 1), (2, 3), (4, 5))
-    with pytest.raises(ClockError, match="two ways"):
+    with pytest.raises(ValueError, match="two ways"):
         align(even[:2], even, LIMIT)
-    with pytest.raises(ClockError, match="two ways"):
+    with pytest.raises(ValueError, match="two ways"):
         align(even, even[1:], LIMIT)
     assert align(even, even + 5, LIMIT).offset_s == pytest.approx(5)
 
 
 def test_nothing_to_match() -> None:
-    with pytest.raises(ClockError, match=r"in 0 whole stretches .* in 2 by the motion log"):
+    with pytest.raises(ValueError, match=r"in 0 whole stretches .* in 2 by the motion log"):
         align(np.empty((0, 2)), RUN, LIMIT)
 
 

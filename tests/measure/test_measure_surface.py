@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pushes import make_push
 
-from rftfit.measure.surface import Surface, SurfaceError, find_surface
+from rftfit.measure.surface import Surface, find_surface
 
 
 def find(seed: int, **settings: float) -> tuple[Surface, float]:
@@ -55,25 +55,25 @@ def test_no_surface_in_air() -> None:
         # correlated noise, and a zero that drifts as much as a transducer's may
         noise = np.convolve(random.normal(0, 0.1, 2019), np.ones(20) / 20**0.5, "valid")
         drift = np.cumsum(random.normal(0, 0.001, 2000))
-        with pytest.raises(SurfaceError, match="not found"):
+        with pytest.raises(ValueError, match="not found"):
             find_surface(depth, noise + drift, 1.5, 0.05)
 
 
 def test_a_log_that_begins_in_contact() -> None:
     depth = np.linspace(0, 4, 800)
-    with pytest.raises(SurfaceError, match="begin in air"):
+    with pytest.raises(ValueError, match="begin in air"):
         find_surface(depth, 30 * depth + 10, 1.5, 0.05)
 
 
 def test_a_log_that_ends_at_the_surface() -> None:
     depth = np.linspace(0, 3.02, 300)
     force = 200 * np.maximum(depth - 3.0, 0)
-    with pytest.raises(SurfaceError, match="not found"):
+    with pytest.raises(ValueError, match="not found"):
         find_surface(depth, force, 1.5, 0.05)
 
 
 def test_too_few_readings() -> None:
-    with pytest.raises(SurfaceError, match="10 readings"):
+    with pytest.raises(ValueError, match="10 readings"):
         find_surface(np.arange(10.0), np.arange(10.0), 1.5, 0.05)
 
 

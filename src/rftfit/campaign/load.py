@@ -87,20 +87,19 @@ class Campaign:
         used = {run.medium for run in self.runs}
         return tuple(medium for medium in self.config.media if medium in used)
 
-    def of_role(self, role: str) -> tuple[str, ...]:
-        """Media with runs that play a role: ``laboratory`` or ``natural_sand``."""
-        return tuple(name for name in self.media_with_runs if self.config.media[name].role == role)
+    def of_role(self, role: str = "") -> tuple[str, ...]:
+        """Media with runs that play a role, ``laboratory`` or ``natural_sand``; default: any."""
+        media = self.config.media
+        return tuple(name for name in self.media_with_runs if role in ("", media[name].role))
 
     def of_logs(self, role: str = "") -> tuple[str, ...]:
         """Media whose runs were recorded: none of a campaign that is a table."""
-        return () if self.numbers else self.of_role(role) if role else self.media_with_runs
+        return () if self.numbers else self.of_role(role)
 
     def of_samples(self, role: str = "") -> tuple[str, ...]:
         """Media with stress against depth: none of a campaign that is a table of alpha."""
         table = self.config.table
-        if table is not None and table.holds == "alpha":
-            return ()
-        return self.of_role(role) if role else self.media_with_runs
+        return () if table is not None and table.holds == "alpha" else self.of_role(role)
 
     def with_legs(self, role: str) -> tuple[str, ...]:
         """Media of a role in which legs were turned."""
@@ -128,21 +127,16 @@ class Campaign:
         return tuple(sorted(loose, key=lambda run: run.run_id))
 
 
-def load_campaign(config_path: Path, medium: str = "") -> Campaign:
-    """Read a campaign that must be right.
-
-    `medium`: Only the rows of this medium and those of none are read and checked. A job that
-    measures one medium need not look at ten thousand rows of others, which were checked when it was
-    planned.
-    """
-    campaign, problems = check_campaign(config_path, medium)
+def load_campaign(config_path: Path) -> Campaign:
+    """Read a campaign that must be right."""
+    campaign, problems = check_campaign(config_path)
     if campaign is None:
         raise CampaignError(problems)
     return campaign
 
 
-def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None, list[Problem]]:
-    """Read a campaign and find everything that is wrong with it; see `load_campaign`.
+def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
+    """Read a campaign and find everything that is wrong with it.
 
     Returns None for the campaign when there is any error, and all problems: of the configuration in
     the order of its lines, then of the run sheet in the order of its rows.
@@ -161,8 +155,9 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
     raw = _locate(file, within, "raw")
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None
-    _check_rigid_contact(file, logs)
-    _check_calibration(file, logs)
+    if file.model is not None and logs is not None:
+        _check_rigid_contact(file, file.model, logs)
+        _check_calibration(file, file.model, logs)
     runs: list[Run] = []
     of_sheet: list[Problem] = []
     pushes: list[Push] = []
@@ -170,9 +165,10 @@ def check_campaign(config_path: Path, medium: str = "") -> tuple[Campaign | None
         pushes, of_sheet = _read_table(file.model, root, raw, sheet)
         runs = [push.run for push in pushes]
     elif sheet and not (isinstance(file.data, dict) and file.data.get("table")):
-        runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs, medium)
-    _check_robot(file, within, logs, runs)
+        runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs)
     if file.model is not None:
+        if logs is not None:
+            _check_robot(file, file.model, within, logs, runs)
         of_sheet += _only_straight_down(file.model, sheet, runs)
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
     if file.model is None or any(problem.severity == "error" for problem in problems):
@@ -231,27 +227,16 @@ def root_of(config_path: Path) -> Path:
     return (folder.parent if folder.name == "config" else folder).resolve()
 
 
-@dataclass(frozen=True)
-class Layout:
-    """A checked configuration and its folders; raw folder and sheet may not exist yet."""
-
-    config: Config
-    root: Path
-    raw: Path
-    sheet: Path
-
-
-def read_layout(config_path: Path) -> Layout:
-    """Read and check the configuration without its run sheet."""
+def read_layout(config_path: Path) -> Campaign:
+    """Read a campaign without its runs: raw folder and sheet may not exist yet."""
     root = root_of(config_path)
     file = read_model(config_path, Config, config_path.as_posix())
     within = Folder(root)
     raw, sheet = (_locate(file, within, key, exists=False) for key in ("raw", "run_sheet"))
     if file.model is None or file.problems:
         raise CampaignError(file.problems)
-    return Layout(
-        file.model, root, Path(within.base, raw).resolve(), Path(within.base, sheet).resolve()
-    )
+    logs, runs = Path(within.base, raw).resolve(), Path(within.base, sheet).resolve()
+    return Campaign(root, logs, runs, file.model, ())
 
 
 def _locate(file: ModelFile[Config], root: Folder, key: str, *, exists: bool = True) -> str:
@@ -291,16 +276,16 @@ def _inside(path: str, folder: str) -> bool:
     return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
 
 
-def _check_rigid_contact(file: ModelFile[Config], logs: Folder | None) -> None:
+def _check_rigid_contact(file: ModelFile[Config], config: Config, logs: Folder) -> None:
     """Check the two logs of the push against something rigid as those of a run are."""
-    contact = file.model.rigid_contact if file.model is not None else None
-    if file.model is None or contact is None or logs is None:
+    contact = config.rigid_contact
+    if contact is None:
         return
     paths = [
         _need_file(file, ("rigid_contact", key), written, logs, "raw", "rigid-contact")
         for key, written in (("force_log", contact.force_log), ("motion_log", contact.motion_log))
     ]
-    method, here = file.model.clock.method, ("rigid_contact", "motion_log")
+    method, here = config.clock.method, ("rigid_contact", "motion_log")
     if paths[0] and paths[0] == paths[1]:
         if method != "same_clock":
             file.note(here, "one-file", contact.motion_log, same_file_needs_one_clock(method))
@@ -309,9 +294,9 @@ def _check_rigid_contact(file: ModelFile[Config], logs: Folder | None) -> None:
         file.note(here, "shared-file", contact.motion_log, f"{allowed}two apart")
 
 
-def _check_calibration(file: ModelFile[Config], logs: Folder | None) -> None:
-    named = file.model.force_log.calibration if file.model is not None else None
-    if named is None or logs is None:
+def _check_calibration(file: ModelFile[Config], config: Config, logs: Folder) -> None:
+    named = config.force_log.calibration
+    if named is None:
         return
     here = ("force_log", "calibration")
     if path := _need_file(file, here, named, logs, "raw", "calibration-file"):
@@ -322,12 +307,12 @@ def _check_calibration(file: ModelFile[Config], logs: Folder | None) -> None:
 
 
 def _check_robot(
-    file: ModelFile[Config], root: Folder, logs: Folder | None, runs: list[Run]
+    file: ModelFile[Config], config: Config, root: Folder, logs: Folder, runs: list[Run]
 ) -> None:
     """Look for the files that the robot's section names."""
-    robot = file.model.robot if file.model is not None else None
+    robot = config.robot
     # a campaign without runs on its medium (a part of a re-enactment) has no robot either
-    if robot is None or logs is None or not any(run.medium == robot.medium for run in runs):
+    if robot is None or not any(run.medium == robot.medium for run in runs):
         return
     if robot.file is not None:
         _need_file(file, ("robot", "file"), robot.file, root, "campaign's", "robot-file")
@@ -352,17 +337,8 @@ def _vocabulary(file: ModelFile[Config]) -> Vocabulary:
     """Words of the configuration; from the plain data where it has errors, so far as they are clear."""
     config = file.model
     if config is not None:
-        return Vocabulary(
-            media=tuple(config.media),
-            shapes={name: item.shape for name, item in config.intruders.items()},
-            depths_cm=config.fit.horizontal_depths_cm,
-            missing_tare=config.fit.missing_tare,
-            clock_method=config.clock.method,
-            grid=config.grid,
-            laboratory=tuple(
-                name for name, medium in config.media.items() if medium.role == "laboratory"
-            ),
-        )
+        shapes = {name: item.shape for name, item in config.intruders.items()}
+        return Vocabulary(tuple(config.media), shapes, config)
     media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
     return Vocabulary(
         media=tuple(media) if media else None,

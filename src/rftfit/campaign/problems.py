@@ -89,10 +89,7 @@ class CampaignError(InputError):
 
 
 def unknown_word(what: str, word: str, allowed: Iterable[str]) -> str:
-    """Say that a word is none of those that are allowed, and which one was probably meant.
-
-    `what`: Where the word stands, for example an option of the command line.
-    """
+    """Say that a word, which stands at `what`, is not allowed, and which one was probably meant."""
     words = tuple(allowed)
     place, nearest = Place(what), did_you_mean(word, words)
     return str(Problem("word.unknown", place, word, listed(words) or "none", nearest))

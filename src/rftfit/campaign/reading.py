@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from rftfit.campaign.files import read_text, unshowable
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, escaped
+from rftfit.campaign.rows import COMMA, NUMBER
 from rftfit.campaign.schema import TAG, Key, keys_at, tags_of
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ MAX_NODES = 20_000
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
-_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _CONSTANTS: dict[str, bool | None] = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL")),
@@ -69,10 +69,7 @@ class ModelFile(Generic[M]):
 
 
 def read_model(path: Path, model: type[M], name: str = "") -> ModelFile[M]:
-    """Read a YAML file and check it against a model; problems are in the order of the lines.
-
-    `name`: What messages call the file; default: its path.
-    """
+    """Read a YAML file, in messages called by `name` or else its path, and check it against a model."""
     file = ModelFile[M](name or str(path))
     try:
         text = read_text(path, file.name, "config", MAX_BYTES)
@@ -203,7 +200,7 @@ def _scalar(text: str) -> Any:
         return _CONSTANTS[text]
     if _INTEGER.fullmatch(text):
         return int(text)
-    if _NUMBER.fullmatch(text):
+    if NUMBER.fullmatch(text):
         return float(text)
     if _NOT_FINITE.fullmatch(text):
         return float(text.replace(".", "").lower())
@@ -285,8 +282,7 @@ def _described(key: Key | None) -> str:
 
 
 def _with_point(value: Any) -> str | None:
-    comma = isinstance(value, str) and re.fullmatch(r"[-+]?[0-9]*,[0-9]+", value)
-    return value.replace(",", ".") if comma else None
+    return value.replace(",", ".") if isinstance(value, str) and COMMA.fullmatch(value) else None
 
 
 def _quotes(sort: str, value: Any) -> str:

@@ -14,7 +14,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import islice, zip_longest
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal
 
 from rftfit.campaign.files import (
     BAG,
@@ -29,7 +29,7 @@ from rftfit.campaign.files import (
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, listed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, MutableSequence, Sequence
     from pathlib import Path
 
     from rftfit.campaign.files import Folder
@@ -43,8 +43,8 @@ MAX_COLUMNS = 64
 YES = ("yes", "true", "1")
 NO = ("no", "false", "0")
 
-_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
-_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+")
+NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
+COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
 _UNIT = re.compile(r"(.+?)(?:_([a-z]+)|\s*[\[(]\s*([a-z]+)\s*[\])])")
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
@@ -146,10 +146,6 @@ class Schema:
     most_rows: int = 200_000
 
 
-class _Sink(Protocol):
-    def append(self, problem: Problem, /) -> None: ...
-
-
 @dataclass(slots=True, eq=False)
 class DraftRow:
     """A row while it is being checked.
@@ -163,7 +159,7 @@ class DraftRow:
     area: str
     file: str
     row: int
-    problems: _Sink
+    problems: MutableSequence[Problem]
     text: dict[str, str] = field(default_factory=dict)
     number: dict[str, float] = field(default_factory=dict)
     bad: set[str] = field(default_factory=set)
@@ -215,15 +211,12 @@ class DraftRow:
 
 
 def read_rows(
-    path: Path,
-    schema: Schema,
-    file: str | None = None,
-    leave_out: Callable[[Mapping[str, str]], bool] | None = None,
+    path: Path, schema: Schema, file: str | None = None
 ) -> tuple[list[DraftRow], list[Problem]]:
     """Read a table; whether it is a workbook is seen from its content.
 
-    `file`: Its name in problems; default: its path. `leave_out`: Rows that are passed over, by the
-    text of their cells. Returns every other row, with its good cells, and all problems.
+    `file`: Its name in problems; default: its path. Returns every row, with its good cells, and all
+    problems.
     """
     file = str(path) if file is None else file
     try:
@@ -234,14 +227,12 @@ def read_rows(
     if not table.rows:
         allowed = f"no {schema.rows} yet: below the header, one row for each is needed"
         problems.append(Problem(f"{schema.area}.empty", Place(file), None, allowed))
-    noted: _Sink = deque(maxlen=0) if schema.lenient else problems
+    noted = deque[Problem](maxlen=0) if schema.lenient else problems
     columns = [(column, *found.get(column.name, (None, 1.0))) for column in schema.columns]
     drafts: list[DraftRow] = []
     for number, cells in table.rows:
         width = len(cells)
         named = {name: cells[at] if at < width else "" for name, (at, _) in found.items()}
-        if leave_out is not None and leave_out(named):
-            continue
         draft = DraftRow(schema.area, file, number, noted)
         for column, at, scale in columns:
             draft.text[column.name] = ""
@@ -293,13 +284,13 @@ def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> No
     if cell.isascii() and "_" not in cell:
         with contextlib.suppress(ValueError):
             value = float(cell) * scale
-    if value is None and _COMMA.fullmatch(cell):
+    if value is None and COMMA.fullmatch(cell):
         code, nearest, more = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
     elif value is None:
         code = "not-a-number"
         # the minus of a word processor
         plain = cell.replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
-        nearest = plain if _NUMBER.fullmatch(plain) else None
+        nearest = plain if NUMBER.fullmatch(plain) else None
     elif not math.isfinite(value):
         code = "not-finite"
     elif not column.holds(value):
@@ -518,31 +509,51 @@ def _read_csv(text: str, schema: Schema, file: str, suffix: str) -> _Table:
 def _read_workbook(data: bytes, schema: Schema, file: str) -> _Table:
     """Read the first sheet: numbers as the shortest text that means them, true and false as words."""
     table = _Table()
-    try:
+    with _workbook_errors(schema, file):
         has_formulas = _check_archive(data, schema, file)
+        _, rows = _sheets(data, schema)[0]
+        sources = _sheets(data, schema, formulas=True)[0][1] if has_formulas else None
+        for row, values in enumerate(rows, start=1):
+            if row > schema.most_rows:
+                raise _too_many_rows(schema, file)
+            texts = [_text(value) for value in values]
+            formulas = next(sources, ()) if sources is not None else ()
+            for at, (value, source) in enumerate(zip_longest(values, formulas)):
+                if bad := _bad_cell(value, source):
+                    table.bad[row, at] = bad
+                    texts[at] = texts[at] or bad[1]
+            table.add(row, texts)
+    return table
+
+
+def sheet_rows(
+    data: bytes, schema: Schema, file: str
+) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:
+    """Every sheet of a workbook: its name, and its rows that are not blank, by number, as text."""
+    with _workbook_errors(schema, file):
+        _check_archive(data, schema, file)
+        for name, rows in _sheets(data, schema):
+            texts = enumerate(
+                ([_text(value) for value in row] for row in islice(rows, schema.most_rows)), start=1
+            )
+            yield name, [(number, row) for number, row in texts if any(row)]
+
+
+@contextlib.contextmanager
+def _workbook_errors(schema: Schema, file: str) -> Iterator[None]:
+    """Turn whatever the library raises on a damaged file into a problem."""
+    try:
         with warnings.catch_warnings():
             # about styles and validation rules, which do not matter here
             warnings.simplefilter("ignore")
-            rows = _rows_of(data, schema.most_rows)
-            sources = _rows_of(data, schema.most_rows, formulas=True) if has_formulas else None
-            for row, values in enumerate(rows, start=1):
-                if row > schema.most_rows:
-                    raise _too_many_rows(schema, file)
-                texts = [_text(value) for value in values]
-                formulas = next(sources, ()) if sources is not None else ()
-                for at, (value, source) in enumerate(zip_longest(values, formulas)):
-                    if bad := _bad_cell(value, source):
-                        table.bad[row, at] = bad
-                        texts[at] = texts[at] or bad[1]
-                table.add(row, texts)
+            yield
     except CampaignError:
         raise
-    # the library raises whatever its parsers do, from KeyError to zlib.error, on a damaged file
+    # from KeyError to zlib.error
     except Exception as error:
         why = str(error) or type(error).__name__
         allowed = f"this workbook cannot be read ({why}); save it again as .xlsx or .csv"
         raise _refusal(schema, file, "not-a-workbook", allowed) from error
-    return table
 
 
 def _check_archive(data: bytes, schema: Schema, file: str) -> bool:
@@ -566,39 +577,20 @@ def _check_archive(data: bytes, schema: Schema, file: str) -> bool:
     return any(b"<f>" in part or b"<f " in part for part in sheets)
 
 
-def _rows_of(data: bytes, most: int, *, formulas: bool = False) -> Iterator[tuple[Any, ...]]:
+def _sheets(
+    data: bytes, schema: Schema, *, formulas: bool = False
+) -> Sequence[tuple[str, Iterator[tuple[Any, ...]]]]:
+    """Name and rows of each sheet, one row more than are read."""
     # imported by name: slow, and without type information
     openpyxl: Any = import_module("openpyxl")
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=not formulas)
-    sheet: Any = book.worksheets[0]
-    # the stated size of a sheet is often wrong
-    sheet.reset_dimensions()
-    return islice(sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True), most + 1)
-
-
-def sheet_rows(
-    data: bytes, schema: Schema, file: str
-) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:
-    """Every sheet of a workbook: its name, and its rows that are not blank, by number, as text."""
-    openpyxl: Any = import_module("openpyxl")
-    try:
-        _check_archive(data, schema, file)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-            for sheet in book.worksheets:
-                sheet.reset_dimensions()
-                rows = islice(
-                    sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True), schema.most_rows
-                )
-                texts = enumerate(([_text(value) for value in row] for row in rows), start=1)
-                yield sheet.title, [(number, row) for number, row in texts if any(row)]
-    except CampaignError:
-        raise
-    # as in `_read_workbook`
-    except Exception as error:
-        allowed = f"this workbook cannot be read ({error}); save it again as .xlsx or .csv"
-        raise _refusal(schema, file, "not-a-workbook", allowed) from error
+    found = []
+    for sheet in book.worksheets:
+        # the stated size of a sheet is often wrong
+        sheet.reset_dimensions()
+        rows = sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True)
+        found.append((sheet.title, islice(rows, schema.most_rows + 1)))
+    return found
 
 
 def _text(value: Any) -> str:

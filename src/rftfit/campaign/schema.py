@@ -243,10 +243,7 @@ def json_schema(model: type[BaseModel] = Config) -> str:
 
 
 def reference_markdown() -> str:
-    """Describe every key of the configuration and every column of the run sheet.
-
-    Made from the definitions that also check the files.
-    """
+    """Describe every key of the configuration and every column of the run sheet, as they are checked."""
     head = ("key", "type", "unit", "default", "allowed", "meaning")
     keys = _table(head, [_key_row(key) for key in all_keys()])
     head = ("column", "needed for", "used by", "unit", "allowed", "meaning")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from rftfit.campaign.config import Grid
+    from rftfit.campaign.config import Config
     from rftfit.campaign.files import Folder
     from rftfit.campaign.problems import Problem
 
@@ -83,20 +83,12 @@ class Run:
 class Vocabulary:
     """What the configuration says about a sheet; None where the configuration itself is unclear.
 
-    `shapes`: Shape of each intruder.
-    `depths_cm`: Depths of the horizontal runs.
-    `missing_tare`: What becomes of a run without a tare: ``refuse``, ``flag`` or ``none``.
-    `clock_method`: How the clocks of force and motion log are brought together.
-    `grid`, `laboratory`: Planned directions, and the media that they are planned for.
+    `shapes`: Shape of each intruder. `config`: The whole of it, if it has no error.
     """
 
     media: tuple[str, ...] | None = None
     shapes: Mapping[str, str] | None = None
-    depths_cm: tuple[float, ...] | None = None
-    missing_tare: str = "refuse"
-    clock_method: str | None = None
-    grid: Grid | None = None
-    laboratory: tuple[str, ...] = ()
+    config: Config | None = None
 
     @property
     def schema(self) -> Schema:
@@ -113,21 +105,14 @@ class Vocabulary:
 
 
 def read_sheet(
-    path: Path, file: str, vocabulary: Vocabulary, logs: Folder | None, medium: str = ""
+    path: Path, file: str, vocabulary: Vocabulary, logs: Folder | None
 ) -> tuple[list[Run], list[Problem]]:
     """Read and check a run sheet.
 
-    `logs`: The raw folder; None if it is not known, and log files are not looked for. `medium`:
-    Pass over the rows of other media. Returns the rows without an error, in the order of the sheet,
-    and all problems, in the order of the rows.
+    `logs`: The raw folder; None if it is not known, and log files are not looked for. Returns the
+    rows without an error, in the order of the sheet, and all problems, in the order of the rows.
     """
-
-    def of_another_medium(cells: Mapping[str, str]) -> bool:
-        return cells.get("medium") not in (None, "", medium)
-
-    drafts, problems = read_rows(
-        path, vocabulary.schema, file, of_another_medium if medium else None
-    )
+    drafts, problems = read_rows(path, vocabulary.schema, file)
     for draft in drafts:
         _check_direction(draft)
         _check_intruder(draft, vocabulary)
@@ -155,11 +140,9 @@ def _run(draft: DraftRow) -> Run:
         elif column.form == "flag":
             values[column.name] = draft.yes(column.name)
     stroke = draft.number.get("stroke")
-    given = {
-        "surface_z_mm": draft.number.get("surface_z_mm"),
-        "stroke": None if stroke is None else int(stroke),
-    }
-    return Run(**{**values, **given})
+    values["surface_z_mm"] = draft.number.get("surface_z_mm")
+    values["stroke"] = None if stroke is None else int(stroke)
+    return Run(**values)
 
 
 # --- within one row
@@ -201,10 +184,14 @@ def _check_gamma(draft: DraftRow) -> None:
 
 def _check_cell(draft: DraftRow, vocabulary: Vocabulary) -> None:
     """Refuse a plate run in a direction that the config's grid does not plan."""
-    grid, beta, gamma = vocabulary.grid, draft.number.get("beta_deg"), draft.number.get("gamma_deg")
-    if grid is None or not grid.planned or draft.text["kind"] != "plate" or draft.yes("excluded"):
+    config, medium = vocabulary.config, draft.text["medium"]
+    beta, gamma = draft.number.get("beta_deg"), draft.number.get("gamma_deg")
+    if config is None or not medium or beta is None or gamma is None:
         return
-    if draft.text["medium"] not in vocabulary.laboratory or beta is None or gamma is None:
+    grid, role = config.grid, config.media[medium].role
+    if not grid.planned or role != "laboratory":
+        return
+    if draft.text["kind"] != "plate" or draft.yes("excluded"):
         return
     # numpy takes its time to import
     from rftfit.conventions import file_extraction
@@ -230,9 +217,10 @@ def _check_stroke(draft: DraftRow) -> None:
 
 
 def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
-    depth, known = draft.number.get("depth_cm"), vocabulary.depths_cm
-    if depth is None or known is None:
+    depth, config = draft.number.get("depth_cm"), vocabulary.config
+    if depth is None or config is None:
         return
+    known = config.fit.horizontal_depths_cm
     if all(abs(depth - other) > DEPTH_TOLERANCE_CM for other in known):
         depths = ", ".join(f"{other:g}" for other in known)
         allowed = f"one of {depths} cm (fit.horizontal_depths_cm in the config)"
@@ -282,7 +270,8 @@ def same_file_needs_one_clock(method: str) -> str:
 
 
 def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
-    method = vocabulary.clock_method
+    config = vocabulary.config
+    method = "same_clock" if config is None else config.clock.method
     first: dict[str, tuple[DraftRow, str]] = {}
     for draft in drafts:
         for column in _LOGS:
@@ -291,8 +280,8 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                 continue
             other, use = first.setdefault(folded(path), (draft, name))
             same_row = other is draft and use != name and other.text[use] == path
-            if same_row and method not in (None, "same_clock"):
-                draft.note(name, "one-file", path, same_file_needs_one_clock(str(method)))
+            if same_row and method != "same_clock":
+                draft.note(name, "one-file", path, same_file_needs_one_clock(method))
             elif _are_strokes(draft, other) and other.text[use] == path:
                 continue
             elif (other, use) != (draft, name) and not same_row:
@@ -314,6 +303,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     for draft in drafts:
         by_id.setdefault(draft.text["run_id"], draft)
     by_id.pop("", None)
+    missing_tare = vocabulary.config.fit.missing_tare if vocabulary.config else "refuse"
     ids_of = {
         kind: tuple(sorted(name for name, one in by_id.items() if one.text["kind"] == kind))
         for kind in _TARE
@@ -336,9 +326,9 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             nearest = did_you_mean(name, ids_of[_TARE_OF[kind]]) if searches <= _SEARCHES else None
             allowed = f"the run_id of {wanted} in this sheet"
             draft.note("tare_run", "tare-unknown", name, allowed, nearest)
-        elif not draft.yes("excluded") and vocabulary.missing_tare in _WITHOUT_TARE:
+        elif not draft.yes("excluded") and missing_tare in _WITHOUT_TARE:
             bare.append((draft, wanted))
-    _note_bare(bare, vocabulary.missing_tare, alone=not any(users.values()))
+    _note_bare(bare, missing_tare, alone=not any(users.values()))
     for name, several in users.items():
         _check_shared(name, several)
     named = {draft.text["tare_run"] for draft in drafts}

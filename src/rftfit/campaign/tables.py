@@ -7,12 +7,12 @@ import io
 import math
 import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.config import UNIT_AREA
 from rftfit.campaign.files import decode, read_bytes
 from rftfit.campaign.problems import CampaignError, Problem, listed
-from rftfit.campaign.rows import MAX_BYTES, Column, Schema, read_rows, sheet_rows
+from rftfit.campaign.rows import MAX_BYTES, Column, DraftRow, Schema, read_rows, sheet_rows
 from rftfit.campaign.sheet import Run
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.campaign.config import Table
-    from rftfit.campaign.rows import DraftRow
 
 _ANGLES = tuple(
     Column(f"{name}_deg", "number", meaning, low=-90, high=90, unit="degrees", also=(name,))
@@ -158,16 +157,15 @@ def _named(schema: Schema, table: Table) -> Schema:
     """The schema with the names that the file has; angles in radians have other limits."""
     high = 90 / table.angle_scale
     given: dict[str, str] = {str(ours): theirs for ours, theirs in table.columns.items()}
-    columns = [
-        replace(column, also=(*column.also, given[column.name]))
-        if column.name in given else column
-        for column in schema.columns
-    ]  # fmt: skip
-    return replace(schema, columns=tuple(
-        replace(column, low=-high, high=high, unit=table.angle_unit)
-        if column.name in ("beta_deg", "gamma_deg") else column
-        for column in columns
-    ))  # fmt: skip
+    columns = []
+    for column in schema.columns:
+        changes: dict[str, Any] = {}
+        if column.name in given:
+            changes["also"] = (*column.also, given[column.name])
+        if column.name in ("beta_deg", "gamma_deg"):
+            changes |= {"low": -high, "high": high, "unit": table.angle_unit}
+        columns.append(replace(column, **changes))
+    return replace(schema, columns=tuple(columns))
 
 
 def _check_numbers(draft: DraftRow, numbers: dict[str, float]) -> None:
@@ -187,7 +185,11 @@ def _name(draft: DraftRow, numbers: dict[str, float], table: Table) -> str:
     given = draft.text.get("run_id", "")
     if given or table.holds == "alpha":
         return given or f"row{draft.row:05d}"
-    return f"b{numbers['beta_deg']:g}_g{numbers['gamma_deg']:g}".replace("-", "m")
+    return _of_direction(numbers["beta_deg"], numbers["gamma_deg"])
+
+
+def _of_direction(beta: float, gamma: float) -> str:
+    return f"b{beta:g}_g{gamma:g}".replace("-", "m")
 
 
 def _push(
@@ -228,8 +230,6 @@ def _blocks(
     row and beta down its first column. A sheet of a workbook, or a line with the key of a medium alone,
     says whose blocks follow.
     """
-    from rftfit.campaign.rows import DraftRow
-
     found: dict[tuple[str, float, float], DraftRow] = {}
     try:
         grids = list(_grids(read_bytes(path, file, schema.area, MAX_BYTES), path, file, schema))
@@ -239,52 +239,42 @@ def _blocks(
         medium = next((one for one in media if one == key_of(sheet)), "")
         component: str = ""
         gammas: dict[int, float] = {}
+        width = max((len(cells) for _, cells in rows), default=0)
         for number, cells in rows:
-            texts = [cell.strip() for cell in cells]
-            head, rest = texts[0] if texts else "", [_float(text) for text in texts[1:]]
+            texts = [cell.strip() for cell in cells] + [""] * (width - len(cells))
+            head, rest = texts[0], {i: _float(text) for i, text in enumerate(texts) if i > 0}
             if (lone := key_of("".join(texts))) in media:
                 medium, component, gammas = lone, "", {}
             elif named := _COMPONENT.fullmatch(head):
                 component, gammas = named[1].lower(), {}
-            elif head and _float(head) is None and not any(value is not None for value in rest):
+            elif head and _float(head) is None and not any(v is not None for v in rest.values()):
                 component, gammas = "", {}
             if component and not gammas and _float(head) is None:
-                gammas = {i: value for i, value in enumerate(rest) if value is not None}
+                gammas = {i: value for i, value in rest.items() if value is not None}
                 gammas = gammas if len(gammas) > 1 else {}
             elif component and gammas and (beta := _float(head)) is not None:
+                name = f"alpha_{component}_N_per_cm3"
                 for i, gamma in gammas.items():
-                    value = rest[i] if i < len(rest) else None
-                    key, name = (medium, beta, gamma), f"alpha_{component}_N_per_cm3"
+                    key, text, value = (medium, beta, gamma), texts[i], rest[i]
                     draft = found.setdefault(key, DraftRow(schema.area, file, number, problems))
                     if name in draft.number:
-                        draft.note(
-                            name,
-                            "twice",
-                            texts[i + 1],
-                            f"each direction once; row {draft.row} has it",
-                        )
-                    run_id = f"b{beta:g}_g{gamma:g}".replace("-", "m")
-                    draft.text |= {"medium": medium, "run_id": run_id}
+                        allowed = f"each direction once; row {draft.row} has it"
+                        draft.note(name, "twice", text, allowed)
+                    draft.text |= {"medium": medium, "run_id": _of_direction(beta, gamma)}
                     draft.number |= {"beta_deg": beta, "gamma_deg": gamma}
-                    text = texts[i + 1] if i + 1 < len(texts) else ""
                     if value is not None:
                         draft.number[name] = value
                     elif text:
-                        draft.note(
-                            name,
-                            "not-a-number",
-                            text,
-                            "a number, or nothing where none was measured",
-                        )
+                        allowed = "a number, or nothing where none was measured"
+                        draft.note(name, "not-a-number", text, allowed)
     both = {"alpha_z_N_per_cm3", "alpha_x_N_per_cm3"}
     if not any(both <= {*one.number} for one in found.values()):
         return None
     for draft in found.values():
         for name in sorted(both - {*draft.number} - draft.bad):
             if both & {*draft.number}:  # a direction without either was not measured
-                draft.note(
-                    name, "one-component", None, f"both components of {draft.text['run_id']}"
-                )
+                allowed = f"both components of {draft.text['run_id']}"
+                draft.note(name, "one-component", None, allowed)
     return [one for one in found.values() if both & {*one.number} or one.bad]
 
 

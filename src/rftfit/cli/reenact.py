@@ -12,7 +12,7 @@ from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.campaign.load import Layout
+    from rftfit.campaign.load import Campaign
 
 
 PLAINLY = (
@@ -108,7 +108,7 @@ def reenact(
            tuple(disturb or ()), grid, protocol, dialect, tare=not no_tare, legs=not no_legs)  # fmt: skip
 
 
-def _lacks_tracks(places: Layout) -> bool:
+def _lacks_tracks(places: Campaign) -> bool:
     """Whether the medium of the robot was re-enacted before the robot itself could be."""
     robot = places.config.robot
     if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
@@ -125,7 +125,7 @@ def faults_table() -> str:
 
 
 def _write(
-    places: Layout,
+    places: Campaign,
     seed: int,
     media: list[str] | None,
     faults: tuple[str, ...],
@@ -200,5 +200,5 @@ def _write(
     say(f"{_from_root(places, places.raw / MARKER)} says the same.")
 
 
-def _from_root(places: Layout, path: Path) -> str:
+def _from_root(places: Campaign, path: Path) -> str:
     return path.relative_to(places.root).as_posix()

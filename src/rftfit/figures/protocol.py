@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.sheet import Run
     from rftfit.figures.traces import Row, Trace
     from rftfit.measure.alignment import Alignment
+    from rftfit.measure.clocks import ClockFit
     from rftfit.measure.ingest import Trace as Ingested
     from rftfit.measure.surface import Surface
     from rftfit.results import Results
@@ -440,7 +441,7 @@ def draw_clocks(traces: Sequence[Ingested]) -> Figure:
         ]
         _draw_lags(panels[0], alignment)
         panels[0].set_title(trace.run.run_id, loc="left", fontsize=8, fontweight="bold")
-        panels[1].set_title(_offset(alignment), loc="left", fontsize=7.5)
+        panels[1].set_title(_offset(alignment.clock), loc="left", fontsize=7.5)
         _draw_lift(panels[1], alignment)
         _draw_contact(panels[2], trace.surface)
         for panel, label in zip(panels, _LABELS, strict=True):
@@ -451,16 +452,16 @@ def draw_clocks(traces: Sequence[Ingested]) -> Figure:
     return page
 
 
-def _offset(alignment: Alignment) -> str:
-    hours = f"{alignment.hours:+d} h " if alignment.hours else ""
-    rest = alignment.offset_s - 3600 * (alignment.hours or 0)
-    return f"clocks {hours}{rest:+.3f} s ± {alignment.offset_se_s:.3f} s"
+def _offset(clock: ClockFit) -> str:
+    hours = f"{clock.hours:+d} h " if clock.hours else ""
+    rest = clock.offset_s - 3600 * (clock.hours or 0)
+    return f"clocks {hours}{rest:+.3f} s ± {clock.se_s:.3f} s"
 
 
 def _draw_lags(axes: Axes, alignment: Alignment) -> None:
-    lag = alignment.profile.lag - alignment.offset_s
+    lag = alignment.profile.lag - alignment.clock.offset_s
     axes.semilogy(lag, np.maximum(alignment.profile.unexplained, 1e-6), color=_BLUE, linewidth=0.9)
-    half = 1.96 * alignment.offset_se_s
+    half = 1.96 * (alignment.clock.se_s or 0.0)
     axes.axvspan(-half, half, color=_RED, alpha=0.4, linewidth=0)
     axes.set_ylabel("unexplained share", fontsize=7.5)
     axes.set_xlim(-10, 10)

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from copy import copy
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rftfit.campaign.config import QUANTITIES
-from rftfit.logs.base import Log, LogError, Reader, check_size, file_errors, ns_to_s, rate_option
+from rftfit.logs.base import (
+    Log,
+    LogError,
+    RatedReader,
+    check_size,
+    file_errors,
+    ns_to_s,
+    package_needed,
+)
 from rftfit.logs.text import FINITE
 from rftfit.logs.units import split_unit, unique, unit_word
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
     from pathlib import Path
-    from typing import Self
 
     from rftfit.conventions import FloatArray
 
@@ -35,29 +40,17 @@ class Column(NamedTuple):
     unit: str
 
 
-class ArraysReader(Reader):
+class ArraysReader(RatedReader):
     """Every array of numbers is a column, every column of a table too; `rate_Hz` where no time is."""
 
     name = "arrays"
+    description = "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
     evidence = "the first bytes of a MATLAB, HDF5 or NumPy file"
-
-    def __init__(self) -> None:
-        self._rate: float | None = None
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
         numpy_archive = head.startswith(_NPZ) and b".npy" in head[:400]
         return head.startswith((_HDF5, _NPY, _MAT5, _MAT7)) or numpy_archive
-
-    def with_options(self, options: Mapping[str, object]) -> Self:
-        """Return the reader with ``rate_Hz``, for files without a time."""
-        reader = copy(self)
-        reader._rate = rate_option(options)
-        return reader
 
     def load(self, path: Path) -> Log:
         """Read the arrays that are asked for; without being asked, those of the most frequent length."""
@@ -83,13 +76,11 @@ class ArraysReader(Reader):
         if not columns:
             text = "no array of numbers with more than one value; objects (a MATLAB table or timeseries) "
             raise LogError("header_only", f"{path}: {text}have to be saved as plain arrays")
-        asked = self.asked or frozenset()
-        if self.asked is None or asked.difference(columns, QUANTITIES):
-            asked = frozenset(columns)  # whoever asks for others finds out which there are
-        sizes = {name: values.size for name, values in columns.items() if name in asked}
+        wanted = self.wanted(columns)
+        sizes = {name: values.size for name, values in columns.items() if name in wanted}
         size = max(sizes.values(), key=lambda n: (list(sizes.values()).count(n), n), default=0)
         others = [f"{name} ({n})" for name, n in sizes.items() if n != size]
-        if others and asked != frozenset(columns):
+        if others and set(wanted) != set(columns):
             same = ", ".join(name for name, n in sizes.items() if n == size)
             raise LogError(
                 "lengths",
@@ -131,11 +122,8 @@ def _of_hdf5(path: Path) -> Iterator[tuple[str, Column]]:
     try:
         import h5py
     except ImportError:
-        raise LogError(
-            "extra",
-            f"{path}: HDF5 files and .mat of version 7.3 are read with the package h5py; install "
-            'it: pip install "rftfit[hdf5]"',
-        ) from None
+        what = "HDF5 files and .mat of version 7.3"
+        raise package_needed(path, what, "h5py", "hdf5") from None
     datasets: list[tuple[str, Any]] = []
 
     def visit(name: str, item: Any) -> None:

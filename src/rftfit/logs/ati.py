@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import csv
-from copy import copy
 from typing import TYPE_CHECKING
 
-from rftfit.logs.base import LogError, PacketCount, rate_option
+from rftfit.logs.base import LogError, PacketCount, RatedReader
 from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique, unit_word
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from typing import Self
 
     import numpy as np
 
@@ -23,28 +21,12 @@ _HEADER = "Status (hex), RDT Sequence"
 _LABEL = "first line indicates sampling freq"
 
 
-class _AtiReader(TextReader):
-    """Base: the rate may be given where a file lacks it."""
-
-    def __init__(self) -> None:
-        self._rate: float | None = None
-
-    def with_options(self, options: Mapping[str, object]) -> Self:
-        """Return the reader with ``rate_Hz`` in place of the file's own."""
-        reader = copy(self)
-        reader._rate = rate_option(options)
-        return reader
-
-
-class AtiDaqReader(_AtiReader):
+class AtiDaqReader(RatedReader, TextReader):
     """A label, the names, one line of settings of which the first is the rate, then numbers."""
 
     name = "ati-daq"
+    description = "ATI transducer through NI DAQ, text; time is the row over the sampling frequency"
     evidence = "its first line, which says what the line of settings holds"
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "ATI transducer through NI DAQ, text; time is the row over the sampling frequency"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -78,15 +60,12 @@ class AtiDaqReader(_AtiReader):
         return Plan(Layout(names), {}, lines[2].stop, derive, notes=tuple(notes))
 
 
-class AtiNetftReader(_AtiReader):
+class AtiNetftReader(RatedReader, TextReader):
     """Net F/T: a preamble of settings, a row of names, quoted cells, one line a packet."""
 
     name = "ati-netft"
+    description = "ATI Net F/T Java demo; time is the RDT sequence over the sample rate"
     evidence = "its preamble (RDT Sample Rate) and the row of names that begins with Status (hex)"
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "ATI Net F/T Java demo; time is the RDT sequence over the sample rate"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""

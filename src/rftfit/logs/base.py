@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from rftfit.campaign.config import QUANTITIES
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,16 +34,9 @@ HEAD_BYTES = 65536
 
 
 class LogError(InputError):
-    """A log that cannot be used at all.
+    """A log that cannot be used at all; the text says what was found and what is allowed.
 
-    Parameters
-    ----------
-    code : str
-        Short stable name of the cause, for ledger and documentation.
-    text : str
-        What was found and what is allowed.
-    rows : int
-        Data lines in the file, so that the ledger can account for them.
+    `code`: Short stable name of the cause. `rows`: Data lines in the file, for the ledger.
     """
 
     def __init__(self, code: str, text: str, rows: int = 0) -> None:
@@ -55,23 +49,14 @@ class LogError(InputError):
 class Log:
     """One log as read: columns of numbers, and what became of every data line.
 
-    Parameters
-    ----------
-    path : Path
-    columns : dict of str to numpy.ndarray
-        Name without unit (``time``, ``F1``, ``x``...; for foreign logs the file's own names) to
-        values, all of shape (n,), in file order.
-    units : dict of str to str
-        Unit of each column, as the file states it; empty where it does not.
-    rows : int
-        Data lines in the file.
-    dropped : dict of str to int
-        Reason to number of lines left out; with n they add up to `rows`.
-    missing : dict of str to int
-        Reason to number of samples that the instrument counted and the file lacks (lost packets).
-        They are no lines of the file and not part of `rows`.
-    notes : tuple of str
-        What should be known of how the numbers came about: where the time is from, for example.
+    `columns`: Name without unit (``time``, ``F1``, ``x``...; for foreign logs the file's own names)
+        to values, all of shape (n,), in file order.
+    `units`: Of each column, as the file states it; empty where it does not.
+    `rows`: Data lines in the file.
+    `dropped`: Reason to number of lines left out; with n they add up to `rows`.
+    `missing`: Reason to number of samples that the instrument counted and the file lacks (lost
+        packets); they are no lines of the file and not part of `rows`.
+    `notes`: How the numbers came about: where the time is from, for example.
     """
 
     path: Path
@@ -93,19 +78,7 @@ class Log:
         return int(next(iter(self.columns.values())).size)
 
     def take(self, keep: np.ndarray, reason: str) -> Log:
-        """Return the log without the rows where `keep` is False.
-
-        Parameters
-        ----------
-        keep : numpy.ndarray of bool, shape (n,)
-        reason : str
-            Why the others go; counted in `dropped`.
-
-        Returns
-        -------
-        Log
-            The same object when nothing goes.
-        """
+        """Return the log without the rows where `keep` is False; they are counted under `reason`."""
         lost = int(keep.size - np.count_nonzero(keep))
         if lost == 0:
             return self
@@ -115,131 +88,63 @@ class Log:
 
 
 class Reader(ABC):
-    """Base of a dialect: give it a `name`, a `describe`, a `detect`, and `load` or `stream`.
+    """Base of a dialect: give it a `name`, a `description`, a `detect`, and `load` or `stream`.
 
-    Attributes
-    ----------
-    name : str
-        Under which the registry knows it.
-    evidence : str
-        By what it is recognised, to complete "recognised by ...".
-    asked : frozenset of str or None
-        Columns to be read, where a reader can choose; None: all.
+    `name`: Under which the registry knows it.
+    `description`: One line on which program writes such files.
+    `evidence`: By what it is recognised, to complete "recognised by ...".
+    `asked`: Columns to be read, where a reader can choose; None: all.
     """
 
     name = ""
+    description = ""
     evidence = "its content"
     asked: frozenset[str] | None = None
 
     def only(self, columns: Collection[str]) -> Self:
-        """Return a reader of some columns only: damage to the others, or their clocks, cost nothing.
-
-        Parameters
-        ----------
-        columns : collection of str
-
-        Returns
-        -------
-        Reader
-        """
+        """Return a reader of some columns only: damage to the others, or their clocks, cost nothing."""
         reader = copy(self)
         reader.asked = frozenset(columns)
         return reader
 
-    @abstractmethod
-    def describe(self) -> str:
-        """Return one line on which program writes such files.
+    def wanted(self, names: Collection[str]) -> Collection[str]:
+        """Return the columns to be read: all where one that is asked for is not among the `names`.
 
-        Returns
-        -------
-        str
+        Whoever asked finds out then which columns there are.
         """
+        asked = self.asked
+        return names if asked is None or asked.difference(names, QUANTITIES) else asked
+
+    def describe(self) -> str:
+        """Return the description."""
+        return self.description
 
     @abstractmethod
     def detect(self, head: bytes) -> bool:
-        """Tell from the beginning of a file whether it is of this dialect.
-
-        Parameters
-        ----------
-        head : bytes
-            The first 64 kB, or all of a shorter file.
-
-        Returns
-        -------
-        bool
-        """
+        """Tell from the first 64 kB of a file, or all of a shorter one, whether it is of this dialect."""
 
     def with_options(self, options: Mapping[str, object]) -> Reader:
-        """Return the reader with the ``options`` of the config.
+        """Return a new reader with the ``options`` of the config: texts, numbers, true or false.
 
-        Parameters
-        ----------
-        options : mapping of str to object
-            Texts, numbers, true or false.
-
-        Returns
-        -------
-        Reader
-            A new one; this one stays as it is.
-
-        Raises
-        ------
-        ValueError
-            If the dialect has no such option, or not with that value.
+        Raises ValueError if the dialect has no such option, or not with that value.
         """
         if options:
             raise ValueError(f"the dialect {self.name} has no options, found {', '.join(options)}")
         return self
 
     def stream(self, path: Path) -> Iterator[Log]:
-        """Read a file in blocks, so that memory stays bounded however long it is.
+        """Read a file in blocks of the same columns and units, at least one, so that memory stays bounded.
 
-        Parameters
-        ----------
-        path : Path
-
-        Yields
-        ------
-        Log
-            The next rows; the same columns and units in each; at least one block.
-
-        Raises
-        ------
-        LogError
-            If the file cannot be used at all.
+        Raises `LogError` if the file cannot be used at all.
         """
         yield self.load(path)
 
     def load(self, path: Path) -> Log:
-        """Read a file.
-
-        Parameters
-        ----------
-        path : Path
-
-        Returns
-        -------
-        Log
-
-        Raises
-        ------
-        LogError
-            If the file cannot be used at all.
-        """
+        """Read a file as a whole; raises `LogError` if it cannot be used at all."""
         return join_blocks(self.stream(path))
 
     def load_many(self, paths: Sequence[Path]) -> list[Log | LogError]:
-        """Read many files; an unusable one comes back as its error.
-
-        Parameters
-        ----------
-        paths : sequence of Path
-
-        Returns
-        -------
-        list of Log or LogError
-            In the order of `paths`.
-        """
+        """Read many files, in their order; an unusable one comes back as its error."""
         logs: list[Log | LogError] = []
         for path in paths:
             try:
@@ -247,6 +152,18 @@ class Reader(ABC):
             except LogError as error:
                 logs.append(error)
         return logs
+
+
+class RatedReader(Reader):
+    """Base of dialects that may be told the rate of the rows, Hz, where a file does not state it."""
+
+    _rate: float | None = None
+
+    def with_options(self, options: Mapping[str, object]) -> Self:
+        """Return the reader with ``rate_Hz``."""
+        reader = copy(self)
+        reader._rate = rate_option(options)
+        return reader
 
 
 def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
@@ -326,6 +243,12 @@ def _only_option(options: Mapping[str, object], name: str, default: object) -> o
     if others:
         raise ValueError(f"found the option {others[0]!r}; allowed: {name}")
     return options.get(name, default)
+
+
+def package_needed(path: Path, what: str, package: str, extra: str) -> LogError:
+    """Say which package reads a file, where it is not installed."""
+    text = f"{path}: {what} are read with the package {package}; install it: "
+    return LogError("extra", f'{text}pip install "rftfit[{extra}]"')
 
 
 @contextmanager

@@ -52,10 +52,7 @@ def common_clock(
     others: Iterable[str] = (),
     rows: int = 0,
 ) -> ChannelClock:
-    """Return the clock that all channels share, or refuse the log.
-
-    `others`: Channels whose clocks are looked at elsewhere. `rows`: Of the file.
-    """
+    """Return the clock that all channels share, or refuse the log; `others` are looked at elsewhere."""
     groups: list[list[str]] = []
     for name, clock in clocks.items():
         same = (group for group in groups if clocks[group[0]].same(clock, samples))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 import re
-from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -48,14 +47,11 @@ class DelimitedReader(TextReader):
     """Text as the section `text` of the config describes it; it claims no file by itself."""
 
     name = "delimited"
+    description = "any delimited text, described by `text` in the config"
     evidence = "the section `text` of the config"
 
     def __init__(self, text: TextFormat | None = None) -> None:
         self._format = text
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "any delimited text, described by `text` in the config"
 
     def detect(self, head: bytes) -> bool:  # noqa: ARG002  # a description decides, not the file
         """Tell that no file is of this dialect by itself."""
@@ -185,39 +181,24 @@ def kinds_of(head: bytes, start: int, width: int, delimiter: str, decimal: str) 
 # --- What an unknown text looks like
 
 
-@dataclass(frozen=True)
-class Preview:
-    """How a text file seems to be written.
+def preview(head: bytes) -> dict[str, Any] | None:
+    """Find out how a text file seems to be written: the keys of `text` in the config, but for defaults.
 
-    `skip_lines`: Lines in front of the row of names, or of the data where there is none. `names`,
-    `units`: Whether there is such a row.
-    """
-
-    delimiter: str
-    decimal: str
-    skip_lines: int
-    names: bool
-    units: bool
-
-    def as_format(self) -> dict[str, Any]:
-        """Return it as the keys of `text` in the config that differ from their defaults."""
-        found = {**vars(self), "delimiter": DELIMITER_WORDS.get(self.delimiter, self.delimiter)}
-        return {key: value for key, value in found.items() if _DEFAULTS.get(key) != value}
-
-
-def preview(head: bytes) -> Preview | None:
-    """Find out how a text file is written.
-
-    Returns None where no way of reading gives at least two rows of at least two cells, of which at
-    least half are numbers.
+    None where no way of reading gives at least two rows of at least two cells, of which at least half
+    are numbers.
     """
     lines = [line for line in lines_of(text_head(head), _HEAD_LINES) if line.whole]
     marks = [(d, m) for d in (",", ";", "\t", "|", " ") for m in (".", ",") if d != m]
     found = [scored for mark in marks if (scored := _try(lines, *mark)) is not None]
-    return max(found, key=lambda scored: scored[0])[1] if found else None
+    if not found:
+        return None
+    _, text = max(found, key=lambda scored: scored[0])
+    return {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
 
 
-def _try(lines: Sequence[Line], delimiter: str, decimal: str) -> tuple[float, Preview] | None:
+def _try(
+    lines: Sequence[Line], delimiter: str, decimal: str
+) -> tuple[float, dict[str, Any]] | None:
     """Read the lines in one way; the score tells how well that goes."""
     table = [cells_of(line.text, delimiter, quote=delimiter != " ") or [] for line in lines]
     shares = [_share(cells, decimal) for cells in table]
@@ -239,9 +220,12 @@ def _try(lines: Sequence[Line], delimiter: str, decimal: str) -> tuple[float, Pr
     units = bool(above) and is_units_row(table[above[-1]], width)
     names_at = above[-2:-1] if units else above[-1:]
     names = bool(names_at) and _is_names(table[names_at[0]], width, decimal)
-    skip = names_at[0] if names else first
+    text = {
+        "delimiter": DELIMITER_WORDS.get(delimiter, delimiter), "decimal": decimal,
+        "skip_lines": names_at[0] if names else first, "names": names, "units": units and names,
+    }  # fmt: skip
     score = sum(shares[place] for place in rows) / (len(table) - first) + 0.01 * min(width, 20)
-    return score, Preview(delimiter, decimal, skip, names, units and names)
+    return score, text
 
 
 def _share(cells: Sequence[str], decimal: str) -> float:

@@ -52,7 +52,8 @@ class Clock:
     `step`, `jitter`: Median step between rows that go forward, and the median departure from it, of
     the first block; NaN if it has fewer than two rows. `gaps`: Start and length of the first ten
     thousand steps longer than `GAP_STEPS` median steps. `repeated`, `backwards`: Rows whose time is
-    that of the row before, or earlier.
+    that of the row before, or earlier. `first`, `last`: The earliest and the latest row; not finite
+    without one.
     """
 
     step: float = float("nan")
@@ -60,19 +61,14 @@ class Clock:
     gaps: list[tuple[float, float]] = field(default_factory=list)
     repeated: int = 0
     backwards: int = 0
-    _lowest: float = float("inf")
-    _highest: float = float("-inf")
-    _last: float | None = None
-
-    @property
-    def first(self) -> float:
-        """The earliest row; not finite without one."""
-        return self._lowest
+    first: float = float("inf")
+    last: float = float("-inf")
+    _before: float | None = None
 
     @property
     def duration(self) -> float:
         """From the earliest to the latest row."""
-        return 0.0 if self._last is None else self._highest - self._lowest
+        return max(self.last - self.first, 0.0)
 
     @property
     def rate(self) -> float:
@@ -83,8 +79,8 @@ class Clock:
         """Go on with the next rows."""
         if time.size == 0:
             return
-        if self._last is not None:
-            time = np.concatenate([[self._last], time])
+        if self._before is not None:
+            time = np.concatenate([[self._before], time])
         steps = np.diff(time)
         forward = steps[steps > 0]
         if forward.size and not self.step > 0:
@@ -95,9 +91,9 @@ class Clock:
             self.gaps += [(float(time[i]), float(steps[i])) for i in late]
         self.repeated += int(np.count_nonzero(steps == 0))
         self.backwards += int(np.count_nonzero(steps < 0))
-        self._lowest = min(self._lowest, float(time.min()))
-        self._highest = max(self._highest, float(time.max()))
-        self._last = float(time[-1])
+        self.first = min(self.first, float(time.min()))
+        self.last = max(self.last, float(time.max()))
+        self._before = float(time[-1])
 
 
 @dataclass(frozen=True)
@@ -283,10 +279,7 @@ def _instead(name: str) -> str:
 
 
 def config_block(found: Survey, dialect: str, text: Mapping[str, Any] | None = None) -> list[str]:
-    """Write the lines of config for a log, as YAML; what is a guess says so.
-
-    `text`: Format, where the dialect is ``delimited``.
-    """
+    """Write the lines of config for a log, as YAML; `text` is the format of a ``delimited`` one."""
     if dialect == "rig":
         return ["dialect: rig"]
     lines = []
@@ -376,10 +369,9 @@ _EXPORTS = {
 
 def as_text(head: bytes) -> tuple[Reader, dict[str, Any]] | None:
     """Return a reader of delimited text, and its description as keys of `text` in the config."""
-    found = preview(head)
-    if found is None:
+    text = preview(head)
+    if text is None:
         return None
-    text = found.as_format()
     return DelimitedReader(TextFormat.model_validate(text)), text
 
 

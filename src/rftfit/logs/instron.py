@@ -20,11 +20,8 @@ class InstronReader(TextReader):
     """Semicolons, commas or tabs; decimal points or commas; whatever stands above the names."""
 
     name = "instron"
+    description = "Instron-style export: names, a row of units in brackets, decimal comma or point"
     evidence = "a row of units in brackets below the row of names"
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "Instron-style export: names, a row of units in brackets, decimal comma or point"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""

@@ -36,13 +36,10 @@ class LvmReader(Reader):
     """Text with a file header and segments; decimal comma or point; with X columns or without."""
 
     name = "lvm"
+    description = (
+        "LabVIEW .lvm text; time is X_Value, or the sample times Delta_X, from segment starts"
+    )
     evidence = f"its first line, {MAGIC}"
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return (
-            "LabVIEW .lvm text; time is X_Value, or the sample times Delta_X, from segment starts"
-        )
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""

@@ -50,10 +50,7 @@ DIALECTS: dict[str, Reader] = {dialect.name: dialect for dialect in _BUILTIN}
 
 
 def dialects() -> dict[str, Reader]:
-    """Return all readers by name: the program's own, then those of other packages.
-
-    A package cannot take the name of one of the program's own.
-    """
+    """Return all readers by name: the program's own, then those of other packages under other names."""
     others = plugins().readers
     return {**DIALECTS, **{name: others[name] for name in sorted(others) if name not in DIALECTS}}
 
@@ -71,10 +68,7 @@ def dialect(name: str) -> Reader:
 
 
 def source_reader(source: AnyLog, default: str, key: str) -> Reader:
-    """Return the reader that a section of the config asks for.
-
-    `default`: Dialect of the campaign. `key`: Of the section, for the message.
-    """
+    """Return the reader that the section `key` of the config asks for; `default`: the campaign's."""
     if source.text is not None:
         reader: Reader = DelimitedReader(source.text)
     else:

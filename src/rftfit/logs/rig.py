@@ -16,11 +16,8 @@ class RigReader(TextReader):
     """Comma-separated text with ``#`` comments, one header row and the unit in each name."""
 
     name = "rig"
+    description = "force and motion csv pair of the rig, one header row, units in the column names"
     evidence = "its header row of the rig's own names"
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "force and motion csv pair of the rig, one header row, units in the column names"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""

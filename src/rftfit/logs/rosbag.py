@@ -18,6 +18,7 @@ from rftfit.logs.base import (
     check_size,
     file_errors,
     ns_to_s,
+    package_needed,
     text_option,
 )
 
@@ -39,25 +40,18 @@ LOST = "lost packets (gap in header.seq)"
 
 _MAX_BYTES = 2 << 30
 # types of topics that every recording has and that are no transducer's
-_COMMON_TYPES = {
-    "Log",
-    "ParameterEvent",
-    "String",
-    "Diagnostics",
-    "DiagnosticArray",
-    "TFMessage",
-    "Clock",
-}
+_COMMON_TYPES = frozenset(
+    ["Log", "ParameterEvent", "String", "Diagnostics", "DiagnosticArray", "TFMessage", "Clock"]
+)
 
 
 class Topic(NamedTuple):
-    """All messages of one topic: type, the fields of all types, time of recording (ns), messages."""
+    """All messages of one topic: type, the fields of all types, time of recording (ns) and message."""
 
     name: str
     kind: str
     definitions: Mapping[str, Any]
-    received: list[int]
-    messages: list[bytes]
+    recorded: list[tuple[int, bytes]]
     cdr: bool
     cut: bool
 
@@ -69,16 +63,15 @@ class RosBagReader(Reader):
     """
 
     name = "ros-bag"
+    description = (
+        "ROS 1 or ROS 2 bag (.bag, .mcap, .db3, folder) of wrench, joint or a transducer's messages"
+    )
     evidence = (
         "the first bytes of a ROS 1 bag, an MCAP file, a rosbag2 database or its metadata.yaml"
     )
 
     def __init__(self, topic: str = "") -> None:
         self.topic = topic
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "ROS 1 or ROS 2 bag (.bag, .mcap, .db3, folder) of wrench, joint or a transducer's messages"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -99,11 +92,7 @@ class RosBagReader(Reader):
         try:
             import rosbags.typesys  # noqa: F401
         except ImportError:
-            raise LogError(
-                "extra",
-                f"{path}: ROS bags are read with the package rosbags; install it: "
-                'pip install "rftfit[ros]"',
-            ) from None
+            raise package_needed(path, "ROS bags", "rosbags", "ros") from None
         with file_errors(path):
             check_size(path, _MAX_BYTES)
             with path.open("rb") as file:
@@ -130,8 +119,8 @@ def _ros1(path: Path, wanted: str) -> Topic:
         raise
     except (ReaderError, AssertionError, ValueError, LookupError, EOFError, OSError):
         # its index is missing or damaged; the messages are read without it
-        found = recover(path)
-        topics, cut = found.topics, found.cut
+        found, cut = recover(path)
+        topics = found.topics
         number = _choose(path, topics, wanted)
         same = {k for k, v in topics.items() if v == topics[number]}
         got = [(time, raw) for connection, time, raw in found.messages if connection in same]
@@ -143,8 +132,7 @@ def _ros1(path: Path, wanted: str) -> Topic:
         raise LogError(
             "type", f"{path}: the definition of {kind} in the bag is not readable: {error}"
         ) from error
-    times, messages = [time for time, _ in got], [raw for _, raw in got]
-    return Topic(name, normalize_msgtype(kind), store.fielddefs, times, messages, False, cut)
+    return Topic(name, normalize_msgtype(kind), store.fielddefs, got, False, cut)
 
 
 def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
@@ -199,8 +187,7 @@ def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
                 len(got),
             )
         store.register(makers[definition.format]())
-    times, messages = [time for time, _ in got], [raw for _, raw in got]
-    return Topic(name, kind, store.fielddefs, times, messages, True, False)
+    return Topic(name, kind, store.fielddefs, got, True, False)
 
 
 def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], wanted: str) -> int:
@@ -227,18 +214,19 @@ def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], wanted: str) -> i
 
 def _log(path: Path, topic: Topic) -> Log:
     """Cut the messages into columns, layout by layout."""
-    count = len(topic.messages)
+    messages = [message for _, message in topic.recorded]
+    count = len(messages)
     cut = {CUT: 1} if topic.cut else {}
     rows = count + len(cut)
     if not count:
         raise LogError("header_only", f"{path}: no message on the topic {topic.name}", rows)
-    sizes = np.array([len(message) for message in topic.messages])
+    sizes = np.array([len(message) for message in messages])
     numbers: dict[str, FloatArray] = {}
     stamps: dict[str, np.ndarray] = {}
     good = np.zeros(count, dtype=bool)
     for size in np.unique(sizes):
         places = np.flatnonzero(sizes == size)
-        raw = np.frombuffer(b"".join(topic.messages[i] for i in places), dtype=np.uint8)
+        raw = np.frombuffer(b"".join(messages[i] for i in places), dtype=np.uint8)
         raw = raw.reshape(places.size, int(size))
         while places.size:
             try:
@@ -254,7 +242,7 @@ def _log(path: Path, topic: Topic) -> Log:
                 stamps.setdefault(name, np.zeros(count, dtype=np.int64))[places[fits]] = times
             good[places[fits]] = True
             places, raw = places[~fits], raw[~fits]
-    received = np.array(topic.received, dtype=np.int64)
+    received = np.array([time for time, _ in topic.recorded], dtype=np.int64)
     if not good.any():
         raise LogError("no_good_row", f"{path}: no message on {topic.name} fits its type", rows)
     log = _with_time(path, topic, numbers, stamps, received).take(good, MISFIT)
@@ -277,13 +265,13 @@ def _with_time(
     units = {name: unit_of(name, topic) for name in columns}
     note = f"topic {topic.name} ({topic.kind}); time is {own or 'the time of recording'}"
     missing = {}
-    if "header.seq" in columns and len(topic.received) > 1:
+    if "header.seq" in columns and received.size > 1:
         step = np.diff(columns["header.seq"])
         lost = int((step[step > 1] - 1).sum())
         # a counter that jumps by more than was recorded was set anew
-        if 0 < lost < 10 * len(topic.received):
+        if 0 < lost < 10 * received.size:
             missing[LOST] = lost
-    return Log(path, columns, units, len(topic.received), {}, missing, (note,))
+    return Log(path, columns, units, received.size, {}, missing, (note,))
 
 
 # --- Messages of a ROS 1 bag that its index does not lead to: read record by record up to the cut
@@ -296,22 +284,19 @@ class Recovered(NamedTuple):
     """What a bag without a usable index still holds, in the order of the file.
 
     `topics`: Connection to topic, type and message definition. `messages`: Connection, time of
-    recording (ns), message. `cut`: The file ends within a message or a compressed block.
+    recording (ns), message.
     """
 
     topics: dict[int, tuple[str, str, str]]
     messages: list[tuple[int, int, bytes]]
-    cut: bool
 
 
-def recover(path: Path) -> Recovered:
-    """Read the complete messages of a bag from its start to where it breaks off."""
-    found = Recovered({}, [], False)
+def recover(path: Path) -> tuple[Recovered, bool]:
+    """Read the complete messages of a bag, and whether it ends within a message or a packed block."""
+    found = Recovered({}, [])
     with path.open("rb") as file:
         file.readline()
-        size = path.stat().st_size
-        cut = _records(file, size, found, inside=False)
-    return found._replace(cut=cut)
+        return found, _records(file, path.stat().st_size, found, inside=False)
 
 
 def _records(source: BinaryIO, size: int, found: Recovered, inside: bool) -> bool:

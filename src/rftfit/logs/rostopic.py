@@ -31,11 +31,8 @@ class RostopicReader(TextReader):
     """The first column is ``%time`` in ns; all others are named ``field.`` and their place."""
 
     name = "rostopic"
+    description = "csv of `rostopic echo -p`; time is the header's stamp, else the time of receipt"
     evidence = "its first column %time and the names that begin with field."
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "csv of `rostopic echo -p`; time is the header's stamp, else the time of receipt"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""

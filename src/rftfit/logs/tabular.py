@@ -64,14 +64,9 @@ class XlsxReader(Reader):
     """A row of names somewhere in the first rows, perhaps one of units, then numbers."""
 
     name = "xlsx"
+    description = "xlsx workbook, first sheet or the one of options: {sheet: NAME}"
     evidence = "the archive's parts: an xlsx workbook"
-
-    def __init__(self) -> None:
-        self._sheet = ""
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "xlsx workbook, first sheet or the one of options: {sheet: NAME}"
+    _sheet = ""
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -217,11 +212,8 @@ class ParquetReader(Reader):
     """Every column of numbers; units from the names, or from the field's metadata ``unit``."""
 
     name = "parquet"
+    description = "Parquet table; units in the column names (force_N, Force [N]) or their metadata"
     evidence = "its first four bytes, PAR1"
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "Parquet table; units in the column names (force_N, Force [N]) or their metadata"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.campaign.config import QUANTITIES
 from rftfit.logs.base import (
     Log,
     LogError,
     Reader,
     check_size,
     file_errors,
+    package_needed,
     rate_option,
     text_option,
 )
@@ -40,15 +40,12 @@ class TdmsReader(Reader):
     """
 
     name = "tdms"
+    description = "National Instruments TDMS, as LabVIEW and DAQmx write it"
     evidence = "the first bytes TDSm"
 
     def __init__(self, group: str = "", rate: float | None = None) -> None:
         self.group = group
         self.rate = rate
-
-    def describe(self) -> str:
-        """Return one line on which program writes such files."""
-        return "National Instruments TDMS, as LabVIEW and DAQmx write it"
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -65,11 +62,7 @@ class TdmsReader(Reader):
         try:
             from nptdms import TdmsFile
         except ImportError:
-            raise LogError(
-                "extra",
-                f"{path}: TDMS files are read with the package npTDMS; install it: "
-                'pip install "rftfit[tdms]"',
-            ) from None
+            raise package_needed(path, "TDMS files", "npTDMS", "tdms") from None
         try:
             with file_errors(path):
                 check_size(path, _MAX_BYTES)
@@ -82,7 +75,10 @@ class TdmsReader(Reader):
             raise LogError("damaged", f"{path}: damaged, or no TDMS file: {error}") from error
 
     def _log(self, path: Path, content: Any) -> Log:
-        channels = _chosen(_group(path, content, self.group), self.asked)
+        channels = _group(path, content, self.group)
+        wanted = self.wanted([channel.name for channel in channels])
+        if any(channel.name in wanted for channel in channels):
+            channels = [c for c in channels if c.name in wanted or _is_time(c)]
         lengths = sorted(len(channel) for channel in channels)
         incomplete = content.file_status.incomplete_final_segment
         if lengths[0] < lengths[-1] and not incomplete:
@@ -98,10 +94,8 @@ class TdmsReader(Reader):
         units: dict[str, str] = {}
         time, note = _time(path, channels, size, rows)
         if time is None and self.rate:
-            time, note = (
-                np.arange(size) / self.rate,
-                f"time is the sample / {self.rate:g} Hz (the config)",
-            )
+            time = np.arange(size) / self.rate
+            note = f"time is the sample / {self.rate:g} Hz (the config)"
         if time is not None:
             columns["time"], units["time"] = time, "s"
         for channel in channels:
@@ -109,9 +103,8 @@ class TdmsReader(Reader):
             values = np.asarray(channel[:])[:size]
             columns[name] = _epoch_s(values) if values.dtype.kind == "M" else values.astype(float)
             units[name] = _unit(channel)
-        return Log(
-            path, columns, units, rows, {CUT: rows - size} if rows > size else {}, {}, (note,)
-        )
+        dropped = {CUT: rows - size} if rows > size else {}
+        return Log(path, columns, units, rows, dropped, notes=(note,))
 
 
 @contextmanager
@@ -150,15 +143,6 @@ def _group(path: Path, content: Any, wanted: str) -> list[Any]:
 def _is_number(channel: Any) -> bool:
     kind = "" if channel.dtype is None else np.dtype(channel.dtype).kind
     return kind in tuple("fiubM") and len(channel) > 0
-
-
-def _chosen(channels: list[Any], asked: frozenset[str] | None) -> list[Any]:
-    """Return the channels that are asked for, and time; all where one of them is not there."""
-    chosen = [c for c in channels if asked is None or c.name in asked]
-    absent = (asked or frozenset()).difference((c.name for c in channels), QUANTITIES)
-    if absent or not chosen:
-        return channels
-    return [c for c in channels if c in chosen or _is_time(c)]
 
 
 def _expected(content: Any, channels: list[Any]) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import gzip
+import math
 import re
 import zlib
 from abc import abstractmethod
@@ -17,7 +18,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 
-from rftfit.campaign.config import QUANTITIES
 from rftfit.logs.base import (
     HEAD_BYTES,
     Log,
@@ -489,28 +489,25 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
         return CELLS
     values: list[Any] = []
     for place in layout.wanted:
-        cell = cells[place].strip(" \t")
-        kind = layout.kinds[place]
+        cell, kind = cells[place].strip(" \t"), layout.kinds[place]
         if kind == "same":
             values.append(cells[place] == layout.same)
-            continue
-        if kind == "integer":
+        elif kind == "integer":
             if not _INTEGER.fullmatch(cell) or abs(int(cell)) >= 1 << 63:
                 return NUMBER
             values.append(int(cell))
-            continue
-        if kind == "stamp":
+        elif kind == "stamp":
             values.append(seconds_of(cell))
-            if values[-1] != values[-1]:
+            if math.isnan(values[-1]):
                 return NO_TIME
-            continue
-        if layout.decimal == ",":
-            if place in layout.regrouped and _GROUPED.fullmatch(cell):
-                return GROUPED
-            cell = "." if "." in cell else cell.replace(",", ".")
-        if not (_NUMBER.fullmatch(cell) or _NOT_FINITE.fullmatch(cell)):
-            return NUMBER
-        values.append(float(cell))
+        else:
+            if layout.decimal == ",":
+                if place in layout.regrouped and _GROUPED.fullmatch(cell):
+                    return GROUPED
+                cell = "." if "." in cell else cell.replace(",", ".")
+            if not (_NUMBER.fullmatch(cell) or _NOT_FINITE.fullmatch(cell)):
+                return NUMBER
+            values.append(float(cell))
     return values
 
 
@@ -613,39 +610,14 @@ class TextReader(Reader):
 
     @abstractmethod
     def plan(self, head: bytes) -> Plan:
-        """Find out how a file is to be read.
+        """Find out from the first 64 kB of a file how it is to be read.
 
-        Parameters
-        ----------
-        head : bytes
-            The first 64 kB.
-
-        Returns
-        -------
-        Plan
-
-        Raises
-        ------
-        ValueError
-            If it cannot be read that way; the message says what was found and what is allowed.
+        Raises ValueError if it cannot be read that way; the message says what was found and what is
+        allowed.
         """
 
     def stream(self, path: Path) -> Iterator[Log]:
-        """Read a file in blocks of some megabytes.
-
-        Parameters
-        ----------
-        path : Path
-
-        Yields
-        ------
-        Log
-
-        Raises
-        ------
-        LogError
-            If the file cannot be used at all.
-        """
+        """Read a file in blocks of some megabytes."""
         file = TextFile(path)
         try:
             plan = self.plan(file.head)
@@ -658,7 +630,7 @@ class TextReader(Reader):
             lines = chain.from_iterable(chain(b.body.splitlines(), [b.rest]) for b in blocks)
             count = sum(map(plan.layout.is_data, lines))
             raise LogError("header", f"{path}: {plan.refusal}", count)
-        layout = narrowed(plan.layout, self.asked, plan.keep)
+        layout = narrowed(plan.layout, {*self.wanted(plan.layout.names), *plan.keep})
         if regrouped := regrouped_columns(path, layout, plan.start):
             layout = replace(layout, regrouped=regrouped)
             notes = [_REGROUPED.format(layout.names[place]) for place in sorted(regrouped)]
@@ -672,13 +644,10 @@ class TextReader(Reader):
             raise LogError("header_only", f"{path}: a header and no data")
 
 
-def narrowed(layout: Layout, asked: frozenset[str] | None, keep: frozenset[str]) -> Layout:
-    """Skip the columns that nobody asked for."""
-    if asked is None or asked.difference(layout.names, QUANTITIES):
-        # of a file that lacks one of them, all: whoever asked finds out which columns there are
-        return layout
+def narrowed(layout: Layout, wanted: set[str]) -> Layout:
+    """Skip all other columns, if any of these hold something that can be read."""
     kinds = tuple(
-        kind if name in asked | keep else "skip"
+        kind if name in wanted else "skip"
         for name, kind in zip(layout.names, layout.kinds, strict=True)
     )
     narrow = replace(layout, kinds=kinds)

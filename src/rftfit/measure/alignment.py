@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from rftfit.measure.clocks import HOUR_S, ClockError, ClockFit
+from rftfit.measure.clocks import HOUR_S, ClockFit
 from rftfit.measure.slopes import weighted_sum_variance
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) ->
     near = min(starts, key=lambda start: abs(start - (first + last) / 2))
     low, high = int(np.ceil((first - near) / step)), int(np.floor((last - near) / step))
     if high < low:
-        raise ClockError("force and motion log do not overlap at any offset")
+        raise ValueError("force and motion log do not overlap at any offset")
     lags: FloatArray = near + step * np.arange(low, high + 1)
     return lags
 
@@ -169,35 +169,22 @@ _BUILD_UP_S = 0.02
 class Alignment:
     """Offset and drift as estimated, with what they were estimated from.
 
-    `offset_s`, `offset_se_s`: Motion clock minus force clock at the reference time, and its
-        standard error.
-    `drift`, `drift_se`: Relative difference of the clocks' rates.
-    `reference_s`: Force time.
-    `hours`: Whole hours in the offset; None where the clocks have unrelated zeros.
+    `clock`: Offset and drift; no whole hours where the clocks have unrelated zeros.
+    `drift_se`: Standard error of the drift.
     `explained`: Share of the force's variance that one smooth function of depth explains.
     `profile`: Unexplained share of the force's variance over all lags that were tried.
     `time`, `force`, `depth`, `fitted`: shape (n,); Readings used: force clock (s), force (N),
         depth then (cm), the smooth function (N).
     """
 
-    offset_s: float
-    offset_se_s: float
-    drift: float
+    clock: ClockFit
     drift_se: float
-    reference_s: float
-    hours: int | None
     explained: float
     profile: LagProfile
     time: FloatArray
     force: FloatArray
     depth: FloatArray
     fitted: FloatArray
-
-    def clock(self) -> ClockFit:
-        """Return it in the form that every other way of aligning clocks gives."""
-        return ClockFit(
-            self.offset_s, self.drift, self.reference_s, 0.0, 0, self.offset_se_s, self.hours or 0
-        )
 
 
 class _Refined(NamedTuple):
@@ -229,7 +216,7 @@ def estimate_clocks(
     """
     time, pushed = _readings(force_time, force)
     if motion_time.size < _MIN_READINGS or np.ptp(depth) <= 0:
-        raise ClockError(
+        raise ValueError(
             f"the motion log shows no motion in depth ({motion_time.size} rows): nothing to match "
             "the force with"
         )
@@ -237,7 +224,7 @@ def estimate_clocks(
     profile = search_lags(time, pushed, motion_time, depth, origins)
     if profile.unexplained[profile.best] > 1 - _EXPLAINED:
         share = 100 * (1 - profile.unexplained[profile.best])
-        raise ClockError(
+        raise ValueError(
             f"at no lag does the force follow the depth: at best {share:.0f} % of its variance is "
             f"explained, {100 * _EXPLAINED:.0f} % needed. Do the two files belong to one run?"
         )
@@ -249,15 +236,15 @@ def estimate_clocks(
     spread = float(np.var([fit.offset for fit in fits], ddof=1))
     se = math.sqrt(chosen.offset_variance + spread + _BUILD_UP_S**2)
     if not se <= max_se_s:
-        raise ClockError(
+        raise ValueError(
             f"the offset of the clocks is uncertain by {se:.2f} s (standard error); allowed: "
             f"{max_se_s:g} s. A push that starts, stops or changes speed in the medium decides it"
         )
     residual = pushed - chosen.fitted
+    whole_hours = round(chosen.offset / HOUR_S) if hours else 0
     return Alignment(
-        chosen.offset, se, chosen.drift, math.sqrt(chosen.drift_variance), chosen.reference,
-        None if hours is None else round(chosen.offset / HOUR_S),
-        1 - float(residual.var() / pushed.var()),
+        ClockFit(chosen.offset, chosen.drift, chosen.reference, 0.0, 0, se, whole_hours),
+        math.sqrt(chosen.drift_variance), 1 - float(residual.var() / pushed.var()),
         profile, time, pushed, chosen.depth, chosen.fitted,
     )  # fmt: skip
 
@@ -274,7 +261,7 @@ def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
             and size < _AS_GOOD * min(misfit)
         ):
             first, second = sorted((fit.offset, best.offset))
-            raise ClockError(
+            raise ValueError(
                 f"the force follows the depth about equally well at two offsets, {first:.2f} s and "
                 f"{second:.2f} s: the data cannot decide between them"
             )
@@ -293,7 +280,7 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     fresh = new_readings(force[None])
     time, force = time[fresh], force[fresh]
     if time.size < _MIN_READINGS:
-        raise ClockError(
+        raise ValueError(
             f"the force log has {time.size} readings; {_MIN_READINGS} are needed to match it with "
             "the motion"
         )
@@ -301,12 +288,12 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     start = float(np.median(force[: max(8, force.size // 50)]))
     peak = int(np.argmax(force))
     if force[peak] - start < _RISE_TO_NOISE * noise:
-        raise ClockError(
+        raise ValueError(
             f"the force never rises from its start by more than {force[peak] - start:.2f} N, with "
             f"a noise of {noise:.2f} N: no contact that the motion could be matched with"
         )
     if peak + 1 < _MIN_READINGS:
-        raise ClockError(
+        raise ValueError(
             f"the force is largest at reading {peak + 1} already; {_MIN_READINGS} are needed before "
             "it: the log must begin before the push"
         )
@@ -320,8 +307,8 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     )
 
 
-def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], list[int] | None]:
-    """Offsets from which lags are counted: whole hours that make the logs overlap, or their starts."""
+def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], bool]:
+    """Offsets from which lags are counted: hours that make the logs overlap, or their starts; which."""
     length, other = float(np.ptp(time)), float(np.ptp(motion_time))
     shortest = min(length, other)
     between = (motion_time[0] + motion_time[-1] - time[0] - time[-1]) / 2
@@ -332,8 +319,8 @@ def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], lis
         if abs(between - hour * HOUR_S) < (length + other) / 2 - shortest / 2 and abs(hour) <= 26
     ]
     if hours:
-        return [hour * HOUR_S for hour in hours], hours
-    return [float(motion_time[0] - time[0])], None
+        return [hour * HOUR_S for hour in hours], True
+    return [float(motion_time[0] - time[0])], False
 
 
 def _refine(
@@ -363,7 +350,7 @@ def _refine(
         raised = lift / (2 * _STEP_CM)
         power = float(slope @ slope)
         if power <= 0:
-            raise ClockError("the force is the same at every depth: nothing to match")
+            raise ValueError("the force is the same at every depth: nothing to match")
         space, _ = np.linalg.qr(basis)
         own = slope - space @ (space.T @ slope)
         moved = float((own**2 @ time) / max(float(own @ own), 1e-300))

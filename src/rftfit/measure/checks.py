@@ -14,6 +14,7 @@ import numpy as np
 from rftfit.campaign.config import CheckName
 from rftfit.measure.alpha import both, cell_at, column
 from rftfit.measure.errors import AS_PREPARED, OF_CELL
+from rftfit.measure.fits import is_symmetric
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.strokes import split_runs
 from rftfit.measure.tare import NO_TARE_FLAG
@@ -388,7 +389,7 @@ def check_channels(config: Config, sheet: Mapping[str, Run], facts: pd.DataFrame
         stated = config.force_log.columns.get(name)
         if stated is not None and stated.constant is not None:
             continue
-        feels = [row for run, row in pushes if axis == "z" or not _level(run)]
+        feels = [row for run, row in pushes if axis == "z" or not is_symmetric(run)]
         dead = [row for row in feels if row[f"{name}_held"] >= _FROZEN]
         if len(dead) >= min(_LOGS, len(feels)) > 0:
             whole = all(row[f"{name}_low_N"] == row[f"{name}_high_N"] for row in dead)
@@ -405,7 +406,7 @@ def check_channels(config: Config, sheet: Mapping[str, Run], facts: pd.DataFrame
                 "below its range: look at the range of amplifier and logger"
             )
             said |= dict.fromkeys(runs, f"channel {name} stops at {value:g} N")
-    slanted = [row for run, row in pushes if not _level(run)]
+    slanted = [row for run, row in pushes if not is_symmetric(run)]
     across, along = (
         np.array([row[f"{axes[c]}_high_N"] - row[f"{axes[c]}_low_N"] for row in slanted])
         for c in "yx"
@@ -431,11 +432,6 @@ def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float
         if row[f"{name}_held"] >= _CLIPPED and low < high and held in (low, high):
             found.setdefault(held, []).append(row["run_id"])
     return {held: runs for held, runs in found.items() if len(runs) >= _LOGS and abs(held) < limit}
-
-
-def _level(run: Run) -> bool:
-    """Whether a run feels no horizontal force by symmetry: a level or upright plate, up or down."""
-    return run.kind == "plate" and run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90
 
 
 def check_rods(tares: pd.DataFrame, sheet: Mapping[str, Run]) -> Check:
@@ -501,16 +497,14 @@ def check_surface(config: Config, medium: str, tables: Tables) -> Check:
         why = "stress is a line only near the surface of a natural sand"
         return Check("surface", NOT_CHECKED, why)
     if fits["flags"].str.contains(NO_TARE_FLAG).any():
-        return Check(
-            "surface", NOT_CHECKED, "the force on the rod, which begins elsewhere, is in it"
-        )
+        why = "the force on the rod, which begins elsewhere, is in it"
+        return Check("surface", NOT_CHECKED, why)
     known = fits[(fits["gamma_deg"].abs() >= 45) & (fits["free_slope_z_N_per_cm3"].abs() > 0)]
     alpha, se = (known[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
-    known = known.loc[known.index[np.abs(alpha) > _SIGMAS * se]]
+    clear = np.abs(alpha) > _SIGMAS * se
+    known = known[clear]
     start = -(known["intercept_z_N_per_cm2"] / known["free_slope_z_N_per_cm3"]).to_numpy(float)
-    error = (se / np.abs(alpha))[np.abs(alpha) > _SIGMAS * se] * known["depth_to_cm"].to_numpy(
-        float
-    )
+    error = (se / np.abs(alpha))[clear] * known["depth_to_cm"].to_numpy(float)
     pushes = known["direction"].to_numpy() == "intrusion"
     down, down_se = _median(start[pushes])
     if math.isnan(down):

@@ -17,10 +17,6 @@ LONGEST_RAMP_S = 0.1
 _JITTER_S = 0.1
 
 
-class ClockError(ValueError):
-    """The data cannot decide how the clocks lie; the message says why."""
-
-
 @dataclass(frozen=True)
 class ClockFit:
     """Motion time = force time + offset + drift x (force time - reference).
@@ -116,7 +112,7 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
     """
     short, long = sorted((force_spans, motion_spans), key=len)
     if len(short) == 0:
-        raise ClockError(
+        raise ValueError(
             f"the arm moves in {len(force_spans)} whole stretches by the force log's sync line and "
             f"in {len(motion_spans)} by the motion log: nothing to match. Is a log cut short?"
         )
@@ -127,12 +123,12 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
         fits.append(_fit(pair[0].ravel(), pair[1].ravel()))
     fits.sort(key=lambda fit: fit.residual_s)
     if fits[0].residual_s > max_residual_s:
-        raise ClockError(
+        raise ValueError(
             f"force and motion log disagree by {fits[0].residual_s:.3f} s on when the arm moved; "
             f"allowed: {max_residual_s:g} s. Do the two files belong to one run?"
         )
     if len(fits) > 1 and fits[1].residual_s <= max_residual_s:
-        raise ClockError(
+        raise ValueError(
             "two ways of matching force and motion log fit equally well: no motion differs in length"
         )
     return fits[0]

@@ -68,6 +68,11 @@ def half_extent(plate: AnyPlate, beta: float) -> tuple[float, float]:
     return length * cosine + thickness * sine, length * sine + thickness * cosine
 
 
+def farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
+    """How far from the middle of the container the plate's centre may be, off both walls, cm."""
+    return container.length_cm / 2 - fit.wall_clearance_cm - half_extent(plate, beta)[0]
+
+
 def slanted_window(
     depth: FloatArray, x: FloatArray, plate: AnyPlate, beta: float, container: Container, fit: Fit
 ) -> npt.NDArray[np.int8]:
@@ -76,11 +81,10 @@ def slanted_window(
     `depth`, `x`: shape (n,); Of the plate's centre, cm; x = 0 in the middle of the container.
     `beta`: rad.
     """
-    half_x, half_z = half_extent(plate, beta)
-    widest = container.length_cm / 2 - fit.wall_clearance_cm - half_x
+    _, half_z = half_extent(plate, beta)
     # the outermost reason is tested last, so that it wins
     reason = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
-    reason[np.abs(x) > widest] = RowStatus.WALL
+    reason[np.abs(x) > farthest_x(plate, beta, container, fit)] = RowStatus.WALL
     if fit.max_depth_cm is None:
         reason[depth > container.depth_cm - fit.wall_clearance_cm - half_z] = RowStatus.BOTTOM
     if fit.submergence_cm is None:
@@ -106,9 +110,8 @@ def horizontal_window(
 
     `travel`: shape (n,); Length of the path so far, cm. `x`: shape (n,); cm. `beta`: rad.
     """
-    half_x, _ = half_extent(plate, beta)
     reason = np.full(travel.size, RowStatus.GOOD, dtype=np.int8)
-    reason[np.abs(x) > container.length_cm / 2 - fit.wall_clearance_cm - half_x] = RowStatus.WALL
+    reason[np.abs(x) > farthest_x(plate, beta, container, fit)] = RowStatus.WALL
     reason[travel < fit.horizontal_skip_cm] = RowStatus.STARTUP
     return reason
 
@@ -173,10 +176,7 @@ class RunFit:
 
 
 def filed_under(run: Run) -> tuple[float, float, float]:
-    """Cell (beta, gamma), deg, of the alpha table to which a run belongs, and the sign of its alpha_x.
-
-    Extractions go under (-beta, -gamma) with alpha_x turned.
-    """
+    """Cell (beta, gamma), deg, of a run, and the sign of its alpha_x; an extraction turns all three."""
     if run.direction == "extraction":
         return file_extraction(run.beta_deg, run.gamma_deg)
     return run.beta_deg, run.gamma_deg, 1.0
@@ -208,25 +208,24 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         return refuse(
             f"tare shorter than the run or with a gap: {untared} samples of the window have no tare"
         )
-    points = int(np.count_nonzero(usable))
+    depth = stroke.depth[usable]
     # rows of a table are depths that somebody chose, samples of a log are not
     fewest = 1 if config.table else max(config.fit.min_points, FEWEST)
-    if points < fewest:
-        text = f"too few points: {points} in the window, {fewest} wanted"
-        return refuse("; ".join([text, *_main_cause(run, stroke, why, plate, config)]))
-    depth = stroke.depth[usable]
-    if not depth.any():
+    lacking = ""
+    if depth.size < fewest:
+        lacking = f"too few points: {depth.size} in the window, {fewest} wanted"
+    elif not depth.any():
         return refuse("all depths are 0, where a stress has no slope through zero")
-    if run.direction != "horizontal" and not config.table:
-        short = too_short(depth, plate, config.fit)
-        if short:
-            return refuse("; ".join([short, *_main_cause(run, stroke, why, plate, config)]))
+    elif run.direction != "horizontal" and not config.table:
+        lacking = too_short(depth, plate, config.fit)
+    if lacking:
+        return refuse(lacking + _main_cause(run, stroke, why, plate, config))
     stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
     startup = None
     if run.direction == "horizontal":
         startup = unfinished_start(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
-    if config.table and (points < FEWEST or not (np.diff(depth) > 0).all()):
+    if config.table and (depth.size < FEWEST or not (np.diff(depth) > 0).all()):
         slope = fit_few(depth, stress[:, usable])
         return RunFit(
             beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why=why,
@@ -261,25 +260,21 @@ def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> str:
     )
 
 
-def _main_cause(
-    run: Run, stroke: Stroke, why: np.ndarray, plate: AnyPlate, config: Config
-) -> tuple[str, ...]:
-    """Say why most samples of a stroke lie outside of its window."""
+def _main_cause(run: Run, stroke: Stroke, why: np.ndarray, plate: AnyPlate, config: Config) -> str:
+    """Say why most samples of a stroke lie outside of its window, to end a reason."""
     counts = np.bincount(why, minlength=len(RowStatus))
     counts[RowStatus.GOOD] = 0
     if not counts.any():
-        return ()
+        return ""
     main = RowStatus(int(counts.argmax()))
-    share = f"{counts.max()} of {why.size} samples {main.text}"
+    share = f"; {counts.max()} of {why.size} samples {main.text}"
     if main is not RowStatus.WALL:
-        return (share,)
-    half_x, _ = half_extent(plate, math.radians(run.beta_deg))
-    widest = config.container.length_cm / 2 - config.fit.wall_clearance_cm - half_x
-    text = (
+        return share
+    widest = farthest_x(plate, math.radians(run.beta_deg), config.container, config.fit)
+    return (
         f"{share}: the path goes from x = {stroke.x[0]:.1f} to {stroke.x[-1]:.1f} cm, allowed are "
         f"{-widest:.1f} to {widest:.1f} cm from the middle of the container, which arm.middle_x_mm gives"
     )
-    return (text,)
 
 
 def _window(
@@ -407,9 +402,12 @@ def without(flags: str, told: Collection[str]) -> str:
 def _lacks_force_x(config: Config, run: Run) -> bool:
     """Whether alpha_x of a run is 0 only because the config states a constant for its channel."""
     channel = config.force_log.columns.get(config.transducer.axes.x[1:])  # type: ignore[call-overload]
-    stated = channel is not None and channel.constant is not None
-    # straight up or down, a level or upright plate feels none by symmetry
-    return stated and not (run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90)
+    return channel is not None and channel.constant is not None and not is_symmetric(run)
+
+
+def is_symmetric(run: Run) -> bool:
+    """Whether a run feels no horizontal force by symmetry: a level or upright plate, up or down."""
+    return run.kind == "plate" and run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90
 
 
 def _stroke(
@@ -436,7 +434,7 @@ def _stroke(
 def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
     """Put the rows of a stroke into the ledger, but for those that an earlier stage dropped."""
     handed_on = fit.why[stroke.why == RowStatus.GOOD]
-    ledger.add_rows(run, run.force_log, handed_on[handed_on != RowStatus.GOOD], "")
+    ledger.add_rows(run, handed_on[handed_on != RowStatus.GOOD], "")
     fate = (DROPPED, f"no alpha: {fit.reason}") if fit.reason else (USED, "slope")
     good = int(np.count_nonzero(handed_on == RowStatus.GOOD))
     if good:

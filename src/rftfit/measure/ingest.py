@@ -13,7 +13,7 @@ from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.text import OF_CELLS
 from rftfit.measure.alignment import Alignment, estimate_clocks, new_readings
-from rftfit.measure.clocks import HOUR_S, ClockError, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.clocks import HOUR_S, ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
 from rftfit.measure.pairs import (
     ANGLE_TO_RAD,
@@ -27,11 +27,13 @@ from rftfit.measure.pairs import (
     readers,
 )
 from rftfit.measure.slopes import GIVEN_DOF
-from rftfit.measure.strokes import Motion, StrokeError, find_stroke, join_runs
-from rftfit.measure.surface import Surface, SurfaceError, compliance_of, find_surface
+from rftfit.measure.strokes import Motion, find_stroke, join_runs
+from rftfit.measure.surface import Surface, compliance_of, find_surface
 from rftfit.measure.zero import Zero, find_zero, height_needed, zero_of_log
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import pandas as pd
 
     from rftfit.campaign.config import Config, Transducer
@@ -202,7 +204,7 @@ def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
         # in a table of six digits hours would hide the rest
         row |= {
             "clock_hours": hours, "clock_rest_s": clock.offset_s - HOUR_S * hours,
-            "clock_drift": found.drift, "clock_drift_se": found.drift_se,
+            "clock_drift": clock.drift, "clock_drift_se": found.drift_se,
             "clock_explained": found.explained,
         }  # fmt: skip
     if (surface := trace.surface) is not None:
@@ -216,14 +218,19 @@ def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
 
 def samples_of(traces: list[Trace]) -> pd.DataFrame:
     """Put the samples of all runs into one long table."""
+    return samples_table({
+        one.run.run_id: (
+            one.time, one.phase, one.x, -one.z, np.degrees(one.angle), *one.force, one.why
+        )
+        for one in traces
+    })  # fmt: skip
+
+
+def samples_table(runs: Mapping[str, Sequence[np.ndarray]]) -> pd.DataFrame:
+    """Put the columns of some runs, in the order of `SAMPLE_COLUMNS`, into one long table."""
     import pandas as pd
 
-    parts = {
-        one.run.run_id: dict(zip(SAMPLE_COLUMNS, (
-            one.time, one.phase, one.x, -one.z, np.degrees(one.angle), *one.force, one.why
-        ), strict=True))
-        for one in traces
-    }  # fmt: skip
+    parts = {name: dict(zip(SAMPLE_COLUMNS, run, strict=True)) for name, run in runs.items()}
     samples = join_runs(parts, SAMPLE_COLUMNS)
     codes = samples["phase"].to_numpy(int)
     samples["phase"] = pd.Categorical.from_codes(codes, categories=pd.Index(PHASES))
@@ -287,9 +294,8 @@ def _make_trace(
     start, end = find_stroke(motion, spans, run, config.arm)
     in_stroke = (time >= start) & (time <= end)
     if not in_stroke.any():
-        raise StrokeError(
-            "no_force",
-            "the force log has no sample during the stroke; do the two logs belong to one run?",
+        raise ValueError(
+            "the force log has no sample during the stroke; do the two logs belong to one run?"
         )
     x, z, angle = motion.at(time)
     why = _row_status(config, motion, time, readings.saturated)
@@ -300,18 +306,17 @@ def _make_trace(
     zero: Zero | None
     if isinstance(zero_log, Log):
         unloaded = read_force(config, zero_log).force
-        zero = zero_of_log(unloaded, time.size, drift, config.zero.log_age_min)
+        zero = zero_of_log(unloaded, drift, config.zero.log_age_min)
     elif config.zero.method == "stated":
-        zero = _stated_zero(config, time.size)
+        zero = _stated_zero(config)
     else:
         resting = in_air & (why == RowStatus.GOOD) & ~in_stroke
         middle = float(readings.time[in_stroke].mean())
         zero = find_zero(readings.time, readings.force, resting, moving, middle, drift)
     if zero is None:
-        raise StrokeError(
-            "no_zero",
+        raise ValueError(
             "no zero: the intruder is never at rest in air for half a second; where the zero is "
-            "known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config",
+            "known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config"
         )
     # no rest shows what moves the zero back and forth between it and the stroke
     zero = replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
@@ -334,7 +339,7 @@ def _make_trace(
     # a log that begins in air should also end after the stroke; others hold nothing but the stroke
     if cut and config.zero.method == "air" and zero_log is None:
         flags.append("the motion log begins or ends within the stroke")
-    flags += _repeating(run, force_log, in_stroke)
+    flags += _repeating(run, ~new_readings(readings.channels)[in_stroke])
     stuck = int(np.count_nonzero(readings.saturated & in_stroke))
     if stuck:
         flags.append(f"transducer saturated in {stuck} samples of the stroke")
@@ -365,12 +370,12 @@ def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obj
     return facts
 
 
-def _stated_zero(config: Config, size: int) -> Zero:
+def _stated_zero(config: Config) -> Zero:
     """The zero that the config states, the same in every run."""
     stated = config.zero
     force = (sensor_to_lab(config.transducer) @ np.array(stated.readings_N))[::-1]
     variance = np.full(2, (stated.sd_N or 0.0) ** 2)
-    return Zero(np.repeat(force[:, None], size, axis=1), variance, GIVEN_DOF, math.nan)
+    return Zero(force[:, None], variance, GIVEN_DOF, math.nan)
 
 
 def sensor_to_lab(transducer: Transducer) -> FloatArray:
@@ -424,9 +429,8 @@ def without_repeats(config: Config, log: Log) -> Log:
     return log.take(new_readings(np.stack([log.columns[name] for name in _CHANNELS])), REPEATED)
 
 
-def _repeating(run: Run, log: Log, in_stroke: np.ndarray) -> list[str]:
+def _repeating(run: Run, again: np.ndarray) -> list[str]:
     """Notice a logger that writes each reading of a slower transducer several times."""
-    again = ~new_readings(np.stack([log.columns[name] for name in _CHANNELS]))[in_stroke]
     # the force of a horizontal run may be steady; of others it grows
     if run.direction == "horizontal" or again.mean() < _MOST_REPEATED:
         return []
@@ -448,7 +452,7 @@ def find_clock(
     time = readings.time
     if method == "estimate":
         if run.direction != "intrusion" or run.gamma_deg != 90:
-            raise ClockError(
+            raise ValueError(
                 f"clock.method estimate: found a run in direction {run.direction} along gamma "
                 f"{run.gamma_deg:g} deg; allowed: intrusion straight down, where the force grows with "
                 "depth. Others need a sync line or one clock"
@@ -458,9 +462,9 @@ def find_clock(
             time[good], readings.force[0, good], motion.time, -motion.z,
             settings.max_drift, settings.max_se_s,
         )  # fmt: skip
-        return alignment.clock(), alignment
+        return alignment.clock, alignment
     if readings.arm_moving is None:
-        raise ClockError(
+        raise ValueError(
             "the force log has no column arm_moving; clock.method sync_line needs it, allowed "
             "without: estimate, same_clock"
         )
@@ -487,27 +491,22 @@ def place_surface(
     plate = config.intruders[run.intruder]
     flat = run.kind == "plate" and abs(run.beta_deg) <= _FLAT_DEG
     if run.direction != "intrusion" or plate.shape == "leg" or not flat:
-        raise StrokeError(
-            "no_surface",
+        raise ValueError(
             "surface.method find works for flat plates pushed down, which meet the surface all at "
-            f"once (beta within {_FLAT_DEG:g} deg of 0); this run needs surface_z_mm",
+            f"once (beta within {_FLAT_DEG:g} deg of 0); this run needs surface_z_mm"
         )
     time, depth, lift = _common(motion, time, lift)
     window, noise = config.surface.window_cm, config.transducer.precision_N
     toe = plate.thickness_cm / 2
-    try:
-        surface = find_surface(depth, lift, window, noise, 0.0, toe)
-        if clock_se_s > 0:
-            near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
-            speed = float(np.abs(np.gradient(depth, time))[near].mean())
-            surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
-    except SurfaceError as error:
-        raise StrokeError("no_surface", str(error)) from error
+    surface = find_surface(depth, lift, window, noise, 0.0, toe)
+    if clock_se_s > 0:
+        near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
+        speed = float(np.abs(np.gradient(depth, time))[near].mean())
+        surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
     if surface.se_cm > config.surface.max_se_cm:
-        raise StrokeError(
-            "no_surface",
+        raise ValueError(
             f"surface not found well enough: its standard error is {surface.se_cm:.2f} cm; allowed: "
-            f"{config.surface.max_se_cm:g} cm",
+            f"{config.surface.max_se_cm:g} cm"
         )
     return replace(motion, z=motion.z + surface.depth_cm), surface
 
@@ -612,7 +611,7 @@ def _account(ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Tr
     good = trace.why == RowStatus.GOOD
     outside = np.where(good, _STATUS_OF_PHASE[trace.phase], trace.why)
     handed_on = (trace.phase == _STROKE) & good
-    ledger.add_rows(run, run.force_log, outside[~handed_on], "zero of the transducer")
+    ledger.add_rows(run, outside[~handed_on], "zero of the transducer")
 
 
 def _account_left_out(ledger: Ledger, run: Run, file: str, log: Log) -> None:

@@ -66,19 +66,16 @@ class Ledger:
     )
 
     def add(self, run: Run, file: str, fate: str, reason: str, rows: int) -> None:
-        """Count `rows` lines of one file of a run; 0 is kept where a whole file is missing.
-
-        `fate`: `USED`, `DROPPED`, or `LOST` for what the instrument counted and the file lacks.
-        """
+        """Count `rows` lines of one file, 0 of a missing one; `LOST`: the instrument alone counted them."""
         self.counts[run.run_id, run.medium, run.kind, file, fate, reason] += int(rows)
 
-    def add_rows(self, run: Run, file: str, why: np.ndarray, used_as: str) -> None:
-        """Count the rows of one file by the `RowStatus` of each; `used_as` is the use of good rows."""
+    def add_rows(self, run: Run, why: np.ndarray, used_as: str) -> None:
+        """Count the rows of a force log by the `RowStatus` of each; `used_as` is the use of good rows."""
         for code, count in enumerate(np.bincount(why)):
             if count:
                 status = RowStatus(code)
-                good = status is RowStatus.GOOD
-                self.add(run, file, USED if good else DROPPED, status.text or used_as, int(count))
+                fate = USED if status is RowStatus.GOOD else DROPPED
+                self.add(run, run.force_log, fate, status.text or used_as, count)
 
     def table(self) -> pd.DataFrame:
         """Return the counts as a sorted table with the columns `COLUMNS`."""

@@ -37,10 +37,7 @@ TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 360
 
 
 def factor(table: dict[str, float], found: str, declared: str, what: str) -> float:
-    """Return the factor to N, cm, rad or s, if the log's header and the config agree on the unit.
-
-    `what`: The quantity, for the message.
-    """
+    """Return the factor to N, cm, rad or s, if log and config agree on the unit of a quantity `what`."""
     if found != declared:
         raise ValueError(f"{what} in {found or 'no unit'}, but the config says {declared}")
     if found not in table:
@@ -177,7 +174,7 @@ def completed(log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0
     if not lacking:
         return log
     columns, found, notes = dict(log.columns), dict(log.units), list(log.notes)
-    if "angle" in lacking and run.beta_deg is not None:
+    if "angle" in lacking and math.isfinite(run.beta_deg):
         columns["angle"], found["angle"] = np.full(log.size, run.beta_deg), "deg"
         notes.append("beta is that of the run sheet: the motion log has no angle")
         lacking.remove("angle")
@@ -268,21 +265,15 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
         part = runs[first : first + _AT_A_TIME]
         force = force_reader.load_many([campaign.raw / run.force_log for run in part])
         motion = motion_reader.load_many([campaign.raw / run.motion_log for run in part])
-        new = list(dict.fromkeys(r.zero_log for r in part if r.zero_log not in ("", *zeros)))
+        # of several runs with one zero log the first
+        new = {run.zero_log: run for run in reversed(part) if run.zero_log not in ("", *zeros)}
         unloaded = force_reader.load_many([campaign.raw / name for name in new])
-        for run in part:
-            if run.zero_log in new and run.zero_log not in zeros:
-                log = unloaded[new.index(run.zero_log)]
-                zeros[run.zero_log] = _usable(campaign, run.zero_log, log, partial(force_of, run))
+        for (name, run), log in zip(new.items(), unloaded, strict=True):
+            zeros[name] = _usable(campaign, name, log, partial(force_of, run))
         for run, one, other in zip(part, force, motion, strict=True):
-            yield (
-                run,
-                Pair(
-                    _usable(campaign, run.force_log, one, partial(force_of, run)),
-                    _usable(campaign, run.motion_log, other, partial(_motion, config, units, run)),
-                    zeros.get(run.zero_log),
-                ),
-            )
+            loaded = _usable(campaign, run.force_log, one, partial(force_of, run))
+            moved = _usable(campaign, run.motion_log, other, partial(_motion, config, units, run))
+            yield run, Pair(loaded, moved, zeros.get(run.zero_log))
 
 
 def one_table(config: Config, run: Run) -> bool:

@@ -119,10 +119,7 @@ def _growth(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
-    """Degrees of freedom of a sum of independent variance estimates (Welch and Satterthwaite).
-
-    The parts lie along the first axis.
-    """
+    """Degrees of freedom of a sum, along axis 0, of variance estimates (Welch and Satterthwaite)."""
     total = variances.sum(axis=0)
     parts = (variances**2 / dofs).sum(axis=0)
     safe = np.where(parts > 0, parts, 1.0)
@@ -177,40 +174,27 @@ _LEVEL = 0.005
 class Slope:
     """Slopes of k stress components against one depth; all arrays of shape (k,).
 
-    Parameters
-    ----------
-    alpha : numpy.ndarray
-        sum(sigma z) / sum(z^2), N/cm^3.
-    se : numpy.ndarray
-        Standard error that allows for autocorrelation and for the error of the zero, N/cm^3.
-    dof : numpy.ndarray
-        Degrees of freedom of `se`.
-    ols_se : numpy.ndarray
-        Textbook standard error, which takes samples for independent, N/cm^3.
-    intercept, free_slope : numpy.ndarray
-        Of the fit with a free intercept, N/cm^2 and N/cm^3; these and what follows are NaN where
-        the depth does not change, as in a horizontal run.
-    nonlinear_p : numpy.ndarray
-        Probability that a straight line through zero shows this much curvature by noise.
-    nonlinear_ratio : numpy.ndarray
-        Deviation of a parabola through zero from the line at the end of the window, relative to
-        the stress there.
-    points : int
-        Samples used.
-    startup : numpy.ndarray
-        What a start-up left in the window moves alpha by, N/cm^3; contained in `se`.
-    tare : numpy.ndarray
-        Standard error from the tare alone, common to all runs that share it, N/cm^3; contained in
+    `alpha`: sum(sigma z) / sum(z^2), N/cm^3.
+    `se`, `dof`: Standard error that allows for autocorrelation and for the error of the zero,
+        N/cm^3, and its degrees of freedom.
+    `ols_se`: Textbook standard error, which takes samples for independent, N/cm^3.
+    `intercept`, `free_slope`: Of the fit with a free intercept, N/cm^2 and N/cm^3; these and the
+        nonlinearity are NaN where the depth does not change, as in a horizontal run.
+    `nonlinear_p`: Probability that a straight line through zero shows this much curvature by noise.
+    `nonlinear_ratio`: Deviation of a parabola through zero from the line at the end of the window,
+        relative to the stress there.
+    `points`: Samples used.
+    `startup`: What a start-up left in the window moves alpha by, N/cm^3; contained in `se`.
+    `tare`: Standard error from the tare alone, common to all runs that share it, N/cm^3; contained
+        in `se`.
+    `curvature`: Standard error from a curvature that is no noise, N/cm^3: by how much a parabola
+        leaves the line at the end of the window, as the limit of an even distribution; contained in
         `se`.
-    curvature : numpy.ndarray
-        Standard error from a curvature that is no noise, N/cm^3: by how much a parabola leaves the
-        line at the end of the window, as the limit of an even distribution; contained in `se`.
-    lever : float
-        Change of alpha, relative, for a surface that lies lower by 1 cm than was taken, 1/cm.
-    offset, offset_se : numpy.ndarray
-        Depth at which the line with a free intercept has no stress, and its standard error, cm.
-    shift, shift_of_tare : numpy.ndarray
-        Variance of what moves all samples alike, and of the part of the tare, (N/cm^2)^2.
+    `lever`: Change of alpha, relative, for a surface that lies lower by 1 cm than was taken, 1/cm.
+    `offset`, `offset_se`: Depth at which the line with a free intercept has no stress, and its
+        standard error, cm; NaN in a horizontal run.
+    `shift`, `shift_of_tare`: Variance of what moves all samples alike, and of the part of the tare,
+        (N/cm^2)^2.
     """
 
     alpha: FloatArray
@@ -232,18 +216,7 @@ class Slope:
     shift_of_tare: FloatArray
 
     def interval(self, confidence: float) -> tuple[FloatArray, FloatArray]:
-        """Return the confidence interval of alpha.
-
-        Parameters
-        ----------
-        confidence : float
-            Between 0 and 1.
-
-        Returns
-        -------
-        lo, hi : numpy.ndarray, shape (k,)
-            N/cm^3.
-        """
+        """Return the lower and upper end of the interval of alpha, N/cm^3, at a level between 0 and 1."""
         half = student_quantile(confidence, self.dof) * self.se
         return self.alpha - half, self.alpha + half
 
@@ -276,30 +249,12 @@ def fit_slope(
 ) -> Slope:
     """Fit the zero-intercept slope with its honest standard error and quality figures.
 
-    Parameters
-    ----------
-    depth : numpy.ndarray, shape (n,)
-        |z| in the order of recording, cm.
-    stress : numpy.ndarray, shape (k, n)
-        Tared stress, N/cm^2.
-    zero_variance : numpy.ndarray, shape (m, k)
-        Variance of the stress zero of the run and of its tare, (N/cm^2)^2: an error of the zero is
-        the same in all samples, so their scatter does not show it.
-    zero_dof : numpy.ndarray, shape (m, k)
-        Degrees of freedom of these.
-    depth_sd : float, optional
-        Standard error of the depth common to all samples (of the clocks), cm.
-    startup : numpy.ndarray, shape (k,), optional
-        What a start-up moves the mean stress by (`unfinished_start`), N/cm^2; default none.
-
-    Returns
-    -------
-    Slope
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than 8 samples or all lie at depth zero.
+    `depth`: shape (n,); |z| in the order of recording, cm; at least 8 samples, not all at depth zero.
+    `stress`: shape (k, n); Tared stress, N/cm^2.
+    `zero_variance`, `zero_dof`: shape (m, k); Variance of the stress zero of the run and of its tare,
+        (N/cm^2)^2: an error of the zero is the same in all samples, so their scatter does not show it.
+    `depth_sd`: Standard error of the depth common to all samples (of the clocks), cm.
+    `startup`: shape (k,); What a start-up moves the mean stress by (`unfinished_start`), N/cm^2.
     """
     alpha, ols_se = zero_intercept(depth, stress)
     power = float(depth @ depth)

@@ -29,14 +29,6 @@ _STROKE_SHARE = 0.5
 _CORNER_CM, _CORNER_DEG = 0.1, 10.0
 
 
-class StrokeError(ValueError):
-    """The motion log holds no stroke as the run sheet describes it; `code` is the cause's short name."""
-
-    def __init__(self, code: str, text: str) -> None:
-        super().__init__(text)
-        self.code = code
-
-
 @dataclass(frozen=True)
 class Motion:
     """Path of the intruder on the motion log's clock; arrays of shape (n,).
@@ -80,18 +72,14 @@ class Motion:
 
 
 def find_stroke(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
-    """Find start and end of a run's stroke, s, and refuse one that the sheet does not describe.
-
-    `spans`: shape (k, 2); From `Motion.spans`.
-    """
+    """Find start and end of a run's stroke, s, in the spans of its motion, or refuse it."""
     if run.kind in ("leg", "leg_air"):
         return _rotation(motion, spans)
     if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:
         return _uneven_push(motion)
     if motion.z.min() > -UNDERGROUND_CM:
-        raise StrokeError(
-            "surface_not_reached",
-            f"surface not reached: the lowest point of the path is z = {motion.z.min():+.2f} cm",
+        raise ValueError(
+            f"surface not reached: the lowest point of the path is z = {motion.z.min():+.2f} cm"
         )
     start, end = _longest_along(motion, spans, run, arm)
     _check_plate(motion, start, end, run, arm)
@@ -119,31 +107,25 @@ def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tup
             along.append((underground, float(start), float(end)))
     if not seen:
         fastest = motion.fastest_below()
-        raise StrokeError(
-            "wrong_path",
+        raise ValueError(
             f"the arm never moved straight for {SHORTEST_CM:g} cm below the surface, at half of "
             f"arm.speed_cm_per_s ({arm.speed_cm_per_s:g} cm/s) or faster; its speed there was "
-            f"{fastest:.3g} cm/s at most",
+            f"{fastest:.3g} cm/s at most"
         )
     if not along:
         way = math.degrees(float(intrusion_angle(wanted_x, wanted_z)))
-        raise StrokeError(
-            "wrong_path",
+        raise ValueError(
             f"below the surface the arm moved along gamma = {', '.join(seen)} deg; the "
-            f"sheet's {run.direction} at gamma {run.gamma_deg:g} is along {way:.1f} deg",
+            f"sheet's {run.direction} at gamma {run.gamma_deg:g} is along {way:.1f} deg"
         )
-    if run.stroke is not None:
-        # in the order of time; a stretch much shorter than the others is no stroke
-        longest = max(one[0] for one in along)
-        strokes = [one for one in along if one[0] > _STROKE_SHARE * longest]
-        if run.stroke > len(strokes):
-            raise StrokeError(
-                "no_stroke", f"the sheet asks for stroke {run.stroke}; the log holds {len(strokes)}"
-            )
-        _, start, end = strokes[run.stroke - 1]
-        return start, end
-    _, start, end = max(along, key=lambda one: one[0])
-    return start, end
+    longest = max(along, key=lambda one: one[0])
+    if run.stroke is None:
+        return longest[1:]
+    # in the order of time; a stretch much shorter than the others is no stroke
+    strokes = [one for one in along if one[0] > _STROKE_SHARE * longest[0]]
+    if run.stroke > len(strokes):
+        raise ValueError(f"the sheet asks for stroke {run.stroke}; the log holds {len(strokes)}")
+    return strokes[run.stroke - 1][1:]
 
 
 def _straight(motion: Motion, start: float, end: float) -> list[tuple[float, float]]:
@@ -193,14 +175,13 @@ def _uneven_push(motion: Motion) -> tuple[float, float]:
     lowest = float(motion.z.min())
     above = np.flatnonzero(motion.z > 0)
     if lowest > -5 * BOTTOM_CM or not above.size:
-        raise StrokeError(
-            "surface_not_reached",
-            f"the path from {motion.z.max():+.2f} to {lowest:+.2f} cm does not cross the surface",
+        raise ValueError(
+            f"the path from {motion.z.max():+.2f} to {lowest:+.2f} cm does not cross the surface"
         )
     end = int(np.argmax(motion.z <= lowest + BOTTOM_CM))
     before = above[above < end]
     if not before.size:
-        raise StrokeError("wrong_path", "the arm log begins below the surface")
+        raise ValueError("the arm log begins below the surface")
     return float(motion.time[before[-1]]), float(motion.time[end])
 
 
@@ -210,16 +191,14 @@ def _check_plate(motion: Motion, start: float, end: float, run: Run, arm: Arm) -
     beta = math.degrees(float(np.median(motion.angle[inside])))
     off = (beta - run.beta_deg + 90) % 180 - 90
     if abs(off) > arm.angle_tolerance_deg:
-        raise StrokeError(
-            "wrong_beta",
-            f"the arm log shows the plate at beta = {beta:.1f} deg, the sheet says {run.beta_deg:g}",
+        raise ValueError(
+            f"the arm log shows the plate at beta = {beta:.1f} deg, the sheet says {run.beta_deg:g}"
         )
     if run.direction == "horizontal":
         depth = -float(np.median(motion.z[inside]))
         if abs(depth - run.depth_cm) > DEPTH_TOLERANCE_CM:
-            raise StrokeError(
-                "wrong_depth",
-                f"the arm log shows a depth of {depth:.2f} cm, the sheet says {run.depth_cm:g}",
+            raise ValueError(
+                f"the arm log shows a depth of {depth:.2f} cm, the sheet says {run.depth_cm:g}"
             )
 
 
@@ -228,10 +207,9 @@ def _rotation(motion: Motion, spans: FloatArray) -> tuple[float, float]:
     turns = [float(np.diff(np.interp(span, motion.time, motion.angle))[0]) for span in spans]
     if not turns or max(turns, key=abs) < 0 or max(turns) < math.radians(10):
         seen = ", ".join(f"{math.degrees(turn):+.0f}" for turn in turns) or "nothing"
-        raise StrokeError(
-            "no_rotation",
+        raise ValueError(
             f"the leg turned by {seen} deg; a rotation turns it by +10 deg or more in one stretch, "
-            "from negative theta to positive",
+            "from negative theta to positive"
         )
     start, end = spans[int(np.argmax(turns))]
     return float(start), float(end)

@@ -29,10 +29,6 @@ _NOT_IN_AIR = (
 )
 
 
-class SurfaceError(ValueError):
-    """No free surface can be told from the force; the message says why."""
-
-
 @dataclass(frozen=True)
 class Surface:
     """The free surface as found.
@@ -90,7 +86,7 @@ def find_surface(
         ]
     best = fits[1]
     if best is None:
-        raise SurfaceError(
+        raise ValueError(
             f"surface not found: fewer than {_MIN_BELOW} readings within {window_cm:g} cm below the "
             f"depth at which the force begins, or {_MIN_AIR} above it"
         )
@@ -119,19 +115,19 @@ class _Fit(NamedTuple):
 def _onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float, float]:
     """Depth from which on the force stays above its noise in air, and that noise."""
     if depth.size < _MIN_AIR + _MIN_BELOW:
-        raise SurfaceError(f"surface not found: {depth.size} readings on the way down")
+        raise ValueError(f"surface not found: {depth.size} readings on the way down")
     begin = force[: max(_MIN_AIR, depth.size // 10)]
     air = float(np.median(begin))
     trend = np.polyval(np.polyfit(np.arange(begin.size), begin, 1), np.arange(begin.size))
     noise = max(noise_N, 1.483 * float(np.median(np.abs(begin - trend))))
     if force[-1] - air < _RISE_TO_NOISE * noise:
-        raise SurfaceError(
+        raise ValueError(
             f"surface not found: the force grows by {force[-1] - air:.2f} N on the way down, with a "
             f"noise of {noise:.2f} N: the intruder met no ground"
         )
     quiet = np.flatnonzero(force < air + 4 * noise)
     if quiet.size < _MIN_AIR:
-        raise SurfaceError(_NOT_IN_AIR)
+        raise ValueError(_NOT_IN_AIR)
     return float(depth[quiet[-1]]), noise
 
 
@@ -177,24 +173,24 @@ def _check_growth(
     rise = float(fit.fitted.max() - fit.air_N)
     below = f"surface not found: below {fit.depth_cm:.2f} cm the force"
     if fit.slope <= 0:
-        raise SurfaceError(f"{below} does not grow at first")
+        raise ValueError(f"{below} does not grow at first")
     if rise < _RISE_TO_NOISE * noise:
-        raise SurfaceError(
+        raise ValueError(
             f"{below} grows by {rise:.2f} N within {window_cm:g} cm; needed: {_RISE_TO_NOISE:g} times "
             f"its noise of {noise:.2f} N"
         )
     if fit.slope < _T * fit.slope_se:
-        raise SurfaceError(
+        raise ValueError(
             f"{below} grows by {fit.slope:.1f} N/cm with a standard error of {fit.slope_se:.1f} N/cm; "
             f"needed: {_T:g} times its error"
         )
     d, f = depth[fit.used], force[fit.used]
     air = d < fit.depth_cm
     if np.count_nonzero(air) < _MIN_AIR:
-        raise SurfaceError(_NOT_IN_AIR)
+        raise ValueError(_NOT_IN_AIR)
     in_air = float(np.polyfit(d[air], f[air], 1)[0])
     if in_air > _LARGEST_AIR * fit.slope:
-        raise SurfaceError(
+        raise ValueError(
             f"surface not found: above {fit.depth_cm:.2f} cm the force grows too, by {in_air:.1f} "
             f"N/cm against {fit.slope:.1f} N/cm below; the log must begin in air"
         )
@@ -219,10 +215,6 @@ _MIN_READINGS = 30
 _CONTACT_TO_NOISE = 20.0
 
 
-class ComplianceError(ValueError):
-    """A push against something rigid that shows no yielding; the message says why."""
-
-
 @dataclass(frozen=True)
 class Compliance:
     """Travel that the machine itself swallows, as a curve over the lift; it never extrapolates.
@@ -235,10 +227,7 @@ class Compliance:
     travel: FloatArray
 
     def at(self, force: FloatArray) -> tuple[FloatArray, np.ndarray]:
-        """Travel, cm, at some lift, and whether it is known there: not beyond the largest known lift.
-
-        A pull counts as no lift.
-        """
+        """Travel, cm, at some lift (a pull is none), and whether it is known: up to the largest lift."""
         return np.interp(force, self.force, self.travel), force <= self.force[-1]
 
 
@@ -250,21 +239,19 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
     one reading.
     """
     if force.size < _MIN_READINGS:
-        raise ComplianceError(f"{force.size} readings are too few; {_MIN_READINGS} at least")
+        raise ValueError(f"{force.size} readings are too few; {_MIN_READINGS} at least")
     lift = force - float(np.median(force[: max(8, force.size // 20)]))
     peak = int(np.argmax(lift))
     depth, lift = depth[: peak + 1], lift[: peak + 1]
     if lift[-1] < _CONTACT_TO_NOISE * noise_N:
-        raise ComplianceError(
+        raise ValueError(
             f"the force rises by {lift[-1]:.2f} N only, with a noise of {noise_N:g} N: no contact"
         )
     free = np.flatnonzero(lift < 5 * noise_N)
     touching = slice(int(free[-1]) + 1, None) if free.size else slice(0, None)
     depth, lift = depth[touching], lift[touching]
     if lift.size < _MIN_READINGS:
-        raise ComplianceError(
-            f"{lift.size} readings in contact are too few; {_MIN_READINGS} at least"
-        )
+        raise ValueError(f"{lift.size} readings in contact are too few; {_MIN_READINGS} at least")
     edges = np.linspace(0, lift[-1], _LEVELS + 1)
     place = np.clip(np.digitize(lift, edges) - 1, 0, _LEVELS - 1)
     filled = np.unique(place)

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.alpha import column
+from rftfit.measure.errors import CURVATURE, ROD, STARTUP, TARE
 from rftfit.measure.fits import FIT_COLUMNS, filed_under
-from rftfit.measure.ingest import PHASES, RUN_COLUMNS, SAMPLE_COLUMNS
+from rftfit.measure.ingest import PHASES, RUN_COLUMNS, samples_table
 from rftfit.measure.ledger import USED, Ledger, RowStatus
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.measure.strokes import join_runs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +26,7 @@ def ingest_table(
     """As `rftfit.measure.ingest.ingest_medium`: of stress a sample for each row, of alpha none."""
     import pandas as pd
 
-    parts: dict[str, dict[str, np.ndarray]] = {}
+    parts: dict[str, tuple[np.ndarray, ...]] = {}
     known = {"zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0, "zero_dof": GIVEN_DOF, "clock_se_s": 0.0}
     rows = []
     for run in campaign.runs_of(medium):
@@ -37,16 +38,12 @@ def ingest_table(
             continue
         table = {key: np.array([row[key] for row in numbers]) for key in numbers[0]}
         size = len(numbers)
-        columns = (
+        parts[run.run_id] = (
             np.arange(size, dtype=float), np.full(size, PHASES.index("stroke")), np.zeros(size),
             table["depth_cm"], np.full(size, run.beta_deg), table["stress_z_N_per_cm2"],
             table["stress_x_N_per_cm2"], np.full(size, RowStatus.GOOD, dtype=np.int8),
         )  # fmt: skip
-        parts[run.run_id] = dict(zip(SAMPLE_COLUMNS, columns, strict=True))
-    samples = join_runs(parts, SAMPLE_COLUMNS)
-    codes = samples["phase"].to_numpy(int)
-    samples["phase"] = pd.Categorical.from_codes(codes, categories=pd.Index(PHASES))
-    return samples, pd.DataFrame(rows, columns=list(RUN_COLUMNS)), Ledger().table()
+    return samples_table(parts), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), Ledger().table()
 
 
 def fit_alpha_table(
@@ -71,17 +68,9 @@ def fit_alpha_table(
         for c in "zx":
             alpha, se = numbers[f"alpha_{c}_N_per_cm3"], numbers.get(f"se_{c}", math.nan)
             half = float(student_quantile(level, dof)) * se
-            values = {
-                "": alpha,
-                "_se": se,
-                "_lo": alpha - half,
-                "_hi": alpha + half,
-                "_startup": 0.0,
-                "_tare": 0.0,
-                "_curvature": 0.0,
-                "_rod": 0.0,
-            }
-            row |= {f"alpha_{c}{end}_N_per_cm3": value for end, value in values.items()}
+            none = dict.fromkeys((f"_{part}" for part in (STARTUP, TARE, CURVATURE, ROD)), 0.0)
+            values = {"": alpha, "_se": se, "_lo": alpha - half, "_hi": alpha + half} | none
+            row |= {column(c, end): value for end, value in values.items()}
             row[f"alpha_{c}_dof"] = dof
         rows.append(row)
         ledger.add(run, run.force_log, USED, "slope", 1)

@@ -27,15 +27,10 @@ _TARE_COLUMNS = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "fo
                  "tare_rms_N", "reason"]  # fmt: skip
 
 
-class TareError(ValueError):
-    """A tare is asked for what it does not know."""
-
-
 @dataclass(frozen=True)
 class Tare:
     """Force to be subtracted at equal position; it never extrapolates.
 
-    `run_id`: The rod-only or in-air run it comes from.
     `abscissa`: What equal position means: ``depth_cm``, ``path_cm`` (horizontal runs) or
         ``angle_deg``.
     `position`: shape (n,); Increasing, unit of the abscissa.
@@ -43,67 +38,31 @@ class Tare:
     `longest_step`: A wider step between positions is a hole, not to be bridged.
     """
 
-    run_id: str
     abscissa: str
     position: FloatArray
     force: FloatArray
     longest_step: float
 
     @classmethod
-    def from_samples(
-        cls, run_id: str, abscissa: str, position: FloatArray, force: FloatArray
-    ) -> Tare:
-        """Make a tare from the samples of a stroke, in any order."""
-        if position.size < 2:
-            raise TareError(f"tare {run_id}: {position.size} samples are no tare")
+    def from_samples(cls, abscissa: str, position: FloatArray, force: FloatArray) -> Tare:
+        """Make a tare from at least two samples of a stroke, in any order."""
         order = np.argsort(position, kind="stable")
         position = position[order]
         # ten ordinary steps: wider than any jitter, narrower than any hole worth the name
         typical = (position[-1] - position[0]) / (position.size - 1)
-        return cls(run_id, abscissa, position, force[:, order], 10 * float(typical))
-
-    @property
-    def valid_from(self) -> float:
-        """Smallest position the tare knows."""
-        return float(self.position[0])
-
-    @property
-    def valid_to(self) -> float:
-        """Largest position the tare knows."""
-        return float(self.position[-1])
+        return cls(abscissa, position, force[:, order], 10 * float(typical))
 
     def covers(self, position: FloatArray) -> np.ndarray:
         """Tell at which positions the tare is known: not outside its range, not in holes of its log."""
-        inside = (position >= self.valid_from) & (position <= self.valid_to)
+        inside = (position >= self.position[0]) & (position <= self.position[-1])
         after = np.clip(np.searchsorted(self.position, position), 1, self.position.size - 1)
         step = self.position[after] - self.position[after - 1]
         return np.asarray(inside & (step <= self.longest_step))
 
     def at(self, position: FloatArray) -> FloatArray:
-        """Force z, x of the tare, N, linear between its samples: shape (2, m)."""
-        known = self.covers(position)
-        if not known.all():
-            beyond = position[~known]
-            raise TareError(
-                f"tare {self.run_id} is known from {self.valid_from:.3f} to {self.valid_to:.3f} "
-                f"{self.abscissa}; asked for {beyond.min():.3f} to {beyond.max():.3f}"
-            )
-        return np.stack([np.interp(position, self.position, part) for part in self.force])
-
-
-def subtract(
-    position: FloatArray, force: FloatArray, tare: Tare
-) -> tuple[FloatArray, FloatArray, np.ndarray]:
-    """Subtract a tare at equal position, where it is known.
-
-    Returns the granular force and that of the tare, N, shape (2, n), NaN where the tare is not
-    known; and where it is.
-    """
-    known = tare.covers(position)
-    tare_force = np.full(force.shape, np.nan)
-    if known.any():
-        tare_force[:, known] = tare.at(position[known])
-    return force - tare_force, tare_force, known
+        """Force z, x of the tare, N, linear between its samples, NaN where not known: shape (2, m)."""
+        force = np.stack([np.interp(position, self.position, part) for part in self.force])
+        return np.where(self.covers(position), force, np.nan)
 
 
 def abscissa_of(run: Run) -> str:
@@ -134,9 +93,9 @@ def tare_medium(
     }
     parts: dict[str, dict[str, np.ndarray]] = {}
     rows = [
-        (name, "", abscissa_of(runs[name]), *[np.nan] * 4, str(tare))
+        (name, "", abscissa_of(runs[name]), *[np.nan] * 4, tare)
         for name, tare in tares.items()
-        if isinstance(tare, TareError)
+        if isinstance(tare, str)
     ]
     for name, stroke in found.items():
         run = runs[name]
@@ -145,7 +104,7 @@ def tare_medium(
         tare, reason = tares.get(run.tare_run), ""
         valid = (np.nan, np.nan)
         if isinstance(tare, Tare):
-            valid = (tare.valid_from, tare.valid_to)
+            valid = (tare.position[0], tare.position[-1])
             parts[name] = _tared(run, stroke, tare, ledger)
         elif not run.tare_run and (
             campaign.numbers or campaign.config.fit.missing_tare != "refuse"
@@ -173,18 +132,16 @@ def _sizes(part: dict[str, np.ndarray]) -> tuple[float, float]:
     return float(np.sqrt(np.mean((force + tare) ** 2))), float(np.sqrt(np.mean(tare**2)))
 
 
-def _tare_of(run: Run, stroke: Samples, ledger: Ledger) -> Tare | TareError:
+def _tare_of(run: Run, stroke: Samples, ledger: Ledger) -> Tare | str:
+    """Make a tare of a run, or say why it is none."""
     good = stroke.why == RowStatus.GOOD
     abscissa, found = abscissa_of(run), int(np.count_nonzero(good))
-    try:
-        tare = Tare.from_samples(
-            run.run_id, abscissa, stroke.position(abscissa)[good], stroke.force[:, good]
-        )
-    except TareError as error:
-        ledger.add(run, run.force_log, DROPPED, str(error), found)
-        return error
+    if found < 2:
+        reason = f"tare {run.run_id}: {found} samples are no tare"
+        ledger.add(run, run.force_log, DROPPED, reason, found)
+        return reason
     ledger.add(run, run.force_log, USED, "tare", found)
-    return tare
+    return Tare.from_samples(abscissa, stroke.position(abscissa)[good], stroke.force[:, good])
 
 
 def _why_no_curve(why: np.ndarray) -> str:
@@ -195,22 +152,23 @@ def _why_no_curve(why: np.ndarray) -> str:
     return f"no sample of the stroke can be used: {RowStatus(int(counts.argmax())).text}"
 
 
-def _why_no_tare(run: Run, known: TareError | None, why_refused: dict[str, str]) -> str:
+def _why_no_tare(run: Run, reason: str | None, why_refused: dict[str, str]) -> str:
+    """Say why a run has no tare; `reason`: why the one that it names is none, if it has a stroke."""
     if not run.tare_run:
         return "no tare: the run sheet names none"
-    if known is not None:
-        return f"no tare: {known}"
+    if reason is not None:
+        return f"no tare: {reason}"
     why = why_refused.get(run.tare_run) or "it has no stroke"
     return f"no tare: {run.tare_run} cannot be used: {why}"
 
 
 def _tared(run: Run, stroke: Samples, tare: Tare, ledger: Ledger) -> dict[str, np.ndarray]:
     """Granular force of a stroke; rows the tare does not cover are marked and counted."""
-    granular, tare_force, known = subtract(stroke.position(tare.abscissa), stroke.force, tare)
-    untared = (stroke.why == RowStatus.GOOD) & ~known
+    tare_force = tare.at(stroke.position(tare.abscissa))
+    untared = (stroke.why == RowStatus.GOOD) & np.isnan(tare_force[0])
     why = np.where(untared, np.int8(RowStatus.NO_TARE), stroke.why)
-    ledger.add_rows(run, run.force_log, why[untared], "")
-    return _columns(stroke, granular, tare_force, why)
+    ledger.add_rows(run, why[untared], "")
+    return _columns(stroke, stroke.force - tare_force, tare_force, why)
 
 
 def _columns(

@@ -24,8 +24,8 @@ _FEWEST = 10
 class Zero:
     """Zero of the forces (z, x) of one run.
 
-    `force`: shape (2, n); To be subtracted, N; a straight line in time between two stretches in
-        air, else constant.
+    `force`: To be subtracted, N; shape (2, n), a straight line in time between two stretches in air;
+        else constant, shape (2, 1).
     `variance`: shape (2,); Of its error, N^2, autocorrelation allowed for.
     `dof`: Degrees of freedom of `variance`.
     `drift_N`: Largest change of the zero between the two stretches in air; NaN if there is but
@@ -71,8 +71,6 @@ def find_zero(
     """
     rest = np.flatnonzero(in_air & ~moving)
     fewest = _fewest(time)
-    if rest.size < fewest:
-        return None
     breaks = np.flatnonzero(np.diff(rest) > 1) + 1
     pieces = [piece for piece in np.split(rest, breaks) if piece.size >= fewest]
     if not pieces:
@@ -86,8 +84,7 @@ def find_zero(
     if len(pieces) == 1:
         # any drift up to the largest is equally likely
         unseen = (drift_N_per_min / 60 * abs(stroke_time - t0)) ** 2 / 3
-        constant = np.repeat(first[:, None], time.size, axis=1)
-        return Zero(constant, variance + unseen, dof, math.nan)
+        return Zero(first[:, None], variance + unseen, dof, math.nan)
     last, last_variance, last_dof = _mean(force[:, pieces[-1]])
     share = np.clip((time - t0) / (t1 - t0), 0, 1)
     line = first[:, None] * (1 - share) + last[:, None] * share
@@ -96,8 +93,8 @@ def find_zero(
     return Zero(line, variance, min(dof, last_dof), float(np.abs(last - first).max()))
 
 
-def zero_of_log(force: FloatArray, size: int, drift_N_per_min: float, age_min: float) -> Zero:
-    """Take the zero of a run of `size` samples from another log, recorded without load.
+def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Zero:
+    """Take the zero of a run from another log, recorded without load.
 
     `force`: shape (2, n), N. Since then the zero may have drifted, for `age_min` at most.
     """
@@ -107,7 +104,7 @@ def zero_of_log(force: FloatArray, size: int, drift_N_per_min: float, age_min: f
         )
     mean, variance, dof = _mean(force)
     unseen = (drift_N_per_min * age_min) ** 2 / 3
-    return Zero(np.repeat(mean[:, None], size, axis=1), variance + unseen, dof, math.nan)
+    return Zero(mean[:, None], variance + unseen, dof, math.nan)
 
 
 def _fewest(time: FloatArray) -> int:
