@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rftfit.campaign.problems import Place, Problem
+from rftfit.cli import options
 from rftfit.cli.main import INPUT_NOT_VALID
-from rftfit.cli.output import AsJson, count, json_text, megabytes, say, table
+from rftfit.cli.output import count, json_text, megabytes, say, table
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
@@ -24,9 +25,7 @@ _KINDS = ("plate", "rod", "leg", "leg_air")
 
 
 def check(
-    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
-        "config/config.yaml"
-    ),
+    config: options.ConfigFile = options.CONFIG,
     strict: Annotated[bool, typer.Option("--strict", help="Count warnings as errors.")] = False,
     diagnose: Annotated[
         bool,
@@ -34,7 +33,7 @@ def check(
             "--diagnose", help="Check, too, whether the numbers of the logs can be believed."
         ),
     ] = False,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 

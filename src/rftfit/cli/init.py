@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from rftfit.cli import options
 from rftfit.cli.output import say
 from rftfit.errors import InputError
 from rftfit.store import write_text
@@ -108,12 +109,10 @@ def init(
         Path, typer.Argument(metavar="DIR", help="Folder of the new campaign; made if need be.")
     ],
     stress_table: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The data are this table of stress against depth."),
+        Path | None, options.file("The data are this table of stress against depth.")
     ] = None,
     alpha_table: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The data are this table of alpha, long or in blocks."),
+        Path | None, options.file("The data are this table of alpha, long or in blocks.")
     ] = None,
 ) -> None:
     """Make a new campaign: configuration, empty run sheet, and a README that says what goes where.

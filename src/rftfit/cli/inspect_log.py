@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rftfit.cli.output import AsJson, count, json_text, megabytes, say, table
+from rftfit.cli import options
+from rftfit.cli.output import count, json_text, megabytes, say, table
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def inspect_log(
         list[str] | None,
         typer.Option(metavar="KEY=VALUE", help="An option of the dialect, as in the config."),
     ] = None,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Show what a log is: dialect, columns and units, clock, resolution, damage, what it lacks.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -46,10 +46,6 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = " 
         ]
         lines.append((indent + "  ".join(cells)).rstrip())
     return "\n".join(lines)
-
-
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a text for people.")]
-"""The option of every command whose answer a script may want."""
 
 
 def json_text(content: Any) -> str:

@@ -9,8 +9,9 @@ import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import AsJson, check_target, count, json_text, say, table, warn
-from rftfit.cli.scale import check_test, number_of, reference_in
+from rftfit.cli import options
+from rftfit.cli.output import check_target, count, json_text, say, table, warn
+from rftfit.cli.scale import check_test, reference_in
 from rftfit.errors import AllAtOnce, InputError
 
 if TYPE_CHECKING:
@@ -40,98 +41,48 @@ _IN_WORDS = {
 
 
 def predict(
-    leg: Annotated[
-        str | None, typer.Option(help="Model leg: c_leg, flat_leg or reversed_c_leg.")
-    ] = None,
+    leg: options.LegName = None,
     curvature: Annotated[
         float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="R/r",
-            help="Leg of any curvature, 2R = 7.62 cm: 1 is the c-leg, 0 flat, -1 the reversed one.",
+        options.number(
+            "R/r",
+            "Leg of any curvature, 2R = 7.62 cm: 1 is the c-leg, 0 flat, -1 the reversed one.",
         ),
     ] = None,
     outline: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Any outline: csv with x_cm, z_cm, points in order; it turns about (0, 0).",
-        ),
+        options.file("Any outline: csv with x_cm, z_cm, points in order; it turns about (0, 0)."),
     ] = None,
     width: Annotated[
         float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="cm",
-            help="Width across the plane; 2.54 with --curvature, needed with --outline.",
+        options.number(
+            "cm", "Width across the plane; 2.54 with --curvature, needed with --outline."
         ),
     ] = None,
     hip: Annotated[
         float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="cm",
-            help="Turn it about (0, 0) at this height, theta from -135 to 135 deg; default 2.",
+        options.number(
+            "cm", "Turn it about (0, 0) at this height, theta from -135 to 135 deg; default 2."
         ),
     ] = None,
     path: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Move it along a path instead: csv with t_s, x_cm, z_cm, angle_deg.",
-        ),
+        options.file("Move it along a path instead: csv with t_s, x_cm, z_cm, angle_deg."),
     ] = None,
-    medium: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
-    ] = None,
-    profile: Annotated[
-        str | None,
-        typer.Option(
-            help="table (default: alpha as measured), fourier, generic or depth_only; with --alpha "
-            "always generic."
-        ),
-    ] = None,
-    results: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
-    ] = None,
-    method: Annotated[
-        str | None,
-        typer.Option(help="Nine-term fit that chi and M0 belong to: lsq (default) or dft-index."),
-    ] = None,
-    alpha: Annotated[
-        float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="N/cm^3",
-            help="A medium known by one vertical penetration test: as for rftfit scale.",
-        ),
-    ] = None,
-    se: Annotated[
-        float | None,
-        typer.Option(
-            parser=number_of, metavar="N/cm^3", help="Standard error of alpha; default 0."
-        ),
-    ] = None,
-    confidence: Annotated[
-        float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
-    ] = 0.95,
-    profile_file: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="A medium that was handed on: as rftfit export writes it."
-        ),
-    ] = None,
+    medium: options.MediumName = None,
+    profile: options.ProfileKind = None,
+    results: options.ResultsFolder = None,
+    method: options.MethodName = None,
+    alpha: options.AlphaOfTest = None,
+    se: options.ErrorOfTest = None,
+    confidence: options.Level = 0.95,
+    profile_file: options.ProfileFile = None,
     elements: Annotated[
         int, typer.Option(metavar="N", help="Straight elements that the outline is cut into.")
     ] = 30,
-    output: Annotated[Path, typer.Option(metavar="FILE", help="File of the forces.")] = Path(
-        "forces.csv"
-    ),
-    as_json: AsJson = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
-    ] = False,
+    output: Annotated[Path, options.file("File of the forces.")] = Path("forces.csv"),
+    as_json: options.AsJson = False,
+    force: options.Overwrite = False,
 ) -> None:
     """Predict force and moment on a leg or any outline that moves through a medium.
 

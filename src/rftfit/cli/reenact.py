@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit.campaign.problems import choose
+from rftfit.cli import options
 from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError
 
@@ -22,9 +23,7 @@ PLAINLY = (
 
 
 def reenact(
-    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
-        "config/config.yaml"
-    ),
+    config: options.ConfigFile = options.CONFIG,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same bytes.")] = 2013,
     media: Annotated[
         list[str] | None, typer.Option(help="Only this medium of the config; may be repeated.")

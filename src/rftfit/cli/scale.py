@@ -11,7 +11,8 @@ import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import AsJson, check_target, json_text, say, table, warn
+from rftfit.cli import options
+from rftfit.cli.output import check_target, json_text, say, table, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,50 +29,30 @@ MARK = "# alpha table written by rftfit scale"
 _PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)
 
 
-def number_of(text: str) -> float:
-    """Read a number of the command line; a decimal comma is named as what it is."""
-    try:
-        return float(text)
-    except ValueError:
-        comma = text.replace(",", ".", 1)
-        hint = f"; write a decimal point: {comma}" if text.count(",") == 1 else ""
-        raise typer.BadParameter(f"found '{text}'; allowed: a number{hint}") from None
-
-
 def scale(
     alpha: Annotated[
         float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="N/cm^3",
-            help="Slope of stress over depth of a horizontal plate pushed straight down: "
+        options.number(
+            "N/cm^3",
+            "Slope of stress over depth of a horizontal plate pushed straight down: "
             "alpha_z(0, 90 deg), in N/cm^3.",
         ),
     ] = None,
-    se: Annotated[
-        float | None,
-        typer.Option(
-            parser=number_of, metavar="N/cm^3", help="Standard error of alpha; default 0."
-        ),
-    ] = None,
+    se: options.ErrorOfTest = None,
     pushes: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Any number of pushes instead: a table with beta_deg, gamma_deg, "
-            "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3, se_z, se_x.",
+        options.file(
+            "Any number of pushes instead: a table with beta_deg, gamma_deg, "
+            "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3, se_z, se_x."
         ),
     ] = None,
     profile_file: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="The pushes behind a profile of rftfit export, alone or with those of --pushes.",
+        options.file(
+            "The pushes behind a profile of rftfit export, alone or with those of --pushes."
         ),
     ] = None,
-    confidence: Annotated[
-        float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
-    ] = 0.95,
+    confidence: options.Level = 0.95,
     results: Annotated[
         Path | None,
         typer.Option(
@@ -80,17 +61,10 @@ def scale(
             "published tables.",
         ),
     ] = None,
-    method: Annotated[
-        str | None,
-        typer.Option(help="Nine-term fit that chi and M0 belong to: lsq (default) or dft-index."),
-    ] = None,
-    output: Annotated[Path, typer.Option(metavar="FILE", help="File of the alpha table.")] = Path(
-        "alpha.csv"
-    ),
-    as_json: AsJson = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
-    ] = False,
+    method: options.MethodName = None,
+    output: Annotated[Path, options.file("File of the alpha table.")] = Path("alpha.csv"),
+    as_json: options.AsJson = False,
+    force: options.Overwrite = False,
 ) -> None:
     """Turn one vertical penetration test, or a few pushes, into a whole stress profile, with intervals.
 

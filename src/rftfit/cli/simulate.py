@@ -13,9 +13,10 @@ import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import AsJson, check_target, count, json_text, say, table, warn
+from rftfit.cli import options
+from rftfit.cli.output import check_target, count, json_text, say, table, warn
 from rftfit.cli.predict import check_choice, make_profile
-from rftfit.cli.scale import check_test, number_of
+from rftfit.cli.scale import check_test
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
@@ -151,60 +152,27 @@ def run_as_json(
 
 
 def simulate(
-    frequency: Annotated[
-        float, typer.Option(parser=number_of, metavar="Hz", help="Stride frequency.")
-    ],
+    frequency: Annotated[float, options.number("Hz", "Stride frequency.")],
     curvature: Annotated[
-        float,
-        typer.Option(
-            parser=number_of, metavar="R'/r", help="Legs: 1 c-leg, 0 flat, -1 reversed c-leg."
-        ),
+        float, options.number("R'/r", "Legs: 1 c-leg, 0 flat, -1 reversed c-leg.")
     ],
-    medium: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
-    ] = None,
-    profile: Annotated[
-        str | None,
-        typer.Option(
-            help="table (default: alpha as measured), fourier, generic or depth_only; with --alpha "
-            "always generic."
-        ),
-    ] = None,
-    results: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
-    ] = None,
+    medium: options.MediumName = None,
+    profile: options.ProfileKind = None,
+    results: options.ResultsFolder = None,
     method: Annotated[
         str | None, typer.Option(help="Fit in those results: lsq (default) or dft-index.")
     ] = None,
-    alpha: Annotated[
-        float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="N/cm^3",
-            help="A medium known by one vertical penetration test: as for rftfit scale.",
-        ),
-    ] = None,
-    profile_file: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="A medium that was handed on: as rftfit export writes it."
-        ),
-    ] = None,
-    robot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Robot; default: the paper's.")
-    ] = None,
-    phase: Annotated[
-        float,
-        typer.Option(parser=number_of, metavar="TURNS", help="Turn of the legs at the start."),
-    ] = 0.0,
+    alpha: options.AlphaOfTest = None,
+    profile_file: options.ProfileFile = None,
+    robot: Annotated[Path | None, options.file("Robot; default: the paper's.")] = None,
+    phase: Annotated[float, options.number("TURNS", "Turn of the legs at the start.")] = 0.0,
     output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path(
         "simulation"
     ),
     animation: Annotated[
         bool, typer.Option("--animation/--no-animation", help="Two strides, with the forces.")
     ] = True,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
     force: Annotated[
         bool, typer.Option("--force", help="Overwrite files that rftfit did not write.")
     ] = False,
@@ -259,9 +227,7 @@ NEEDED = ("results/robot/measured.csv", "results/robot/intervals.csv")
 
 
 def sweep(
-    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
-        "config/config.yaml"
-    ),
+    config: options.ConfigFile = options.CONFIG,
     profile: Annotated[
         list[str] | None, typer.Option(help="Only this profile; may be repeated; default: all.")
     ] = None,

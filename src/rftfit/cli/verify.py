@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rftfit.cli import options
 from rftfit.cli.main import NOT_AS_RECORDED
-from rftfit.cli.output import AsJson, count, json_text, say
+from rftfit.cli.output import count, json_text, say
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,13 +26,11 @@ def verify(
             metavar="[RESULT]...", help="Files or folders below results/; default: all of them."
         ),
     ] = None,
-    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
-        "config/config.yaml"
-    ),
+    config: options.ConfigFile = options.CONFIG,
     all_: Annotated[
         bool, typer.Option("--all", help="List everything, however long the lists are.")
     ] = False,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Tell what results were made from, and whether all of it is still the same.
 
