@@ -58,7 +58,12 @@ def check(
         problems += [problem for one in opened for problem in one.problems]
     errors = sum(one.severity == "error" for one in problems)
     warnings = len(problems) - errors
-    checks = _diagnosis(campaign) if diagnose and campaign is not None and not errors else None
+    checks = None
+    if diagnose and campaign is not None and not errors:
+        from rftfit.page.cells import records
+        from rftfit.workflow.measure import check_logs
+
+        checks = records(check_logs(campaign))
     warnings += sum(row["verdict"] == FAILED for row in checks or ())
     if as_json:
         found = [asdict(one) | {"message": str(one)} for one in problems]
@@ -121,16 +126,6 @@ def _open_logs(config: Path) -> list[Opened]:
         write_text(memory, text)
         plan.save()
     return list(found.values())
-
-
-def _diagnosis(campaign: Campaign) -> list[dict[str, Any]]:
-    """The physical checks of all media."""
-    from rftfit.workflow.measure import check_logs
-
-    return [
-        {str(name): value for name, value in row.items()}
-        for row in check_logs(campaign).to_dict("records")
-    ]
 
 
 def _print_diagnosis(rows: list[dict[str, Any]]) -> None:

@@ -122,15 +122,20 @@ def init(
     """
     if stress_table is not None and alpha_table is not None:
         raise InputError("--stress-table and --alpha-table: a campaign is one table, not two")
-    if table := stress_table or alpha_table:
-        _from_table(folder, table, "stress" if stress_table else "alpha")
-        return
-    written = init_campaign(folder)
+    table = stress_table or alpha_table
+    if table:
+        written = init_from_table(folder, table, "stress" if stress_table else "alpha")
+    else:
+        written = init_campaign(folder)
     say(f"A new campaign is in {folder}:")
     for path in sorted(written):
         say(f"  {path.relative_to(folder).as_posix()}")
-    shown = _pasted(folder)
     say()
+    # as it can be pasted into a shell, also with blanks
+    shown = f'"{folder}"' if " " in str(folder) else str(folder)
+    if table:
+        _say_next_of_table(folder, shown)
+        return
     say("Next:")
     say(f"  1. describe transducer, arm, intruders and media in {folder / 'config/config.yaml'}")
     say(f"  2. put the logs into {folder / 'raw'} and one row per run into")
@@ -138,28 +143,18 @@ def init(
     say(f"  3. cd {shown}, then rftfit check until all is well, then rftfit run")
 
 
-def _from_table(folder: Path, table: Path, holds: Literal["stress", "alpha"]) -> None:
+def _say_next_of_table(folder: Path, shown: str) -> None:
     from rftfit.campaign.load import check_campaign
     from rftfit.cli.check import summary
 
-    written = init_from_table(folder, table, holds)
-    say(f"A new campaign is in {folder}:")
-    for path in sorted(written):
-        say(f"  {path.relative_to(folder).as_posix()}")
-    say()
     campaign, problems = check_campaign(folder / "config/config.yaml")
     for problem in problems[:20]:
         say(f"  {problem}")
     if campaign is not None:
         say(summary(campaign))
         say()
-        say(f"Next: cd {_pasted(folder)}, then rftfit run")
+        say(f"Next: cd {shown}, then rftfit run")
         return
     say()
     say("Next: names and units of the table's columns go under `table` in config/config.yaml; then")
-    say(f"cd {_pasted(folder)}, rftfit check until all is well, then rftfit run")
-
-
-def _pasted(folder: Path) -> str:
-    """A folder as it can be pasted into a shell, also with blanks."""
-    return f'"{folder}"' if " " in str(folder) else str(folder)
+    say(f"cd {shown}, rftfit check until all is well, then rftfit run")

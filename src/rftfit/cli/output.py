@@ -29,12 +29,7 @@ def warn(text: str) -> None:
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
-    """Align cells in columns; columns that hold only numbers are aligned to the right.
-
-    The width is that of the content: a table in a pipe is never cut.
-
-    Returns lines without trailing blanks, the last one without a line end.
-    """
+    """Align cells in columns as wide as their content, to the right where all are numbers."""
     columns = list(zip(header, *rows, strict=True))
     widths = [max(len(cell) for cell in column) for column in columns]
     right = [bool(rows) and all(_is_number(cell) for cell in column[1:]) for column in columns]
@@ -64,10 +59,7 @@ def _known(content: Any) -> Any:
 
 
 def count(number: int, noun: str) -> str:
-    """Write a number with its noun: ``1 run``, ``2 runs``.
-
-    `noun`: In the singular; the plural takes an s.
-    """
+    """Write a number with its noun: ``1 run``, ``2 runs``."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 

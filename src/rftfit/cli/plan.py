@@ -97,6 +97,8 @@ def plan(
     Prints the pushes in their order, with the half width of the target's interval after each, and writes
     rows for a run sheet.
     """
+    import numpy as np
+
     from rftfit.model.shapes import grid
     from rftfit.store import write_text
 
@@ -117,7 +119,7 @@ def plan(
     known = _known((pushes, profile_file), results, medium, nodes, confidence)
     directions = tuple(
         (b, g)
-        for b, g in _degrees(nodes)
+        for b, g in zip(*(np.degrees(part).round(4).tolist() for part in nodes), strict=True)
         if (not betas or any(abs(b - one) < 0.5 for one in betas))
         and (not gammas or any(abs(g - one) < 0.5 for one in gammas))
     )
@@ -135,14 +137,6 @@ def plan(
         write_bytes(figure, content(draw(found, known), figure.suffix[1:]))
     if not as_json:
         say(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
-
-
-def _degrees(nodes: tuple[FloatArray, FloatArray]) -> list[tuple[float, float]]:
-    from numpy import degrees
-
-    return [
-        (round(float(b), 4), round(float(g), 4)) for b, g in zip(*map(degrees, nodes), strict=True)
-    ]
 
 
 def _wanted(

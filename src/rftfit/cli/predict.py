@@ -208,17 +208,10 @@ def make_profile(
 
 
 def make_outline(
-    leg: str | None,
-    curvature: float | None,
-    points: Path | None,
-    width_cm: float | None,
+    leg: str | None, curvature: float | None, points: Path | None, width_cm: float | None,
     elements: int,
-) -> Outline:
-    """Make the outline that was asked for.
-
-    `leg`: A model leg. `curvature`: R/r of a leg of the model legs' length. `points`: csv of
-    points. `width_cm`: Needed with points; that of the model legs by default with a curvature.
-    """
+) -> Outline:  # fmt: skip
+    """Make the outline that was asked for: a model leg, one of a curvature R/r, or a csv of points."""
     from rftfit.model.outlines import CURVATURES, arc, model_leg, read_outline
 
     given = {"--leg": leg, "--curvature": curvature, "--outline": points}
@@ -255,11 +248,7 @@ def make_outline(
 
 
 def make_motion(hip_cm: float | None, path: Path | None) -> Motion:
-    """Make the motion that was asked for.
-
-    `hip_cm`: Height of the axle of a rotation; that of the paper by default. `path`: csv of a free
-    path.
-    """
+    """Make the motion that was asked for: a rotation about an axle, or a free path."""
     from rftfit.model.motion import HIP_HEIGHT_CM, along, read_path
 
     if path is None:
@@ -309,10 +298,7 @@ def _peaks_as_json(peaks: list[Peak], key: str) -> dict[str, dict[str, float] | 
 
 
 def table_text(forces: pd.DataFrame, notes: list[str]) -> str:
-    """Forces by pose as csv; an empty cell is NaN.
-
-    `notes`: Comment lines: what was predicted, from what.
-    """
+    """Forces by pose as csv below notes on what was predicted from what; an empty cell is NaN."""
     lines = [f"{MARK} (rftfit {rftfit.__version__})"]
     # a comment is one line, whatever a file name holds
     lines += [f"# {' '.join(note.split())}" for note in notes if note]

@@ -34,16 +34,8 @@ FILES = (
 LEDGER = "results/ledger.csv"
 
 _RESERVED = (
-    "--config",
-    "-C",
-    "--snakefile",
-    "-s",
-    "--directory",
-    "-d",
-    "--forcerun",
-    "-R",
-    "--logger",
-)
+    "--config", "-C", "--snakefile", "-s", "--directory", "-d", "--forcerun", "-R", "--logger",
+)  # fmt: skip
 
 
 def run(
