@@ -121,9 +121,29 @@ Simulated on the {table}.""",
     numbers=_speed_numbers,
 )
 def speed(results: Results, sweep: str) -> Figure:
-    """Draw speed against stride frequency on the measured table."""
-    speeds, errors = results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/errors.csv")
-    return draw_speeds(speeds, errors)
+    """Draw speed against stride frequency on the measured table.
+
+    Without any measured condition model curves alone are drawn, at seven curvatures.
+    """
+    speeds, errors = _on_measured_table(results, sweep, "speed", "errors")
+    if speeds.empty:
+        return style.missing("there is no simulated speed to draw")
+    looks = _shown(speeds, errors)
+    page = style.new_figure(style.SINGLE_CM, _TOP_CM + 6.0 + 3.1)
+    axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, style.SINGLE_CM - _LEFT_CM - 0.2, 6.0)
+    _frequency_panel(axes, speeds, errors, looks)
+    axes.set_ylim(*_limits(speeds, errors))
+    axes.set_xlabel(FREQUENCY_LABEL)
+    axes.set_ylabel(SPEED_LABEL)
+    axes.set_title(PROFILE_TITLES["table"], loc="left", fontsize=7.5)
+    style.legend(page, _speed_entries(looks, errors), 2, handlelength=1.8)
+    return page
+
+
+def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.DataFrame]:
+    """Tables of a sweep, their rows of the profile that is the measured table."""
+    tables = [results.table(f"{sweep}/{name}.csv") for name in names]
+    return [table[table["profile"] == "table"] for table in tables]
 
 
 @sweep_figure(
@@ -140,8 +160,32 @@ By profile: {profiles}.""",
     numbers=_speed_numbers,
 )
 def profiles(results: Results, sweep: str) -> Figure:
-    """Draw speed against stride frequency and curvature, one row a profile."""
-    return draw_profiles(results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/errors.csv"))
+    """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
+    speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
+    names = list(dict.fromkeys(speed["profile"]))
+    if speed.empty:
+        return style.missing("there is no simulated speed to draw")
+    looks, limits, pitch = _shown(speed, errors), _limits(speed, errors), 5.4
+    page = style.new_figure(style.DOUBLE_CM, _TOP_CM + len(names) * pitch + 2.45)
+    for row, name in enumerate(names):
+        top = _TOP_CM + row * pitch
+        own, part = (table[table["profile"] == name] for table in (speed, errors))
+        left = style.axes_cm(page, _LEFT_CM, top, _SIDE_CM, pitch - 0.7)
+        right = style.axes_cm(page, _LEFT_CM + _SPEED_PITCH_CM, top, _SIDE_CM, pitch - 0.7)
+        _frequency_panel(left, own, part, looks)
+        _curvature_panel(right, own, part)
+        for axes, label in ((left, FREQUENCY_LABEL), (right, CURVATURE_LABEL)):
+            axes.set_ylim(*limits)
+            axes.tick_params(labelbottom=row == len(names) - 1)
+            if row == len(names) - 1:
+                axes.set_xlabel(label)
+        left.set_ylabel(SPEED_LABEL)
+        left.set_title(PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5)
+    entries = _speed_entries(looks, errors)
+    if (speed["outcome"] == "tipped").any():
+        entries["turned upside down"] = style.line("black", linestyle="", marker="x", markersize=3)
+    style.legend(page, entries, 5, handlelength=1.8)
+    return page
 
 
 def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]:
@@ -172,57 +216,6 @@ def _limits(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
     highest = [speed["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()]
     lowest = float(np.nan_to_num(speed["speed_cm_per_s"].min()))
     return min(-1.0, lowest * 1.05), float(np.nan_to_num(highest).max() * 1.06) or 1.0
-
-
-@style.styled
-def draw_speeds(speed: pd.DataFrame, errors: pd.DataFrame, profile: str = "table") -> Figure:
-    """Draw speed against stride frequency on one profile.
-
-    Without any measured condition in `errors` model curves alone are drawn, at seven curvatures.
-    """
-    speed, errors = (table[table["profile"] == profile] for table in (speed, errors))
-    if speed.empty:
-        return style.missing("there is no simulated speed to draw")
-    looks = _shown(speed, errors)
-    page = style.new_figure(style.SINGLE_CM, _TOP_CM + 6.0 + 3.1)
-    axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, style.SINGLE_CM - _LEFT_CM - 0.2, 6.0)
-    _frequency_panel(axes, speed, errors, looks)
-    axes.set_ylim(*_limits(speed, errors))
-    axes.set_xlabel(FREQUENCY_LABEL)
-    axes.set_ylabel(SPEED_LABEL)
-    axes.set_title(PROFILE_TITLES.get(profile, style.plain(profile)), loc="left", fontsize=7.5)
-    legend = _speed_entries(looks, not errors.empty) | _told(errors)
-    style.legend(page, legend, 2, handlelength=1.8)
-    return page
-
-
-@style.styled
-def draw_profiles(speed: pd.DataFrame, errors: pd.DataFrame) -> Figure:
-    """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
-    names = list(dict.fromkeys(speed["profile"]))
-    if speed.empty:
-        return style.missing("there is no simulated speed to draw")
-    looks, limits, pitch = _shown(speed, errors), _limits(speed, errors), 5.4
-    page = style.new_figure(style.DOUBLE_CM, _TOP_CM + len(names) * pitch + 2.45)
-    for row, name in enumerate(names):
-        top = _TOP_CM + row * pitch
-        own, part = (table[table["profile"] == name] for table in (speed, errors))
-        left = style.axes_cm(page, _LEFT_CM, top, _SIDE_CM, pitch - 0.7)
-        right = style.axes_cm(page, _LEFT_CM + _SPEED_PITCH_CM, top, _SIDE_CM, pitch - 0.7)
-        _frequency_panel(left, own, part, looks)
-        _curvature_panel(right, own, part)
-        for axes, label in ((left, FREQUENCY_LABEL), (right, CURVATURE_LABEL)):
-            axes.set_ylim(*limits)
-            axes.tick_params(labelbottom=row == len(names) - 1)
-            if row == len(names) - 1:
-                axes.set_xlabel(label)
-        left.set_ylabel(SPEED_LABEL)
-        left.set_title(PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5)
-    entries = _speed_entries(looks, not errors.empty) | _told(errors)
-    if (speed["outcome"] == "tipped").any():
-        entries["turned upside down"] = style.line("black", linestyle="", marker="x", markersize=3)
-    style.legend(page, entries, 5, handlelength=1.8)
-    return page
 
 
 def _frequency_panel(
@@ -343,19 +336,18 @@ def _shares(errors: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def _speed_entries(looks: Mapping[float, tuple[str, str]], measured: bool) -> dict[str, Artist]:
+def _speed_entries(
+    looks: Mapping[float, tuple[str, str]], errors: pd.DataFrame
+) -> dict[str, Artist]:
+    """Entries of a legend that say what colours, lines and points are."""
     # shown with the marker where there is one
-    return {
+    curves = {
         f"$R'/r$ = {style.number(one, 2)}": style.line(
-            colour, marker=marker if measured else "", markersize=3.4
+            colour, marker="" if errors.empty else marker, markersize=3.4
         )
         for one, (colour, marker) in looks.items()
     }
-
-
-def _told(errors: pd.DataFrame) -> dict[str, Artist]:
-    """Entries of a legend that say what lines and points are."""
-    entries: dict[str, Artist] = {"simulated": style.line("black", linewidth=1.0)}
+    entries = curves | {"simulated": style.line("black", linewidth=1.0)}
     if errors.empty:
         return entries
     point: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 3.4}
@@ -397,19 +389,8 @@ By profile: {best}.""",
 )
 def curvature(results: Results, sweep: str) -> Figure:
     """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
-    speed, best, errors = (
-        results.table(f"{sweep}/{name}.csv") for name in ("speed", "optimum", "errors")
-    )
-    return draw_optimum(speed, best, errors)
-
-
-@style.styled
-def draw_optimum(
-    speed: pd.DataFrame, optimum: pd.DataFrame, errors: pd.DataFrame, profile: str = "table"
-) -> Figure:
-    """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
-    own = speed[speed["profile"] == profile]
-    best = optimum[optimum["profile"] == profile].sort_values("frequency_Hz")
+    own, best, known = _on_measured_table(results, sweep, "speed", "optimum", "errors")
+    best = best.sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
     grid = own[np.isin(own["frequency_Hz"], frequencies)]
     table = grid.pivot_table(
@@ -418,12 +399,10 @@ def draw_optimum(
     if table.empty:
         reasons = own["reason"].value_counts()
         why = str(reasons.index[0]) if len(reasons) else "no run of the sweep"
-        return style.missing(
-            f"{captions.name_of(profile)}: no run of the sweep has a steady speed", [why]
-        )
+        head = f"{captions.name_of('table')}: no run of the sweep has a steady speed"
+        return style.missing(head, [why])
     page = style.new_figure(style.DOUBLE_CM, 8.3)
     left = style.axes_cm(page, 1.25, 0.75, _SIDE_CM, 6.1)
-    known = errors[errors["profile"] == profile]
     _curvature_panel(left, own, known)
     left.set_ylim(*_limits(own, known))
     left.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
@@ -458,25 +437,6 @@ def draw_optimum(
 # The robot in mid-stance, the force on every element of the standing tripod
 
 
-@figure(
-    "robot_stance",
-    reads=("robot/stances.csv",),
-    media=only_if(lambda campaign: campaign.robot_medium),
-    group="robot_figures",
-    section="Robot",
-    paper="Fig. 4A",
-    caption="""The simulated robot from the side as one tripod of legs passes straight below its hips, and the force \
-of the medium on every element of that tripod.
-Arrows of both panels have one scale.
-Good: the arrows lean forward, the way the robot runs, and are longest deep in the medium.
-In sum on the tripod: {sums}.""",
-    numbers=lambda results, _: _stance_numbers(results),
-)
-def robot_stance(results: Results) -> Figure:
-    """Draw the robot in mid-stance with the force on every element of one tripod."""
-    return draw_stances(results.table("robot/stances.csv"))
-
-
 def _standing(part: pd.DataFrame) -> pd.DataFrame:
     return part[part["group"] == "tripod_1"]
 
@@ -505,11 +465,25 @@ def _stance_numbers(results: Results) -> dict[str, str]:
     return {"sums": "; ".join(told)}
 
 
-@style.styled
-def draw_stances(stances: pd.DataFrame) -> Figure:
-    """Draw the elements of the robot, and the forces on those of its first tripod, one panel a run."""
+@figure(
+    "robot_stance",
+    reads=("robot/stances.csv",),
+    media=only_if(lambda campaign: campaign.robot_medium),
+    group="robot_figures",
+    section="Robot",
+    paper="Fig. 4A",
+    caption="""The simulated robot from the side as one tripod of legs passes straight below its hips, and the force \
+of the medium on every element of that tripod.
+Arrows of both panels have one scale.
+Good: the arrows lean forward, the way the robot runs, and are longest deep in the medium.
+In sum on the tripod: {sums}.""",
+    numbers=lambda results, _: _stance_numbers(results),
+)
+def robot_stance(results: Results) -> Figure:
+    """Draw the elements of the robot in mid-stance with the forces on one tripod, one panel a run."""
     from matplotlib.collections import LineCollection
 
+    stances = results.table("robot/stances.csv")
     runs = _runs_of(stances)
     if not runs:
         return style.missing("there is no simulated run of the robot to draw")
