@@ -21,11 +21,7 @@ if TYPE_CHECKING:
 
 
 def init_campaign(folder: Path) -> list[Path]:
-    """Write the files of a new campaign into a folder, which may hold other files, and list them.
-
-    They are the configuration with its schema and reference, an empty run sheet, and two READMEs,
-    one of them with example rows. Nothing that is there is overwritten.
-    """
+    """Write the files of a new campaign and list them; nothing that is there is overwritten."""
     # pydantic is slow to import
     from rftfit.campaign.columns import COLUMNS
     from rftfit.campaign.schema import json_schema, reference_markdown

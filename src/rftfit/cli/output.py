@@ -82,13 +82,7 @@ def _is_number(cell: str) -> bool:
 def check_target(
     path: Path, mark: str, what: str, force: bool, inputs: Sequence[Path | None] = ()
 ) -> None:
-    """Refuse a path whose file is not one of the command's own.
-
-    `mark`: How the first line of the command's own files begins: only these are overwritten
-    unasked. `what`: What is to be written, for the message. `force`: Whether the user said that a
-    file of somebody else's may be overwritten. `inputs`: Files that are read: these are never
-    overwritten.
-    """
+    """Refuse to write over what is read, or what does not begin with the command's own `mark`."""
     if path.is_dir():
         raise OutputError(f"{path}: this is a folder; name a file for the {what}")
     try:

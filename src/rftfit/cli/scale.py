@@ -179,11 +179,7 @@ def reference_in(folder: Path | None, method: str | None) -> Reference:
 
 
 def check_test(alpha: float, se: float, confidence: float) -> None:
-    """Refuse a penetration test that cannot be; warn of one in another unit, as it seems.
-
-    `alpha`, `se`: alpha_z(0, 90 deg) and its standard error, N/cm^3. `confidence`: Level of the
-    intervals.
-    """
+    """Refuse a penetration test that cannot be; warn of one in another unit, as it seems."""
     if not (math.isfinite(alpha) and alpha > 0):
         raise InputError(f"--alpha: found {alpha:g}; allowed: a positive number, in N/cm^3")
     if not (math.isfinite(se) and se >= 0):
@@ -201,10 +197,7 @@ def check_test(alpha: float, se: float, confidence: float) -> None:
 
 
 def table_text(columns: Mapping[str, Iterable[object]], how: str, level: str) -> str:
-    """Alpha by direction as csv: three comment lines, a header row, the rows.
-
-    `how`: From what it was made. `level`: What the ends are.
-    """
+    """Alpha by direction as csv: how it was made, the level of the intervals, a header row, the rows."""
     lines = [
         f"{MARK} (rftfit {rftfit.__version__})",
         f"# {how}",

@@ -58,10 +58,7 @@ def check_folder(folder: Path, force: bool) -> None:
 
 
 def write_motion(folder: Path, run: RobotRun, tail: pd.DataFrame, notes: Sequence[str]) -> None:
-    """Write motion and forces of the whole run as csv, and a figure of its last two strides.
-
-    `run`: With a series. `tail`: Its last two strides. `notes`: Comment lines: what ran on what.
-    """
+    """Write motion and forces of the whole run as csv, and a figure of its last two strides, the tail."""
     from rftfit.figures.robot import draw_motion
     from rftfit.figures.style import content
     from rftfit.store import write_bytes, write_text
@@ -81,10 +78,7 @@ def write_motion(folder: Path, run: RobotRun, tail: pd.DataFrame, notes: Sequenc
 def write_animation(
     folder: Path, robot: Robot, profile: Profile, run: RobotRun, samples: int, title: str
 ) -> list[Path]:
-    """Write the last two strides as a gif, and as mp4 where ffmpeg is at hand.
-
-    `run`: With a series of `samples` a stride. Returns what was written.
-    """
+    """Write the last two strides as a gif, and as mp4 where ffmpeg is at hand; the files written."""
     from rftfit.figures.animation import gif_bytes, mp4_bytes, pictures
     from rftfit.robot.body import element_series
     from rftfit.store import write_bytes

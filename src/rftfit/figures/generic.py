@@ -60,12 +60,7 @@ Generic coefficients, without a unit: {generic}.""",
     numbers=_numbers,
 )
 def generic_profile(results: Results) -> Figure:
-    """Draw the media scaled onto the generic profile.
-
-    Above: the coefficients of each medium over its zeta, with intervals (of the coefficient; zeta is
-    taken as known), and the generic M0 as a thick line with its interval. Below: the generic maps, and
-    measured alpha / zeta against generic alpha with the line of perfect collapse.
-    """
+    """Draw the media scaled onto the generic profile; the intervals take zeta as known."""
     method, penetration = results.config.fourier.method, results.table("penetration.csv")
     if why := why_no_fit(penetration, method, "zeta"):
         return style.missing(f"no generic profile by {method}", why)

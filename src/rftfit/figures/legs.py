@@ -58,11 +58,7 @@ Error of the predicted peak lift: {peaks}.""",
     numbers=lambda results, medium: {"peaks": captions.peaks_by_leg(results, medium, PROFILES)},
 )
 def legs(results: Results, medium: str) -> Figure:
-    """Draw F_z and F_x on each leg in one medium against theta, measured and predicted.
-
-    Above each column the leg is drawn in the sand. Every panel has its own range of forces, and an
-    inset with the depth-only model.
-    """
+    """Draw F_z and F_x on each leg in one medium against theta, measured and predicted."""
     predicted, measured = (rows_of(table, medium=medium) for table in leg_panels.curves(results))
     shapes = {n: leg for n, leg in results.config.intruders.items() if isinstance(leg, Leg)}
     columns = Columns(list(shapes), left=1.05, gap=0.85)
@@ -217,10 +213,7 @@ _BESIDE: dict[str, Any] = {"linestyle": (0, (1, 1)), "linewidth": 0.8}
 
 
 def _draw_media(results: Results, media: Sequence[str], profile: str, beside: str = "") -> Figure:
-    """Draw one row of panels for each medium; every panel has its own range of forces.
-
-    `beside`: A second profile, without its intervals.
-    """
+    """Draw one row of panels a medium by a profile and, without its intervals, by the one `beside` it."""
     predicted, measured = leg_panels.curves(results)
     others = rows_of(predicted, profile=beside)
     tables = rows_of(predicted, profile=profile), measured
@@ -455,11 +448,7 @@ Errors: {peaks}.""",
     numbers=lambda results, _: captions.peaks(results, results.media),
 )
 def peak_errors(results: Results) -> Figure:
-    """Draw predicted over measured peak lift, one panel per leg, one row per medium.
-
-    The axis is logarithmic in the ratio, so that a tenth and ten times too much are alike far off,
-    and its ticks say the error in percent of the measured peak.
-    """
+    """Draw predicted over measured peak lift, one panel per leg, one row per medium."""
     table = results.table("leg_errors.csv")
     rows = table[table["component"] == "z"]
     known = set(rows["medium"])

@@ -186,13 +186,7 @@ def draw_maps(
     confidence: float = 0.95,
     what: str = "measured",
 ) -> Figure:
-    """Draw maps of alpha_z and alpha_x, one row a medium; `what`: how they are known.
-
-    Each map shows the cells as measured (the gamma grid is not uniform), the zero contour between
-    them, and shading where the component does not oppose its own motion; beside it stands the half
-    width of its interval. Missing cells are grey and hatched. Directions on no grid are dots, over
-    what is interpolated between them.
-    """
+    """Draw maps of alpha and of its half widths, one row a medium; `what`: how it is known."""
     heads = []
     for c in "zx":
         level = f"{100 * confidence:.4g} %"
@@ -346,10 +340,7 @@ def _draw_models(results: Results, models: Mapping[str, Model], name: str, left:
 
 
 def why_no_fit(table: pd.DataFrame, method: str, column: str) -> list[str]:
-    """Say of every laboratory medium why it could not be fitted; nothing where any could.
-
-    `table`: of coefficients or penetration; `column`: whose number tells.
-    """
+    """Say of every medium why a table of fits has no number in a column; nothing where any has one."""
     own = table[table["method"] == method]
     if own[column].notna().any():
         return []
@@ -395,10 +386,7 @@ LIMIT_DEG = 90.0
 
 
 def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """One column of the alpha table of one medium as a grid.
-
-    Returns beta and gamma, ascending, in degrees, and the values, NaN where there is no row or none.
-    """
+    """One column of a medium's alpha table as a grid: ascending beta, gamma (degrees), values."""
     # a printed 18.43 and the exact angle are one and the same cell
     beta = table["beta_deg"].to_numpy(float).round(2)
     gamma = table["gamma_deg"].to_numpy(float).round(2)
@@ -449,10 +437,7 @@ def _weights(centres: FloatArray, fine: FloatArray) -> FloatArray:
 def refine(
     beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray, step_deg: float = 2.5
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Interpolate bilinearly onto a finer grid, the measured angles among its lines.
-
-    Returns beta, gamma (degrees) and values, NaN wherever a missing cell takes part.
-    """
+    """Interpolate bilinearly onto a finer grid through the measured angles; NaN beside a missing cell."""
     fine = []
     for centres in (beta_deg, gamma_deg):
         parts = [
@@ -602,10 +587,7 @@ _WAYS = {
 
 
 def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable, component: str = "") -> None:
-    """Add a colour bar at the right of a map; its unit stands in the head of the column.
-
-    `component`: Of a force, whose direction is drawn at the ends.
-    """
+    """Add a colour bar at the right of a map; a force `component` has its directions drawn at the ends."""
     from matplotlib.ticker import MaxNLocator
 
     box = axes.get_position()

@@ -214,11 +214,7 @@ of the stress there in the median and {bend_most} % in the worst twentieth (wher
     numbers=captions.plates,
 )  # fmt: skip
 def linearity(results: Results) -> Figure:
-    """Draw stress against depth, one column per cell and one colour per medium.
-
-    Samples outside the window of the fit are faint. A horizontal run is one point: its steady mean,
-    with its interval, at its depth. The line is the cell's slope, through zero.
-    """
+    """Draw stress against depth, one column per cell and one colour per medium."""
     media, titles = results.laboratory, results.campaign.titles
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)

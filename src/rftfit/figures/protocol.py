@@ -173,12 +173,7 @@ The half width of its {level} interval is {half} N/cm^3 in the median.""",
     numbers=captions.plates,
 )  # fmt: skip
 def protocol(results: Results, medium: str) -> Figure:
-    """Draw runs of several kinds from recording to result, one column each.
-
-    Above: position against time. Middle: force on the intruder and of its tare against time. Below:
-    stress of a plate with the line through zero (the steady mean of a horizontal run) and its
-    interval, or the force on a leg against its angle.
-    """
+    """Draw runs of several kinds from recording to result, one column each."""
     columns = columns_of(results, medium)
     if not columns:
         return style.missing(f"{medium}: no run of which recording and result could be drawn")

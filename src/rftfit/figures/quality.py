@@ -60,13 +60,9 @@ def quality(results: Results, medium: str) -> list[Figure]:
 
 @style.styled
 def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) -> list[Figure]:
-    """Draw a panel for each plate run of a medium, ordered by beta and gamma.
+    """Draw a panel for each plate run of a medium by beta and gamma, repeats on pages of their own.
 
-    Each panel shows the tared stress, the rod's tare as stress, the fit window and the fit; its
-    vertical scale is its own and printed in it. Extractions are drawn as filed.
-
-    `traces`: as from `stress_samples`; a run of `fits` without samples has an empty panel. Returns
-    pages of at most 15 by 7 runs; repeated runs stand on pages of their own.
+    Its vertical scale is printed in it. A run of `fits` without samples has an empty panel.
     """
     fits = fits.assign(run_id=fits["run_id"].astype(str))
     samples = by_run(filed(traces, fits))
@@ -136,10 +132,7 @@ class Page:
 
 
 def depth_levels(depth_cm: pd.Series[float]) -> pd.Series[float]:
-    """Gather the depths of horizontal runs, NaN where unknown, into the depths that were meant.
-
-    Returns the mean of the depths less than half a centimetre from one another; NaN stays.
-    """
+    """Gather the depths of horizontal runs, NaN where unknown, into the depths that were meant."""
     ordered = depth_cm.sort_values()
     group = (ordered.diff() > _SAME_DEPTH_CM).cumsum()
     means = ordered.groupby(group).transform("mean")
@@ -159,10 +152,7 @@ def _chunks(count: int, most: int) -> Iterator[range]:
 
 
 def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
-    """Order the runs of one medium on pages; the k-th repeat of a run stands on its own page.
-
-    `depth_cm`: of each horizontal run, by run id.
-    """
+    """Order the runs of one medium on pages; the k-th repeat of a run stands on its own page."""
     runs = fits[["run_id", "beta_deg", "gamma_deg", "direction"]].copy()
     runs["beta_deg"] = runs["beta_deg"].astype(float).round(2) + 0.0
     runs["gamma_deg"] = runs["gamma_deg"].astype(float).round(2) + 0.0

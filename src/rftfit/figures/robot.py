@@ -280,10 +280,7 @@ def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> No
 
 
 def read_at(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float | None:
-    """Speed at one frequency, between its neighbours; none beyond them or where they are far apart.
-
-    `frequencies`: Ascending; standing still is added to them.
-    """
+    """Speed at one frequency between its neighbours or standing still; none where they are far apart."""
     x, y = np.append(0.0, frequencies), np.append(0.0, speeds)
     place = int(np.searchsorted(x, at_Hz - 1e-6))
     if place == x.size or (x[place] - x[place - 1] > _WIDEST_HZ and x[place] - at_Hz > 1e-6):
@@ -633,11 +630,7 @@ def robot_reaction(results: Results) -> Figure:
 
 @style.styled
 def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> Figure:
-    """Draw forward speed, height, pitch, lift and thrust over two strides, one column a run.
-
-    `motion`: ``curvature_times_R, frequency_Hz``, and the columns of
-    `rftfit.robot.run.Series.table`. `measured`: Mean strides of marker tracks.
-    """
+    """Draw motion and forces over two strides, beside mean strides of tracks, one column a run."""
     page, columns = _panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
     found = False

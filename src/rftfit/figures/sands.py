@@ -57,12 +57,7 @@ Fits: {fits}.""",
     numbers=_numbers,
 )
 def penetration(results: Results) -> Figure:
-    """Draw the stress on a plate pushed straight down into each sand against depth.
-
-    The stated window is shaded; the zero-intercept fits over the stated and over the detected
-    window are drawn with their intervals, solid or dashed inside their window and thinner beyond it;
-    a vertical line marks the detected end of the linear regime.
-    """
+    """Draw the stress on a plate pushed straight down into each sand against depth."""
     table, media = results.table("sands.csv"), results.sands
     across = min(len(media), _ACROSS)
     down = -(-len(media) // _ACROSS)

@@ -348,10 +348,7 @@ def save(figure: Figure, base: str | Path, about: str = "") -> list[Path]:
 def save_pages(
     figures: Figure | Sequence[Figure], root: Path, base: str, about: str = ""
 ) -> list[str]:
-    """Write a figure, or pages of one: further pages as ``<base>_page2`` and so on.
-
-    Returns the paths written, from `root`.
-    """
+    """Write a figure, or pages of one as ``<base>_page2`` and so on; the paths written, from `root`."""
     from matplotlib.figure import Figure
 
     pages = [figures] if isinstance(figures, Figure) else figures

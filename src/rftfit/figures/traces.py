@@ -33,11 +33,7 @@ SAMPLES = (
 
 
 def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame) -> pd.DataFrame:
-    """Stress of every plate run of a medium in the lab frame, and whether it was fitted.
-
-    `tared`, `windows`: From the tare and slope stages; the same rows. Returns ``run_id`` and
-    `SAMPLES`.
-    """
+    """Stress of every plate run of a medium in the lab frame, and whether it was fitted."""
     import pandas as pd
 
     ids = _run_ids(tared)
@@ -77,10 +73,7 @@ def _run_ids(traces: pd.DataFrame) -> pd.Series[Any]:
 
 
 def filed(traces: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
-    """Turn the horizontal stress of extractions as their alpha_x is turned when it is filed.
-
-    Every trace then lies along ``alpha * depth`` of its row in `fits`. Returns a copy.
-    """
+    """Turn the horizontal stress of extractions as alpha_x is turned in `fits` when it is filed."""
     turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
     factor = np.where(_run_ids(traces).isin(turned), -1.0, 1.0)
     names = [name for name in traces.columns if name.endswith("_x_N_per_cm2")]
@@ -88,11 +81,7 @@ def filed(traces: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
 
 
 def by_run(traces: pd.DataFrame, columns: Iterable[str] = SAMPLES) -> dict[str, Trace]:
-    """Take the samples of each run as arrays, by run and column.
-
-    `traces`: rows of one run need not be together, but are in time order. A column that is not
-    there is left out.
-    """
+    """Take the samples of each run as arrays, by run and column; a column that is not there is left out."""
     ids = _run_ids(traces).cat.remove_unused_categories()
     code = ids.cat.codes.to_numpy()
     order = np.argsort(code, kind="stable")
@@ -140,10 +129,7 @@ def nice(value: float) -> float:
 
 
 def span(trace: Trace) -> tuple[float, float]:
-    """Round stresses at the bottom and the top of a panel, N/cm^2; zero is always inside.
-
-    The smaller side has at least a fifth of the larger one.
-    """
+    """Round stresses at the ends of a panel, N/cm^2, the smaller at least a fifth of the larger."""
     stresses = [trace[name] for name in trace if name.endswith("_N_per_cm2")]
     every = np.concatenate(stresses) if stresses else np.zeros(1)
     every = every[np.isfinite(every)]

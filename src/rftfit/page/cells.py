@@ -109,10 +109,7 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
 def text_column(
     heading: str, name: str | Callable[[Row], str], note: str = "", **more: str
 ) -> Column:
-    """Column of text: a column of the results, or what a function makes of a row.
-
-    `note`: Column of the results that is printed small. `more`: Of `Column`.
-    """
+    """Column of text: a column of the results, or what a function makes of a row; `note` is printed small."""
 
     def of(row: Row) -> str:
         found = row[str(name)]

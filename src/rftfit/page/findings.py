@@ -30,10 +30,7 @@ _MOST_MEDIA = 3
 
 @dataclass(frozen=True)
 class Finding:
-    """One sentence, with quantities named as in the tables.
-
-    `section`: Id of the section of the page that shows where it comes from.
-    """
+    """One sentence, and the id of the section of the page that shows where it comes from."""
 
     text: str
     section: str

@@ -68,10 +68,7 @@ def profiles(results: Results, medium: str) -> dict[str, Profile]:
 
 
 def coefficients(results: Results, medium: str) -> FloatArray:
-    """Nine coefficients of a medium by the configured method, N/cm^3; a dropped term counts as 0.
-
-    NaN where there are none.
-    """
+    """Nine coefficients by the configured method, N/cm^3; a dropped term is 0, NaN where there are none."""
     table = results.table("coefficients.csv")
     own = (table["method"] == results.config.fourier.method) & (table["medium"] == medium)
     rows = table[own].set_index("coefficient")

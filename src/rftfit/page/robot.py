@@ -36,12 +36,7 @@ CURVATURE = "R\N{PRIME}/r"
 
 @dataclass(frozen=True)
 class RobotTables:
-    """Tables of the section.
-
-    `shares`: A row a profile.
-    `best`: A row a profile, at the highest frequency.
-    `conditions`: A row a measured condition.
-    """
+    """Tables of the section: a row a profile, again at the highest frequency, and a row a condition."""
 
     shares: Table
     best: Table

@@ -120,10 +120,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
 
 def coefficients(results: Results, method: str) -> Table:
-    """Coefficients of all media by one method; a term that does not count stands in brackets.
-
-    Below them stands what nine terms miss.
-    """
+    """Coefficients of all media by one method, dropped ones in brackets, and what nine terms miss."""
     table = results.table("coefficients.csv")
     rows = records(table[table["method"] == method])
     found = {(row["medium"], row["coefficient"]): row for row in rows}

@@ -60,11 +60,7 @@ class Book:
         self._names: set[str] = set()
 
     def sheet(self, name: str) -> Worksheet:
-        """Add a sheet under a name that spreadsheet programs accept.
-
-        `name`: Cut to 31 characters and freed from brackets, colons, slashes and the like;
-        numbered if taken.
-        """
+        """Add a sheet, its name cut, freed and numbered so that spreadsheet programs accept it."""
         clean = re.sub(r"[\[\]:*?/\\]", "_", name).strip("'")[:31] or "sheet"
         unique, count = clean, 1
         # the name "history" is kept by spreadsheet programs for themselves
@@ -84,10 +80,7 @@ class Book:
         return sheet
 
     def text(self, sheet: Worksheet, row: int, column: int, text: str, form: str = "text") -> None:
-        """Write text as text, whatever it begins with.
-
-        `form`: Name of a format.
-        """
+        """Write text as text, whatever it begins with."""
         # write() would take "=..." for a formula and "http..." for a link
         sheet.write_string(row, column, text, self.formats[form])
 
@@ -100,11 +93,7 @@ class Book:
         form: str = "number",
         missing: tuple[str, str] = ("no value", ""),
     ) -> None:
-        """Write a number in full precision, or, for NaN, a word with its reason as a comment.
-
-        `form`: Name of a format. `missing`: Word and reason for NaN; no comment if the reason is
-        empty.
-        """
+        """Write a number in full precision, or, for NaN, a word with its reason, if any, as a comment."""
         if math.isfinite(value):
             sheet.write_number(row, column, value, self.formats[form])
             return
@@ -158,10 +147,7 @@ def workbooks(results: Results) -> tuple[bytes, bytes]:
 
 
 def alpha_workbook(results: Results) -> bytes:
-    """One sheet per medium: alpha_z, then alpha_x, rows beta, columns gamma, then half widths.
-
-    A cell without a value says "no run", with the reason as its comment.
-    """
+    """One sheet per medium: alpha_z, then alpha_x, rows beta, columns gamma, then half widths."""
     level = _level(results)
     with new_book() as book:
         book.about(
@@ -231,10 +217,7 @@ def _alpha_list(
 
 
 def coefficient_workbook(results: Results) -> bytes:
-    """One sheet per method: values and zeta, their intervals, and what was published.
-
-    Terms that are not kept are grey.
-    """
+    """One sheet per method: values and zeta, their intervals, and what was published."""
     coefficients = results.table("coefficients.csv")
     lines = [
         "Coefficients of the nine-term Fourier fit of alpha_z and alpha_x, one sheet per method.",
@@ -308,10 +291,7 @@ def _term_block(
     title: str,
     columns: Sequence[tuple[str, Mapping[str, float], Collection[str]]],
 ) -> int:
-    """Write terms and zeta, each column with its heading and the terms that are grey.
-
-    Returns the row below.
-    """
+    """Write terms and zeta, each column with its heading and grey terms; the row below."""
     book.text(sheet, row, 0, title, "block")
     book.text(sheet, row + 1, 0, "coefficient", "head")
     terms = [*TERMS, "zeta"]
