@@ -48,7 +48,7 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
 @figure(
     "generic_profile",
     reads=("alpha/{laboratory}.csv", "coefficients.csv", "penetration.csv"),
-    settings=("fourier", "media"),
+    settings=("fourier",),
     media=only_if(lambda campaign: campaign.of_role("laboratory")),
     paper="Figs. S6 (above) and S7 (below, left)",
     section="Force profiles",

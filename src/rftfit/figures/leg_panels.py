@@ -189,6 +189,11 @@ def broken(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
     return [np.insert(value, cuts, np.nan) for value in values]
 
 
+def force_columns(component: str) -> list[str]:
+    """Columns of a force and of the ends of its interval."""
+    return [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
+
+
 def has_force(rows: pd.DataFrame, component: str) -> bool:
     """Whether there is any finite force in the rows."""
     return bool(np.isfinite(rows[f"force_{component}_N"].to_numpy(float)).any())
@@ -205,8 +210,7 @@ def add_predicted(
     axes: Axes, rows: pd.DataFrame, component: str, colour: str, line: Any = "-"
 ) -> None:
     """Draw a predicted curve of one medium, leg and profile with its interval."""
-    names = [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
-    theta, force, low, high = broken(rows, *names)
+    theta, force, low, high = broken(rows, *force_columns(component))
     axes.fill_between(theta, low, high, color=colour, alpha=0.3, linewidth=0)
     axes.plot(theta, force, color=colour, linestyle=line, linewidth=0.9)
 

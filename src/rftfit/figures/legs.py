@@ -47,7 +47,7 @@ _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$
 @figure(
     "legs",
     reads=("predicted.csv", "legs/{media}.csv"),
-    settings=("fit", "intruders", "media"),
+    settings=("fit", "intruders"),
     media=lambda campaign: _legged(campaign)[:1],
     paper="Figs. 3D to 3F",
     section="Legs",
@@ -86,9 +86,7 @@ def legs(results: Results, medium: str) -> Figure:
         entries[f"predicted by {PROFILE_TITLES[profile]}{where}"] = style.line(
             colour, linestyle=line
         )
-    entries[f"{style.level(results)} interval of a prediction"] = style.patch(
-        facecolor="#888888", alpha=0.4
-    )
+    entries[f"{style.level(results)} interval of a prediction"] = style.band()
     across = 2 if not columns.is_wide else len(entries) if len(entries) <= 5 else 3
     style.legend(page, entries, across, handlelength=2.4, columnspacing=1.1)
     return page
@@ -121,8 +119,7 @@ def _draw_models(
             continue
         colour, line, _ = PROFILE_LOOKS[profile]
         leg_panels.add_predicted(axes, rows, component, colour, line)
-        names = [column, f"force_{component}_lo_N", f"force_{component}_hi_N"]
-        seen.append(rows[names].to_numpy(float).ravel())
+        seen.append(rows[leg_panels.force_columns(component)].to_numpy(float).ravel())
     inset = leg_panels.has_force(baseline, component)
     leg_panels.force_range(axes, seen, notes, (_INSET, 1 - _INSET) if inset and seen else (0, 1))
     if inset:
@@ -146,7 +143,7 @@ _DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
 @figure(
     "legs_by_medium",
     reads=("predicted.csv", "legs/{media}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S5",
     section="Legs",
@@ -164,7 +161,7 @@ def legs_by_medium(results: Results) -> Figure:
 @figure(
     "legs_depth_only",
     reads=("predicted.csv", "legs/{media}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S2",
     section="Legs",
@@ -194,7 +191,7 @@ def _sand_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG
 @figure(
     "legs_in_sands",
     reads=("predicted.csv", "legs/{media}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(lambda campaign: campaign.with_legs("natural_sand")),
     paper="Fig. S12",
     section="Natural sands",
@@ -249,9 +246,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
         if beside:
             line = style.line(style.COMPONENT_COLOURS[c], **_BESIDE)
             entries[f"{word}, by {PROFILE_TITLES[beside]}"] = line
-    entries[f"{style.level(results)} interval of a prediction"] = style.patch(
-        facecolor="#888888", alpha=0.4
-    )
+    entries[f"{style.level(results)} interval of a prediction"] = style.band()
     style.legend(page, entries, 3 if columns.is_wide else 2, handlelength=2.4)
     return page
 
@@ -276,8 +271,7 @@ def _draw_leg(
     for c in "zx":
         if c not in unpredicted:
             leg_panels.add_predicted(axes, predicted, c, style.COMPONENT_COLOURS[c], lines[c])
-            names = [f"force_{c}_{part}N" for part in ("", "lo_", "hi_")]
-            seen.append(predicted[names].to_numpy(float).ravel())
+            seen.append(predicted[leg_panels.force_columns(c)].to_numpy(float).ravel())
         if leg_panels.has_force(beside, c):
             theta, force = leg_panels.broken(beside, f"force_{c}_N")
             axes.plot(theta, force, color=style.COMPONENT_COLOURS[c], **_BESIDE)
@@ -296,7 +290,7 @@ def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
         told.append(f"measured {_three(float(measured['force_z_N'].max()))}")
     if leg_panels.has_force(predicted, "z"):
         row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
-        peak, low, high = (float(row[f"force_z_{end}N"]) for end in ("", "lo_", "hi_"))
+        peak, low, high = (float(row[name]) for name in leg_panels.force_columns("z"))
         span = f" ({_three(low)}\N{EN DASH}{_three(high)})" if np.isfinite(low) and low >= 0 else ""
         told.append(f"predicted {_three(peak)}{span}")
     return "peak $F_z$ (N): " + ", ".join(told) if told else ""
@@ -320,7 +314,7 @@ _DASHES: tuple[Any, ...] = (
 @figure(
     "forces_over_zeta",
     reads=("predicted.csv", "legs/{media}.csv", "penetration.csv"),
-    settings=("fit", "fourier", "media"),
+    settings=("fit", "fourier"),
     media=only_if(_legged),
     paper="Fig. S8",
     section="Legs",
@@ -377,7 +371,7 @@ def _generic(
     predicted: pd.DataFrame, component: str, zetas: Mapping[str, float]
 ) -> list[FloatArray]:
     """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing."""
-    names = [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
+    names = leg_panels.force_columns(component)
     rows = predicted[predicted["medium"].map(dict(zetas)).notna()]
     rows = rows[np.isfinite(rows[names[0]].to_numpy(float))]
     if rows.empty:
@@ -437,7 +431,7 @@ _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 @figure(
     "peak_errors",
     reads=("leg_errors.csv",),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
     section="Legs",
     caption="""How far the predicted peak lift is from the measured one, with its {level} interval, on a \
@@ -499,7 +493,6 @@ _SHAPE_PANEL_CM, _SHAPE_TOP_CM = 4.2, 0.5
 @figure(
     "leg_shapes",
     reads=("leg_sensitivity.csv",),
-    settings=("media",),
     media=only_if(_legged),
     section="Legs",
     caption="""Error of the predicted peaks by the measured table, as what is not stated of the legs is varied: \

@@ -81,7 +81,7 @@ In N/cm^3: {cells}."""
 @figure(
     "alpha_maps",
     reads=("alpha/{laboratory}.csv",),
-    settings=("fit", "media"),
+    settings=("fit",),
     # a single medium has a figure of its own
     media=only_if(lambda campaign: campaign.of_role("laboratory")[1:]),
     paper="Fig. S4",
@@ -98,7 +98,7 @@ def alpha_maps(results: Results) -> Figure:
 @figure(
     "alpha_maps",
     reads=("alpha/{medium}.csv",),
-    settings=("fit", "media", "figures"),
+    settings=("fit", "figures"),
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Figs. 2C and 2D",
     section="Force profiles",
@@ -152,7 +152,7 @@ def _estimated_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa
 @figure(
     "estimated_maps",
     reads=("maps/{media}.csv", "alpha/{media}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(_few_pushes),
     section="Force profiles",
     caption="""alpha in all directions of media with few pushes (circles), estimated by the shape that known \
@@ -208,7 +208,7 @@ def draw_maps(
             fine = (_FINE, _FINE, between[index]) if between else pivot(table, name)
             add_signs(axes, c, *fine)
             # in thousandths: four digits after the point would run into the next map
-            width = 1e3 * half_width(table, c)
+            width = 1e3 * captions.half_width(table, c)
             axes = empty_map(page, row, 2 * index + 1, (False, last))
             add_bar(page, axes, add_table(axes, table, width, signed=False))
             missing |= _has_holes(table, name)
@@ -269,7 +269,7 @@ def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG0
 @figure(
     "fit_maps",
     reads=("alpha/{laboratory}.csv", "coefficients.csv"),
-    settings=("fourier", "media"),
+    settings=("fourier",),
     media=only_if(lambda campaign: campaign.of_role("laboratory")),
     section="Force profiles",
     caption="""The nine-term Fourier fit by {method}, and what it leaves of the measured alpha.
@@ -297,7 +297,6 @@ def _nine_terms(coefficients: dict[str, float]) -> Model:
 @figure(
     "depth_only_maps",
     reads=("alpha/{medium}.csv",),
-    settings=("media",),
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Fig. S1",
     section="Force profiles",
@@ -406,12 +405,6 @@ def lies_on_grid(table: pd.DataFrame) -> bool:
     """Whether at least half of the pairs of the angles of one medium's alpha table are in it."""
     lines = [table[f"{angle}_deg"].round(2).nunique() for angle in ("beta", "gamma")]
     return 2 * len(table) >= lines[0] * lines[1]
-
-
-def half_width(table: pd.DataFrame, component: str) -> pd.Series[float]:
-    """Half the width of the interval of alpha_z or alpha_x, N/cm^3."""
-    high = table[f"alpha_{component}_hi_N_per_cm3"].astype(float)
-    return (high - table[f"alpha_{component}_lo_N_per_cm3"].astype(float)) / 2
 
 
 def edges(centres: npt.ArrayLike) -> FloatArray:

@@ -10,7 +10,7 @@ from rftfit.campaign.config import Leg
 from rftfit.errors import InputError
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure, greek, only_if
-from rftfit.figures.traces import alpha_of, by_run, stress_of, thin
+from rftfit.figures.traces import alpha_of, alpha_text, by_run, stress_of, thin
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -80,23 +80,16 @@ def _stress_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: A
     for run in stress_runs(results.campaign):
         fits = results[results.campaign.by_id[run].medium].fits
         for row in fits[fits["run_id"] == run].to_dict("records"):
-            z, x = (_value(row, c) for c in "zx")
+            z, x = (alpha_text(row, c) for c in "zx")
             angles = f"({style.degrees(row['beta_deg'])}, {style.degrees(row['gamma_deg'])})"
             told.append(greek(f"{run} at {angles}: alpha_z {z}, alpha_x {x} N/cm^3"))
     return {"slopes": "; ".join(told)}
 
 
-def _value(row: Row, component: str) -> str:
-    value, low, high = alpha_of(row, component)
-    half = (high - low) / 2
-    margin = f" \N{PLUS-MINUS SIGN} {style.number(half, 4)}" if np.isfinite(half) else ""
-    return style.number(value, 4) + margin
-
-
 @figure(
     "stress_of_runs",
     reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
-    settings=("intruders", "fit", "figures", "media"),
+    settings=("intruders", "fit", "figures"),
     media=only_if(lambda campaign: campaign.of_samples() and stress_runs(campaign)),
     paper="Fig. 2B",
     section="Measurement",
@@ -140,7 +133,7 @@ def stress_of_runs(results: Results) -> Figure:
         _draw_run(axes, samples[run], fit)
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
         head = [f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}"]
-        head += [rf"$\alpha_{c}$ = {_value(fit, c)} {style.PER_CM3}" for c in "zx"]
+        head += [rf"$\alpha_{c}$ = {alpha_text(fit, c)} {style.PER_CM3}" for c in "zx"]
         style.text_cm(page, left, top - 0.1, "\n".join(head), va="bottom", fontsize=6)
         axes.set_xlim(0, None)
         if deepest:
@@ -160,7 +153,7 @@ def stress_of_runs(results: Results) -> Figure:
         r"horizontal $\sigma_x$": style.line(x),
         r"fit of $\sigma_z$ through zero": style.line("black"),
         r"fit of $\sigma_x$ through zero": style.line("black", linestyle="--"),
-        f"{style.level(results)} interval": style.patch(facecolor="#888888", alpha=0.5),
+        f"{style.level(results)} interval": style.band(0.5),
         "fit window": style.patch(facecolor=style.WINDOW),
     }
     if deepest:
@@ -202,7 +195,7 @@ _NOTE_PT = 5.5
     "linearity",
     reads=("tared/{laboratory}.parquet", "windows/{laboratory}.parquet", "fits/{laboratory}.csv",
            "alpha/{laboratory}.csv"),
-    settings=("intruders", "fit", "media"),
+    settings=("intruders", "fit"),
     media=only_if(lambda campaign: campaign.of_samples("laboratory")),
     section="Measurement",
     caption="""Is stress in proportion to depth, in all media and directions?
@@ -256,7 +249,7 @@ def linearity(results: Results) -> Figure:
         for medium, (colour, marker) in looks.items()
     }
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
-    entries[f"{style.level(results)} interval"] = style.patch(facecolor="#888888", alpha=0.5)
+    entries[f"{style.level(results)} interval"] = style.band(0.5)
     style.legend(page, entries, 4)
     return page
 

@@ -11,7 +11,7 @@ import numpy as np
 from rftfit import conventions
 from rftfit.figures import captions, leg_panels, style
 from rftfit.figures.registry import figure
-from rftfit.figures.traces import alpha_of, by_run, stress_of, thin
+from rftfit.figures.traces import alpha_of, alpha_text, by_run, stress_of, thin
 from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def _about(run: Run) -> str:
     "protocol",
     reads=("traces/{medium}.parquet", "tared/{medium}.parquet", "windows/{medium}.parquet",
            "fits/{medium}.csv", "legs/{medium}.csv"),
-    settings=("intruders", "fit", "media"),
+    settings=("intruders", "fit"),
     media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
     caption="""How a force becomes a slope, in {medium}.
@@ -217,7 +217,7 @@ def protocol(results: Results, medium: str) -> Figure:
         "stroke; below: window of the fit": style.patch(facecolor=_PHASES["stroke"]),
         "fit, vertical": style.line("black"),
         "fit, horizontal": style.line("black", linestyle="--"),
-        f"{style.level(results)} interval of a fit": style.patch(facecolor="#888888", alpha=0.5),
+        f"{style.level(results)} interval of a fit": style.band(0.5),
     }
     style.legend(page, entries, 6 if width > 14 else 3)
     return page
@@ -286,10 +286,7 @@ def _draw_plate(axes: Axes, column: Column) -> str:
             shape = scale * np.ones(2) if flat else ends
             axes.fill_between(ends, low * shape, high * shape, color=colour, alpha=0.35)
             axes.plot(ends, alpha * shape, "-" if c == "z" else "--", color="black")
-        text, half = style.number(alpha, 4), (high - low) / 2
-        if np.isfinite(half):
-            text += f" \N{PLUS-MINUS SIGN} {style.number(half, 4)}"
-        notes.append(rf"$\alpha_{c}$ = {text} {style.PER_CM3}")
+        notes.append(rf"$\alpha_{c}$ = {alpha_text(column.fit, c)} {style.PER_CM3}")
     axes.set_xlim(0, None)
     axes.set_xlabel("distance travelled (cm)" if flat else "depth (cm)")
     style.ticks(axes.xaxis, 5, integer=True)
@@ -324,7 +321,7 @@ def _draw_leg(axes: Axes, column: Column) -> str:
 @figure(
     "tare",
     reads=("tared/{medium}.parquet", "tares/{medium}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
     caption="""What the rod and the mount alone felt along the deepest slanted path in {medium}, and the \

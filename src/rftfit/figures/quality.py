@@ -36,7 +36,7 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:
 @figure(
     "{medium}",
     reads=("tared/{medium}.parquet", "windows/{medium}.parquet", "fits/{medium}.csv"),
-    settings=("intruders", "media"),
+    settings=("intruders",),
     media=lambda campaign: campaign.of_samples(),
     group="quality",
     folder="quality",

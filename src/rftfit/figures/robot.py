@@ -352,7 +352,7 @@ def _speed_entries(
     if (errors["calibrated"] == "yes").any():
         entries["measured, calibrated on"] = style.line("black", markerfacecolor="white", **point)
     entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
-    entries["interval of a simulated speed"] = style.patch(facecolor="#888888", alpha=0.4)
+    entries["interval of a simulated speed"] = style.band()
     return entries
 
 

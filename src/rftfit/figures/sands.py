@@ -45,7 +45,7 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
 @figure(
     "penetration",
     reads=("tared/{sands}.parquet", "windows/{sands}.parquet", "fits/{sands}.csv", "sands.csv"),
-    settings=("fit", "intruders", "media"),
+    settings=("fit", "intruders"),
     media=only_if(lambda campaign: campaign.of_role("natural_sand")),
     paper="Fig. S11",
     section="Natural sands",
@@ -87,7 +87,7 @@ def penetration(results: Results) -> Figure:
     for name, (colour, line) in _FITS.items():
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
     entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
-    entries[f"{style.level(results)} interval"] = style.patch(facecolor="#888888", alpha=0.4)
+    entries[f"{style.level(results)} interval"] = style.band()
     columns = 6 if across == _ACROSS else 3 if across > 1 else 2
     style.legend(page, entries, columns, handlelength=2.2, borderaxespad=0.25)
     return page

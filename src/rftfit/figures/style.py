@@ -142,9 +142,9 @@ def alpha_label(component: str) -> str:
     return rf"$\alpha_{component}$ ({PER_CM3})"
 
 
-def number(value: float, digits: int = 3) -> str:
-    """Write a number with a true minus sign; "no value" for NaN."""
-    if math.isnan(value):
+def number(value: float | None, digits: int = 3) -> str:
+    """Write a number with a true minus sign; "no value" where there is none."""
+    if value is None or math.isnan(value):
         return "no value"
     text = f"{value:.{digits}f}"
     if float(text) == 0:
@@ -217,6 +217,11 @@ def patch(**how: Any) -> Artist:
     from matplotlib.patches import Patch
 
     return Patch(**how)
+
+
+def band(alpha: float = 0.4) -> Artist:
+    """Interval in a legend."""
+    return patch(facecolor="#888888", alpha=alpha)
 
 
 def legend(figure: Figure, entries: Mapping[str, Artist], columns: int, **how: Any) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.figures.style import number
 from rftfit.measure.fits import without
 from rftfit.measure.ledger import RowStatus
 
@@ -145,6 +146,14 @@ def alpha_of(row: Row, component: str) -> tuple[float, float, float]:
         float(row[f"alpha_{component}_{end}N_per_cm3"]) for end in ("", "lo_", "hi_")
     )
     return value, low, high
+
+
+def alpha_text(row: Row, component: str) -> str:
+    """Write alpha with the half width of its interval."""
+    value, low, high = alpha_of(row, component)
+    half = (high - low) / 2
+    margin = f" \N{PLUS-MINUS SIGN} {number(half, 4)}" if np.isfinite(half) else ""
+    return number(value, 4) + margin
 
 
 def trouble(fit: Row, told: Collection[str] = ()) -> str:

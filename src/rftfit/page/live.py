@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -238,41 +239,31 @@ def _cells(table: pd.DataFrame, told: Sequence[str]) -> dict[str, Any]:
     Scattered directions are shown as what is interpolated between them, and as points. `told`: flags
     that the page says once.
     """
-    if not lies_on_grid(table):
-        profile, lines = TableProfile.from_table(table), np.arange(-90.0, 91.0, _STEP_DEG)
-        at = np.meshgrid(np.radians(lines), np.radians(lines), indexing="ij")
-        values = dict(zip("zx", profile.alpha(*at), strict=True))
-        nothing = np.full(at[0].shape, np.nan)
-        points = table[["beta_deg", "gamma_deg", column("z"), column("x")]].to_numpy(float)
-        return {
-            f"{c}{end}": as_lists(nothing if end else values[c], CURVE_DIGITS)
-            for c in "zx"
-            for end in ("", "_lo", "_hi")
-        } | {
-            "beta_deg": lines.tolist(),
-            "gamma_deg": lines.tolist(),
-            "notes": {},
-            "points": as_lists(points, CURVE_DIGITS),
-        }
     notes: dict[str, str] = {}
-    pivoted = {}
-    for name in [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]:
-        beta_deg, gamma_deg, pivoted[name] = pivot(table, name)
-    for row in table.to_dict("records"):
-        if note := "; ".join(filter(None, (row["reason"], without(row["flags"], told)))):
-            # a plate at -90 degrees is the one at 90
-            lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
-            column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
-            notes |= {f"{line},{column_at}": note for line in lines}
-    return {
-        f"{c}{end}": as_lists(pivoted[column(c, end)], CURVE_DIGITS)
-        for c in "zx"
-        for end in ("", "_lo", "_hi")
-    } | {
+    points = np.empty((0, 4))
+    values = {}
+    if lies_on_grid(table):
+        for c, end in product("zx", ("", "_lo", "_hi")):
+            beta_deg, gamma_deg, values[c + end] = pivot(table, column(c, end))
+        for row in table.to_dict("records"):
+            if note := "; ".join(filter(None, (row["reason"], without(row["flags"], told)))):
+                # a plate at -90 degrees is the one at 90
+                lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
+                column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
+                notes |= {f"{line},{column_at}": note for line in lines}
+    else:
+        beta_deg = gamma_deg = np.arange(-90.0, 91.0, _STEP_DEG)
+        at = np.meshgrid(np.radians(beta_deg), np.radians(gamma_deg), indexing="ij")
+        for c, alpha in zip("zx", TableProfile.from_table(table).alpha(*at), strict=True):
+            values |= {c: alpha} | dict.fromkeys(
+                (f"{c}_lo", f"{c}_hi"), np.full(alpha.shape, np.nan)
+            )
+        points = table[["beta_deg", "gamma_deg", column("z"), column("x")]].to_numpy(float)
+    return {name: as_lists(one, CURVE_DIGITS) for name, one in values.items()} | {
         "beta_deg": beta_deg.tolist(),
         "gamma_deg": gamma_deg.tolist(),
         "notes": notes,
-        "points": [],
+        "points": as_lists(points, CURVE_DIGITS),
     }
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import rftfit
 from rftfit.campaign.config import Leg, Plate
 from rftfit.figures.captions import name_of
+from rftfit.figures.style import number
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
 from rftfit.measure.slopes import CURVED_P, FEWEST
 from rftfit.measure.tare import NO_TARE_FLAG
@@ -14,7 +15,6 @@ from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
 from rftfit.model.prediction import beyond_measured
 from rftfit.model.scaling import published
-from rftfit.page.cells import value
 from rftfit.page.live import scaled_from_print
 from rftfit.store.digests import digest_of
 from rftfit.store.environment import versions
@@ -200,7 +200,7 @@ def _spread(results: Results) -> str:
     if OF_CELL in kinds:
         rest = "; the others are those of one bed as prepared" if AS_PREPARED in kinds else ""
         return f"{first}, and hold the scatter of the runs of a direction that was repeated{rest}."
-    size = value(known["run_to_run_z_N_per_cm3"].median(), 4)
+    size = number(known["run_to_run_z_N_per_cm3"].median(), 4)
     how = "pooled from repeats, where there are enough"
     if kinds <= {STATED, ASSUMED}:
         how = "as stated" if kinds == {STATED} else "assumed to be 5 %, for want of repeats"
@@ -284,7 +284,7 @@ def _scaling(results: Results) -> str:
         chi = published(results.config.fourier.method).chi
         return (
             "Natural sands were scaled from one vertical penetration test by zeta = "
-            f"alpha_z(0, 90 deg) / chi, with the mean chi ({value(chi.mean(), 2)}) and the generic "
+            f"alpha_z(0, 90 deg) / chi, with the mean chi ({number(chi.mean(), 2)}) and the generic "
             f"coefficients of the {chi.size} media of ref. 1 by the method "
             f"{results.config.fourier.method}, and an interval from the scatter between these media."
         )
@@ -294,8 +294,8 @@ def _scaling(results: Results) -> str:
     if chi.size < 2:
         return ""
     return (
-        f"The ratio chi of measured to fitted alpha_z(0, 90 deg) was {value(chi.mean(), 2)} "
-        f"+- {value(chi.std(ddof=1), 2)} (mean and standard deviation of {chi.size} media); "
+        f"The ratio chi of measured to fitted alpha_z(0, 90 deg) was {number(chi.mean(), 2)} "
+        f"+- {number(chi.std(ddof=1), 2)} (mean and standard deviation of {chi.size} media); "
         "a further medium was scaled from one vertical penetration test by zeta = "
         "alpha_z(0, 90 deg) / chi, with an interval from the scatter between the media."
     )
@@ -364,6 +364,6 @@ def _peaks(results: Results) -> str:
         return ""
     return (
         f" With the interpolated measured table the peak lift was predicted within "
-        f"{value(peak.max(), 0)} % for all {len(peak)} pairs of leg and medium (median "
-        f"{value(peak.median(), 0)} %)."
+        f"{number(peak.max(), 0)} % for all {len(peak)} pairs of leg and medium (median "
+        f"{number(peak.median(), 0)} %)."
     )

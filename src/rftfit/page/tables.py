@@ -9,23 +9,12 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from rftfit.compare.published import EVIDENCE, SAME, VERDICTS
-from rftfit.figures.captions import PROFILES, name_of
+from rftfit.figures.captions import PROFILES, name_of, percent, span
+from rftfit.figures.style import number
 from rftfit.measure.fits import flags_of_all, without
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, PRINTED_NOTE, routines
-from rftfit.page.cells import (
-    Cell,
-    Column,
-    Row,
-    Table,
-    number_column,
-    percent,
-    records,
-    share,
-    span,
-    text_column,
-    value,
-)
+from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, share, text_column
 from rftfit.page.findings import misfits
 from rftfit.page.outcome import NOTHING, SOUND, gravest_doubt, rows_by_reason, verdict_of
 from rftfit.page.reversal import FLAT, REVERSED, reversals
@@ -85,7 +74,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
     def misfit(row: Row) -> Cell:
         share = shares.get(row["medium"])
-        return Cell("" if share is None else f"{value(share, 1)} %")
+        return Cell("" if share is None else f"{number(share, 1)} %")
 
     def runs(row: Row) -> Cell:
         count = dropped[row["medium"]]
@@ -129,10 +118,10 @@ def coefficients(results: Results, method: str) -> Table:
         def cell(row: Row) -> Cell:
             if "of" in row:
                 return Cell(
-                    value(found.get((medium, row["of"]), {}).get("misfit_rms_N_per_cm3"), 4)
+                    number(found.get((medium, row["of"]), {}).get("misfit_rms_N_per_cm3"), 4)
                 )
             one = found.get((medium, row["term"]), {})
-            text = value(one.get("value_N_per_cm3"), 4)
+            text = number(one.get("value_N_per_cm3"), 4)
             notes = (span(one.get("lo"), one.get("hi"), 4), one.get("reason", ""))
             if one.get("kept", True):
                 return Cell(text, notes)
@@ -211,7 +200,7 @@ def reversal(results: Results) -> Table:
     def peak(source: str, leg: str, group: str) -> Column:
         def cell(row: Row) -> Cell:
             found: Reversal = row["found"]
-            text = value(found.peaks.get((source, leg)), 2)
+            text = number(found.peaks.get((source, leg)), 2)
             above = leg == REVERSED and found.above(source)
             return Cell(text, ("above the flat leg",), "bad") if above else Cell(text)
 
@@ -220,10 +209,10 @@ def reversal(results: Results) -> Table:
     def deep(row: Row) -> Cell:
         found: Reversal = row["found"]
         fourier, table = found.deep["fourier"], found.deep["table"]
-        mean = f": nine terms {value(fourier.alpha_z_N_per_cm3)}, table {value(table.alpha_z_N_per_cm3)}"
+        mean = f": nine terms {number(fourier.alpha_z_N_per_cm3)}, table {number(table.alpha_z_N_per_cm3)}"
         note = (
-            f"lift {value(fourier.lift_N, 2)} N and {value(table.lift_N, 2)} N; "
-            f"\N{GREEK SMALL LETTER THETA} {value(found.theta_deg, 0)}{DEGREE}, "
+            f"lift {number(fourier.lift_N, 2)} N and {number(table.lift_N, 2)} N; "
+            f"\N{GREEK SMALL LETTER THETA} {number(found.theta_deg, 0)}{DEGREE}, "
             f"\N{GREEK SMALL LETTER BETA} {span(*found.beta_deg, 0)}{DEGREE}, \N{GREEK SMALL LETTER GAMMA} {span(*found.gamma_deg, 0)}{DEGREE}"
         )
         return Cell(ALPHA_Z + mean, (note,))

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import rftfit
 from rftfit import reference
-from rftfit.figures.maps import half_width, lies_on_grid, pivot
+from rftfit.figures.captions import half_width
+from rftfit.figures.maps import lies_on_grid, pivot
+from rftfit.figures.style import level
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
 
@@ -148,7 +150,7 @@ def workbooks(results: Results) -> tuple[bytes, bytes]:
 
 def alpha_workbook(results: Results) -> bytes:
     """One sheet per medium: alpha_z, then alpha_x, rows beta, columns gamma, then half widths."""
-    level = _level(results)
+    confidence = level(results)
     with new_book() as book:
         book.about(
             "alpha tables",
@@ -157,7 +159,7 @@ def alpha_workbook(results: Results) -> bytes:
                 "Layout of additional Table S5 of " + reference.CITATION + ".",
                 "Units: alpha in N/cm^3, angles in degrees.",
                 _SIGNS,
-                f"Below alpha stand the half widths of the {level} intervals, (upper - lower) / 2.",
+                f"Below alpha stand the half widths of the {confidence} intervals, (upper - lower) / 2.",
                 'A cell "no run" has no usable run; its comment says why.',
                 "Sheets:",
                 *(f"{medium.name}: {medium.title}" for medium in results),
@@ -174,7 +176,7 @@ def alpha_workbook(results: Results) -> bytes:
                 head = f"alpha_{c} (N/cm^3)"
                 row = _alpha_block(book, sheet, row, head, table, f"alpha_{c}_N_per_cm3")
             for c in "zx":
-                head = f"half width of the {level} interval of alpha_{c} (N/cm^3)"
+                head = f"half width of the {confidence} interval of alpha_{c} (N/cm^3)"
                 widths = table.assign(half=half_width(table, c))
                 row = _alpha_block(book, sheet, row, head, widths, "half")
     return book.content
@@ -272,7 +274,7 @@ def _coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataF
         for name in media
         for end, table in ends.items()
     ]
-    row = _term_block(book, sheet, row, f"{_level(results)} intervals {unit}", columns)
+    row = _term_block(book, sheet, row, f"{level(results)} intervals {unit}", columns)
     printed = {name: medium.published_as for name, medium in results.config.media.items()}
     printed[GENERIC] = GENERIC
     columns = [
@@ -302,7 +304,3 @@ def _term_block(
         for i, term in enumerate(terms, start=row + 2):
             book.value(sheet, i, j, float(values[term]), "grey" if term in grey else "number")
     return row + len(terms) + 3
-
-
-def _level(results: Results) -> str:
-    return f"{100 * results.config.fit.confidence:.4g} %"
