@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+import rftfit
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
 
 # --- Lines, tables and sizes as they are shown in a terminal or written into a pipe.
@@ -41,6 +42,12 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = " 
         ]
         lines.append((indent + "  ".join(cells)).rstrip())
     return "\n".join(lines)
+
+
+def comments(mark: str, notes: Iterable[str]) -> str:
+    """The lines above a table that a command writes; a note is one line, whatever a file name holds."""
+    first = f"{mark} (rftfit {rftfit.__version__})\n"
+    return first + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
 
 def json_text(content: Any) -> str:

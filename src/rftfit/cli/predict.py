@@ -10,7 +10,7 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_target, count, json_text, say, table, warn
+from rftfit.cli.output import check_target, comments, count, json_text, say, table, warn
 from rftfit.cli.scale import check_test, reference_in
 from rftfit.errors import AllAtOnce, InputError
 
@@ -299,13 +299,10 @@ def _peaks_as_json(peaks: list[Peak], key: str) -> dict[str, dict[str, float] | 
 
 def table_text(forces: pd.DataFrame, notes: list[str]) -> str:
     """Forces by pose as csv below notes on what was predicted from what; an empty cell is NaN."""
-    lines = [f"{MARK} (rftfit {rftfit.__version__})"]
-    # a comment is one line, whatever a file name holds
-    lines += [f"# {' '.join(note.split())}" for note in notes if note]
     # + 0.0 so that nothing is called -0; whoever takes the numbers further loses nothing
     numbers = forces.drop(columns="reason") + 0.0
     text: Any = numbers.to_csv(index=False, float_format="%.12g", lineterminator="\n")
-    return "\n".join(lines) + f"\n{text}"
+    return comments(MARK, notes) + str(text)
 
 
 def _warn_of(forces: pd.DataFrame, unknown: int) -> None:

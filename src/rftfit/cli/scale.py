@@ -12,7 +12,7 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_target, json_text, say, table, warn
+from rftfit.cli.output import check_target, comments, json_text, say, table, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -198,18 +198,13 @@ def check_test(alpha: float, se: float, confidence: float) -> None:
 
 def table_text(columns: Mapping[str, Iterable[object]], how: str, level: str) -> str:
     """Alpha by direction as csv: how it was made, the level of the intervals, a header row, the rows."""
-    lines = [
-        f"{MARK} (rftfit {rftfit.__version__})",
-        f"# {how}",
-        f"# _lo and _hi: {level}",
-        ",".join(columns),
-    ]
+    lines = [",".join(columns)]
     for row in zip(*columns.values(), strict=True):
         beta, gamma, *rest = row
         # + 0.0 so that nothing is called -0
         cells = [c if isinstance(c, str) else f"{round(float(c), 6) + 0.0:.6g}" for c in rest]
         lines.append(",".join([f"{beta:.2f}", f"{gamma:.2f}", *cells]))
-    return "\n".join(lines) + "\n"
+    return comments(MARK, [how, f"_lo and _hi: {level}"]) + "\n".join(lines) + "\n"
 
 
 # --- a few pushes

@@ -5,16 +5,16 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_target, count, json_text, say, table, warn
+from rftfit.cli.output import check_target, comments, count, json_text, say, table, warn
 from rftfit.cli.predict import check_choice, make_profile
 from rftfit.cli.scale import check_test
 from rftfit.errors import InputError, OutputError
@@ -35,12 +35,6 @@ MARK = "# motion written by rftfit simulate"
 
 FIGURE = "motion.png"
 OTHERS = (FIGURE, "animation.gif", "animation.mp4")
-
-_FRAMES = 25
-"""Pictures in a stride."""
-
-_SLOWEST = 4.0
-"""Times slower than life, so that a stride of 5 Hz can be followed."""
 
 
 def check_folder(folder: Path, force: bool) -> None:
@@ -65,11 +59,10 @@ def write_motion(folder: Path, run: RobotRun, tail: pd.DataFrame, notes: Sequenc
 
     assert run.series is not None
     speed = f"{run.speed_cm_per_s:.6g} cm/s" if math.isfinite(run.speed_cm_per_s) else "none"
-    lines = [f"{MARK} (rftfit {rftfit.__version__})"]
-    lines += [f"# {' '.join(note.split())}" for note in notes]
-    lines += [f"# outcome: {run.outcome}; speed: {speed}", "# pitch: nose up is positive"]
+    outcome = f"outcome: {run.outcome}; speed: {speed}"
+    head = comments(MARK, [*notes, outcome, "pitch: nose up is positive"])
     body = run.series.table().to_csv(index=False, float_format="%.9g", lineterminator="\n")
-    write_text(folder / MOTION, "\n".join(lines) + f"\n{body}")
+    write_text(folder / MOTION, head + body)
     figure = draw_motion(tail)
     # one format: three would take longer than the run
     write_bytes(folder / FIGURE, content(figure, "png"))
@@ -84,12 +77,13 @@ def write_animation(
     from rftfit.store import write_bytes
 
     assert run.series is not None
-    every = samples // _FRAMES
+    every = samples // 25  # pictures in a stride
     tail = run.series.last(2 * samples)  # only what is shown is worked out
     elements = element_series(robot, profile, replace(run, series=tail), every)
     x, time = tail.x_cm[::every], tail.time_s[::every]
     step = float(time[1] - time[0])
-    slower = max(1.0, min(_SLOWEST, 0.03 / step))
+    # up to four times slower than life, so that a stride of 5 Hz can be followed
+    slower = max(1.0, min(4.0, 0.03 / step))
     if slower > 1:
         title += f", {slower:.2g} times slower than life"
     shots = pictures(elements, x, time, title)
@@ -127,22 +121,18 @@ def run_as_json(
     names: dict[str, str], run: RobotRun, tail: pd.DataFrame, files: dict[str, str]
 ) -> str:
     """Write a run as JSON."""
-    content: dict[str, Any] = {
-        **names,
-        "frequency_Hz": run.condition.frequency_Hz,
-        "curvature_times_R": run.condition.curvature_times_R,
-        "phase_turns": run.condition.phase_turns,
-        "speed_cm_per_s": float(run.speed_cm_per_s),
-        "speed_sd_cm_per_s": float(run.speed_sd_cm_per_s),
-        "outcome": run.outcome,
-        "reason": run.reason,
-        "warning": run.warning,
-        "strides": run.strides,
-        "averaged": run.averaged,
-        "last_two_strides": ranges(tail),
-        "files": files,
-    }
-    return json_text(content)
+    condition = asdict(run.condition)
+    numbers = (
+        "speed_cm_per_s",
+        "speed_sd_cm_per_s",
+        "outcome",
+        "reason",
+        "warning",
+        "strides",
+        "averaged",
+    )
+    found = {name: getattr(run, name) for name in numbers}
+    return json_text(names | condition | found | {"last_two_strides": ranges(tail), "files": files})
 
 
 def simulate(

@@ -88,7 +88,7 @@ def generic_profile(results: Results) -> Figure:
         maps.add_signs(axes, component, angles, angles, surfaces[i])
         axes = style.axes_cm(page, 10.55 + i * 4.45, line, side, side)
         _draw_collapse(axes, component, results, zetas, generic)
-    maps.add_legend(page, signs=True, missing=False)
+    maps.add_legend(page, missing=False)
     return page
 
 

@@ -37,9 +37,6 @@ PROFILE_TITLES = captions.PROFILES | {"generic": r"generic $\times$ $\zeta$"}
 
 THETA_LABEL = r"leg angle $\theta$ (deg)"
 THETA_DEG = (-135.0, 135.0)
-GAP_DEG = 2.5
-"""A wider step between neighbours is a gap: the line is broken there."""
-
 MEASURED = "#4d4d4d"
 NOTE_PT = 5.5
 
@@ -184,7 +181,8 @@ def broken(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
     """Theta and columns of `rows_of`, with a NaN in each gap and between runs: lines break there."""
     theta = rows["theta_deg"].to_numpy(float)
     step = np.diff(theta)
-    cuts = np.flatnonzero((step > GAP_DEG) | (step < 0)) + 1
+    # a step wider than 2.5 degrees is a gap
+    cuts = np.flatnonzero((step > 2.5) | (step < 0)) + 1
     values = [theta, *(rows[name].to_numpy(float) for name in columns)]
     return [np.insert(value, cuts, np.nan) for value in values]
 
@@ -219,9 +217,7 @@ def theta_axes(axes: Axes, name: bool) -> None:
     """Prepare an axes for curves against theta; `name`: write its label and numbers."""
     axes.axhline(0, color=style.GREY, linewidth=0.4, zorder=0)
     axes.set(xlim=THETA_DEG, xticks=[-90, -45, 0, 45, 90])
-    axes.tick_params(labelbottom=name)
-    if name:
-        axes.set_xlabel(THETA_LABEL)
+    style.name_below(axes, THETA_LABEL, name)
 
 
 def force_range(

@@ -76,8 +76,7 @@ def legs(results: Results, medium: str) -> Figure:
             _draw_models(axes, rows_of(predicted, leg=leg), rows_of(measured, leg=leg), component)
             if column == 0:
                 axes.set_ylabel(_FORCE_LABELS[component])
-    dots = {"marker": "o", "markersize": 2, "linestyle": ""}
-    entries = {"measured": style.line(leg_panels.MEASURED, **dots)}
+    entries = {"measured": style.dots(leg_panels.MEASURED, 2)}
     for profile in PROFILES:
         if profile == "map" and rows_of(predicted, profile=profile).empty:
             continue
@@ -239,8 +238,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
                 )  # fmt: skip
     entries = {}
     for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
-        dots = {"marker": "o", "markersize": 2, "linestyle": ""}
-        entries[f"{word}, measured"] = style.line(style.PALE_COLOURS[c], **dots)
+        entries[f"{word}, measured"] = style.dots(style.PALE_COLOURS[c], 2)
         line = style.line(style.COMPONENT_COLOURS[c], linestyle=lines[c])
         entries[f"{word}, predicted by {PROFILE_TITLES[profile]}"] = line
         if beside:
@@ -468,11 +466,8 @@ def peak_errors(results: Results) -> Figure:
         for place, medium in enumerate(media):
             own = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]
             _draw_row(axes, place, {str(r["profile"]): r for r in own.to_dict("records")}, profiles)
-        axes.tick_params(labelbottom=i == len(names) - 1)
-        if i == len(names) - 1:
-            axes.set_xlabel(
-                "error of the predicted peak lift\n(% of measured, logarithmic in their ratio)"
-            )
+        label = "error of the predicted peak lift\n(% of measured, logarithmic in their ratio)"
+        style.name_below(axes, label, i == len(names) - 1)
     entries = {}
     for profile in profiles:
         colour, _, marker = PROFILE_LOOKS[profile]
@@ -521,23 +516,20 @@ def leg_shapes(results: Results) -> Figure:
             axes = style.axes_cm(page, left, top, columns.width, _SHAPE_PANEL_CM)
             _draw_shapes(axes, rows[rows["leg"] == leg], c, looks)
             _error_axis(axes, axes.yaxis, (span[0], span[1]), {33.0: _BANDS[33.0]})
-            axes.tick_params(labelleft=column == 0, labelbottom=row == 1)
+            axes.tick_params(labelleft=column == 0)
+            style.name_below(axes, "angle that the arc spans (deg)", row == 1)
             if row == 0:
                 axes.set_title(leg_panels.leg_title(leg), weight="bold")
             if column == 0:
                 axes.set_ylabel(f"error of peak $F_{c}$ (%)")
-            if row == 1:
-                axes.set_xlabel("angle that the arc spans (deg)")
     titles = results.campaign.titles
     entries = {
-        style.title_of(medium, titles): style.line(colour, marker="o", linestyle="", markersize=3)
+        style.title_of(medium, titles): style.dots(colour, 3)
         for medium, (colour, _) in looks.items()
     }
     grey = leg_panels.MEASURED
     for name, fill in (("middle line", grey), ("half the thickness ahead", "white")):
-        entries[name] = style.line(
-            grey, marker="o", linestyle="", markersize=3, markerfacecolor=fill
-        )
+        entries[name] = style.dots(grey, 3, markerfacecolor=fill)
     style.legend(page, entries, 4 if columns.is_wide else 2)
     return page
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
     import pandas as pd
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
@@ -212,7 +212,7 @@ def draw_maps(
             axes = empty_map(page, row, 2 * index + 1, (False, last))
             add_bar(page, axes, add_table(axes, table, width, signed=False))
             missing |= _has_holes(table, name)
-    add_legend(page, signs=True, missing=missing)
+    add_legend(page, missing)
     return page
 
 
@@ -286,12 +286,8 @@ def fit_maps(results: Results) -> Figure:
     models = {}
     for medium in results.laboratory:
         kept = kept_coefficients(coefficients, method, medium)
-        models[medium] = _nine_terms(kept)
+        models[medium] = partial(evaluate, kept)
     return _draw_models(results, models, f"nine-term fit ({method})", "measured minus fit")
-
-
-def _nine_terms(coefficients: dict[str, float]) -> Model:
-    return lambda beta, gamma: evaluate(coefficients, beta, gamma)
 
 
 @figure(
@@ -334,7 +330,7 @@ def _draw_models(results: Results, models: Mapping[str, Model], name: str, left:
             rest = table[name] - model(at[0], at[1])[index]
             add_bar(page, axes, add_table(axes, table, rest, signed=True))
             missing |= _has_holes(table, name)
-    add_legend(page, signs=True, missing=missing)
+    add_legend(page, missing)
     return page
 
 
@@ -607,14 +603,14 @@ def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable, component: str = 
                    color="white", weight="bold")  # fmt: skip
 
 
-def add_legend(figure: Figure, signs: bool, missing: bool) -> None:
+def add_legend(figure: Figure, missing: bool) -> None:
     """Explain contour and shading, and the hatching of missing cells, at the foot of the figure."""
-    entries: dict[str, Artist] = {}
-    if signs:
-        entries["zero contour (interpolated)"] = style.line("black", linewidth=0.9)
-        entries["does not oppose the motion"] = style.patch(
+    entries = {
+        "zero contour (interpolated)": style.line("black", linewidth=0.9),
+        "does not oppose the motion": style.patch(
             facecolor="white", edgecolor="#222222", hatch=_SHADING * 2, linewidth=0.3
-        )
+        ),
+    }
     if missing:
         entries["no usable run"] = style.patch(linewidth=0.3, **_MISSING)
     style.legend(figure, entries, len(entries), borderaxespad=0.3, columnspacing=2.0)

@@ -10,7 +10,7 @@ from rftfit.campaign.config import Leg
 from rftfit.errors import InputError
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure, greek, only_if
-from rftfit.figures.traces import alpha_of, alpha_text, by_run, stress_of, thin
+from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -39,12 +39,12 @@ _LEGEND_COLUMNS = {1: 2, 2: 2, 3: 3, 4: 6}
 _RUN_SIDE_CM, _RUN_PITCH_CM, _RUN_ROW_CM, _RUN_LEFT_CM, _RUN_TOP_CM = 3.1, 4.1, 4.9, 1.45, 1.15
 
 
-_PAIR = (30.0, 45.0)
+PUSH = (30.0, 45.0)
 """Beta and gamma, degrees, of the paper's push; its pull is filed under the same angles, negative."""
 
 
 def stress_runs(campaign: Campaign) -> list[str]:
-    """Choose the runs that are shown: those the config names, or a push and its pull near `_PAIR`."""
+    """Choose the runs that are shown: those the config names, or a push and its pull near `PUSH`."""
     named = campaign.config.figures.stress_runs
     unknown = [name for name in named if name not in campaign.by_id]
     if unknown:
@@ -69,7 +69,7 @@ def stress_runs(campaign: Campaign) -> list[str]:
         return []
     # a push without its pull only where there is no pair
     order = {
-        at: (-len(runs), np.hypot(at[0] - _PAIR[0], at[1] - _PAIR[1])) for at, runs in found.items()
+        at: (-len(runs), np.hypot(at[0] - PUSH[0], at[1] - PUSH[1])) for at, runs in found.items()
     }
     nearest = found[min(found, key=order.__getitem__)]
     return [nearest[name] for name in sorted(nearest, reverse=True)]
@@ -238,9 +238,7 @@ def linearity(results: Results) -> Figure:
                 )
             ]
             _finish(axes, lost, len(lost) < len(media))
-            axes.tick_params(labelbottom=j == 1)
-            if j == 1:
-                axes.set_xlabel("depth (cm)")
+            style.name_below(axes, "depth (cm)", j == 1)
             if i == 0:
                 axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
                 axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
@@ -330,8 +328,8 @@ def _draw_medium(
             inside = trace["in_window"] > 0
             for chosen, strength in ((~inside, 0.3), (inside, 0.9)):
                 stress = np.where(chosen, trace[f"stress_{c}_N_per_cm2"], np.nan)
-                for line in thin(trace["depth_cm"], stress, 300):
-                    axes.plot(*line.T, color=colour, linewidth=0.6, alpha=strength)
+                how = {"color": colour, "linewidth": 0.6, "alpha": strength}
+                draw_thin(axes, trace["depth_cm"], stress, 300, **how)
     end = np.nanmax(ends) if np.isfinite(ends).any() else 1.0
     axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, alpha=0.35)
     axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT, linewidth=0.6)

@@ -10,8 +10,9 @@ import numpy as np
 
 from rftfit import conventions
 from rftfit.figures import captions, leg_panels, style
+from rftfit.figures.plates import PUSH
 from rftfit.figures.registry import figure
-from rftfit.figures.traces import alpha_of, alpha_text, by_run, stress_of, thin
+from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
 from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
@@ -33,9 +34,6 @@ if TYPE_CHECKING:
 # One run of each kind, as recorded, with its tare, and what it gave
 
 
-_SLANTED = (30.0, 45.0)
-"""Beta and gamma, degrees, that the runs shown are to be nearest to."""
-
 _RECORDED = ("time_s", "depth_cm", "x_cm", "angle_deg", "force_z_N", "force_x_N")
 _CURVE = ("theta_deg", "force_z_N", "force_x_N")
 _LEFT_CM, _SIDE_CM, _PITCH_CM, _TOP_CM = 1.35, 3.3, 4.35, 1.2
@@ -43,8 +41,6 @@ _ROWS_CM = ((0.0, 2.1), (2.35, 2.7), (6.75, 2.9))
 """Top, from the first row's, and height of each row."""
 
 _PHASES = {"pause": "#f3e3b3", "stroke": style.WINDOW}
-_POINTS = 400
-"""Vertices of one line; a run has more samples than a panel has dots."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +96,7 @@ def columns_of(results: Results, medium: str) -> list[Column]:
 
 def _plates(campaign: Campaign, fits: pd.DataFrame, there: set[str]) -> Iterator[Run]:
     """For each direction the run nearest to the one that is wanted, of those that gave an alpha."""
-    beta, gamma = _SLANTED
+    beta, gamma = PUSH
     wanted = {
         "intrusion": (beta, gamma),
         "extraction": conventions.file_extraction(beta, gamma)[:2],
@@ -233,14 +229,12 @@ def _draw_position(axes: Axes, column: Column) -> None:
     _shade(axes, column)
     run, time = column.run, column.run["time_s"]
     if column.kind == "rotation":
-        for line in thin(time, run["angle_deg"], _POINTS):
-            axes.plot(*line.T, color="black")
+        draw_thin(axes, time, run["angle_deg"], color="black")
         axes.set_yticks(range(-90, 91, 90))
         axes.set_ylabel(r"$\theta$ (degrees)")
         return
     for values, dashes in ((-run["depth_cm"], "-"), (run["x_cm"], "--")):
-        for line in thin(time, values, _POINTS):
-            axes.plot(*line.T, color="black", linestyle=dashes, linewidth=0.9)
+        draw_thin(axes, time, values, color="black", linestyle=dashes, linewidth=0.9)
     style.ticks(axes.yaxis, 5, integer=True)
     axes.set_ylabel("position (cm)", labelpad=1)
 
@@ -254,8 +248,8 @@ def _draw_forces(axes: Axes, column: Column) -> None:
         (column.run, style.COMPONENT_COLOURS),
     ):
         for c in "zx" if trace else "":
-            for line in thin(trace["time_s"], trace[f"force_{c}_N"], _POINTS):
-                axes.plot(*line.T, color=colours[c], linewidth=0.6)
+            force = trace[f"force_{c}_N"]
+            draw_thin(axes, trace["time_s"], force, color=colours[c], linewidth=0.6)
     time = column.run["time_s"]
     axes.set_xlim(np.nanmin(time), np.nanmax(time))
     style.ticks(axes.xaxis, 5, integer=True)
@@ -278,8 +272,8 @@ def _draw_plate(axes: Axes, column: Column) -> str:
     notes = []
     for c in "zx":
         colour = style.COMPONENT_COLOURS[c]
-        for line in thin(place, trace[f"stress_{c}_N_per_cm2"], _POINTS):
-            axes.plot(*line.T, color=colour, linewidth=0.6, alpha=0.75)
+        stress = trace[f"stress_{c}_N_per_cm2"]
+        draw_thin(axes, place, stress, color=colour, linewidth=0.6, alpha=0.75)
         alpha, low, high = alpha_of(column.fit, c)
         if np.isfinite([alpha, end]).all():
             ends = np.array([begin, end]) if flat else np.array([0.0, end])

@@ -176,9 +176,7 @@ def profiles(results: Results, sweep: str) -> Figure:
         _curvature_panel(right, own, part)
         for axes, label in ((left, FREQUENCY_LABEL), (right, CURVATURE_LABEL)):
             axes.set_ylim(*limits)
-            axes.tick_params(labelbottom=row == len(names) - 1)
-            if row == len(names) - 1:
-                axes.set_xlabel(label)
+            style.name_below(axes, label, row == len(names) - 1)
         left.set_ylabel(SPEED_LABEL)
         left.set_title(PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5)
     entries = _speed_entries(looks, errors)
@@ -347,10 +345,9 @@ def _speed_entries(
     entries = curves | {"simulated": style.line("black", linewidth=1.0)}
     if errors.empty:
         return entries
-    point: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 3.4}
-    entries["measured, mean and s.d. of trials"] = style.line("black", **point)
+    entries["measured, mean and s.d. of trials"] = style.dots("black", 3.4)
     if (errors["calibrated"] == "yes").any():
-        entries["measured, calibrated on"] = style.line("black", markerfacecolor="white", **point)
+        entries["measured, calibrated on"] = style.dots("black", 3.4, markerfacecolor="white")
     entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
     entries["interval of a simulated speed"] = style.band()
     return entries
@@ -406,9 +403,7 @@ def curvature(results: Results, sweep: str) -> Figure:
     if len(known):
         entries = {
             "simulated": style.line("black"),
-            "measured (read between frequencies)": style.line(
-                "black", linestyle="", marker="o", markersize=3.4
-            ),
+            "measured (read between frequencies)": style.dots("black", 3.4),
         }
         left.legend(list(entries.values()), list(entries), loc="upper left", frameon=False)
     right = style.axes_cm(page, 10.5, 0.75, 5.8, 6.1)
@@ -438,25 +433,20 @@ def _standing(part: pd.DataFrame) -> pd.DataFrame:
     return part[part["group"] == "tripod_1"]
 
 
-def _runs_of(table: pd.DataFrame) -> list[tuple[float, float]]:
-    """Curvature and frequency of the runs of a table, c-leg first."""
-    return sorted(
-        set(zip(table["curvature_times_R"], table["frequency_Hz"], strict=True)), reverse=True
-    )
+def _by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
+    """Curvature and frequency of the runs of a table, c-leg first, with the rows of each."""
+    runs = table.groupby(["curvature_times_R", "frequency_Hz"])
+    return [((float(k), float(f)), part) for (k, f), part in reversed([*runs])]
 
 
 def _run_name(curvature: float, frequency: float) -> str:
     return f"{leg_name(curvature)}, {frequency:g} Hz"
 
 
-def _part(table: pd.DataFrame, curvature: float, frequency: float) -> pd.DataFrame:
-    return table[(table["curvature_times_R"] == curvature) & (table["frequency_Hz"] == frequency)]
-
-
 def _stance_numbers(results: Results) -> dict[str, str]:
     table, told = results.table("robot/stances.csv"), []
-    for run in _runs_of(table):
-        legs = _standing(_part(table, *run))
+    for run, part in _by_run(table):
+        legs = _standing(part)
         z, x = (style.number(float(legs[f"force_{c}_N"].sum()), 2) for c in "zx")
         told.append(f"{_run_name(*run)}, {z} N up and {x} N forward")
     return {"sums": "; ".join(told)}
@@ -481,7 +471,7 @@ def robot_stance(results: Results) -> Figure:
     from matplotlib.collections import LineCollection
 
     stances = results.table("robot/stances.csv")
-    runs = _runs_of(stances)
+    runs = _by_run(stances)
     if not runs:
         return style.missing("there is no simulated run of the robot to draw")
     width, height = 8.6, 5.0
@@ -490,8 +480,7 @@ def robot_stance(results: Results) -> Figure:
         np.hypot(*_standing(stances)[["force_x_N", "force_z_N"]].to_numpy(float).T).max()
     )
     scale = 3.0 / strongest if strongest > 0 else 0.0
-    for column, run in enumerate(runs):
-        part = _part(stances, *run)
+    for column, (run, part) in enumerate(runs):
         axes = style.axes_cm(page, 0.4 + column * (width + 0.3), 0.65, width, height)
         axes.set(xlim=(-12.9, 12.9), ylim=(-5.5, 9.5), aspect="equal")
         axes.axhspan(-5.5, 0, color=style.SAND, linewidth=0)
@@ -563,8 +552,7 @@ so they jump from one step of the simulation to the next while the robot stands 
 
 def _stride_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     motion, told = results.table("robot/motion.csv"), []
-    for run in _runs_of(motion):
-        part = _part(motion, *run)
+    for run, part in _by_run(motion):
         rise, pitch = (np.ptp(part[name].to_numpy(float)) for name in ("z_cm", "pitch_deg"))
         lift = _mean_force(part, "force_z_tripod_1_N").max()
         told.append(
@@ -714,20 +702,20 @@ def _panels(
     motion: pd.DataFrame, rows: int
 ) -> tuple[Figure, list[tuple[pd.DataFrame, list[Axes]]]]:
     """Return a page, and of each run its rows of the table in order of time and its column of panels."""
-    runs = _runs_of(motion)
+    runs = _by_run(motion)
     panel = (style.DOUBLE_CM - _MOTION_LEFT_CM - 0.2 - (len(runs) - 1) * _GAP_CM) / len(runs)
     panel = min(panel, 8.0)
     width = _MOTION_LEFT_CM + len(runs) * (panel + _GAP_CM) - _GAP_CM + 0.2
     page = style.new_figure(max(width, 12.0), _MOTION_TOP_CM + rows * _PITCH_CM + _MOTION_FOOT_CM)
     columns = []
-    for column, run in enumerate(runs):
+    for column, (run, part) in enumerate(runs):
         left = _MOTION_LEFT_CM + column * (panel + _GAP_CM)
         panels = [
             style.axes_cm(page, left, _MOTION_TOP_CM + row * _PITCH_CM, panel, _PANEL_CM)
             for row in range(rows)
         ]
         panels[0].set_title(_run_name(*run), fontsize=7)
-        columns.append((_part(motion, *run).sort_values("time_s"), panels))
+        columns.append((part.sort_values("time_s"), panels))
     return page, columns
 
 

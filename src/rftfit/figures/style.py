@@ -205,6 +205,18 @@ def zero_line(axes: Axes) -> None:
     axes.axhline(0, color=GREY, linewidth=0.4)
 
 
+def name_below(axes: Axes, label: str, wanted: bool = True) -> None:
+    """Name and number the axis below where it is wanted: in the last row of a column of panels."""
+    axes.tick_params(labelbottom=wanted)
+    if wanted:
+        axes.set_xlabel(label)
+
+
+def dots(colour: str, size: float, **how: Any) -> Artist:
+    """Points of a legend."""
+    return line(colour, marker="o", linestyle="", markersize=size, **how)
+
+
 def line(colour: str, **how: Any) -> Artist:
     """Line of a legend."""
     from matplotlib.lines import Line2D

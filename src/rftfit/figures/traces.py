@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Hashable, Iterable, Mapping
 
     import pandas as pd
+    from matplotlib.axes import Axes
 
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
@@ -121,6 +122,12 @@ def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
             part = np.unique(np.concatenate([part[:1], low, high, rest, part[-1:]]))  # noqa: PLW2901
         lines.append(np.column_stack([x[part], y[part]]))
     return lines
+
+
+def draw_thin(axes: Axes, x: FloatArray, y: FloatArray, points: int = 400, **how: Any) -> None:
+    """Draw a thinned curve: a run has more samples than a panel has dots."""
+    for line in thin(x, y, points):
+        axes.plot(*line.T, **how)
 
 
 def nice(value: float) -> float:

@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     from rftfit.model.shapes import Shapes
     from rftfit.results import Results
 
-_STEP_DEG = 15.0
-"""Of the map of scattered directions."""
-
 CURVE_DIGITS = 6
 """Significant digits of curves, as in the csv tables. Profiles and outlines keep all of theirs."""
 
@@ -252,7 +249,7 @@ def _cells(table: pd.DataFrame, told: Sequence[str]) -> dict[str, Any]:
                 column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
                 notes |= {f"{line},{column_at}": note for line in lines}
     else:
-        beta_deg = gamma_deg = np.arange(-90.0, 91.0, _STEP_DEG)
+        beta_deg = gamma_deg = np.arange(-90.0, 91.0, 15.0)
         at = np.meshgrid(np.radians(beta_deg), np.radians(gamma_deg), indexing="ij")
         for c, alpha in zip("zx", TableProfile.from_table(table).alpha(*at), strict=True):
             values |= {c: alpha} | dict.fromkeys(

@@ -149,8 +149,6 @@ _LAWS = {
     "free_intercept": "the least-squares slope of stress over depth, with a free intercept",
     "power": "stress over depth at DEPTH by a least-squares power of depth",
 }
-_CURVED = 0.1
-"""An exponent farther from 1 is worth a sentence."""
 
 
 def _law(results: Results) -> str:
@@ -162,7 +160,7 @@ def _law(results: Results) -> str:
         steep = steep[steep["exponent_z"].notna()]
         curved = steep["nonlinear_z_p"] < CURVED_P
         power = float(steep["exponent_z"].median()) if len(steep) else 1.0
-        if abs(power - 1) <= _CURVED or curved.mean() <= 0.5:
+        if abs(power - 1) <= 0.1 or curved.mean() <= 0.5:
             continue
         top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
         # least squares of k z^p by a line through zero, over an even window
@@ -225,14 +223,10 @@ def _named_errors(known: pd.DataFrame) -> str:
         if column_ not in known:
             continue
         part = float((push[column_] / push["alpha_z_N_per_cm3"]).abs().max())
-        if part >= _TOLD:
+        if part >= 0.0005:  # a smaller part is not worth a word
             found.append(f"{words} (up to {100 * part:.1f} %)")
     told = "; ".join(found)
     return f", and hold the errors, relative to alpha_z at (0, 90 deg), {told}" if told else ""
-
-
-_TOLD = 0.0005
-"""A smaller part of alpha is not worth a word."""
 
 
 def _few(results: Results) -> bool:
