@@ -11,7 +11,7 @@ from rftfit.figures.registry import greek
 from rftfit.figures.style import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     import numpy.typing as npt
     import pandas as pd
@@ -96,10 +96,15 @@ def plates(results: Results, medium: str) -> dict[str, str]:
     }
 
 
+def lift_errors(results: Results, media: Iterable[str]) -> pd.DataFrame:
+    """How far predicted lift is from measured lift in some media, a row a leg and profile."""
+    table = results.table("leg_errors.csv")
+    return table[table["medium"].isin(list(media)) & (table["component"] == "z")]
+
+
 def peaks(results: Results, media: Iterable[str]) -> dict[str, str]:
     """Sum up the errors of the predicted peak lift of every profile."""
-    table = results.table("leg_errors.csv")
-    own = table[table["medium"].isin(list(media)) & (table["component"] == "z")]
+    own = lift_errors(results, media)
     own = own[own["peak_error_percent"].notna()]
     told = []
     for profile, name in PROFILES.items():
@@ -115,8 +120,7 @@ def peaks(results: Results, media: Iterable[str]) -> dict[str, str]:
 
 def peaks_by_leg(results: Results, medium: str, profiles: Iterable[str]) -> str:
     """Write the error of the predicted peak lift of every leg in one medium."""
-    table = results.table("leg_errors.csv")
-    own = table[(table["medium"] == medium) & (table["component"] == "z")]
+    own = lift_errors(results, [medium])
     told = []
     for profile in profiles:
         part = own[own["profile"] == profile]
@@ -127,11 +131,25 @@ def peaks_by_leg(results: Results, medium: str, profiles: Iterable[str]) -> str:
     return "; ".join(told)
 
 
+def peaks_by_medium(
+    results: Results, media: Iterable[str], profiles: Sequence[str]
+) -> dict[str, str]:
+    """Write the error of the predicted peak lift of every leg in several media."""
+    found = {medium: peaks_by_leg(results, medium, profiles) for medium in media}
+    titles = results.campaign.titles
+    return {"peaks": "; ".join(f"{titles[m]}, {text}" for m, text in found.items() if text)}
+
+
+def of_method(results: Results, name: str) -> pd.DataFrame:
+    """Rows of a table of fits by the configured method."""
+    table = results.table(name)
+    return table[table["method"] == results.config.fourier.method]
+
+
 def zetas(results: Results) -> dict[str, str]:
     """Write zeta and chi of every laboratory medium by the configured method."""
-    table, titles = results.table("penetration.csv"), results.campaign.titles
-    told = []
-    for row in table[table["method"] == results.config.fourier.method].to_dict("records"):
+    told, titles = [], results.campaign.titles
+    for row in of_method(results, "penetration.csv").to_dict("records"):
         zeta, chi = (with_span(row[n], row[f"{n}_lo"], row[f"{n}_hi"], 4) for n in ("zeta", "chi"))
         told.append(
             f"{titles.get(row['medium'], row['medium'])}: {greek(f'zeta {zeta}, chi {chi}')}"

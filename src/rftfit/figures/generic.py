@@ -37,9 +37,8 @@ TERM_LABELS = {
 
 
 def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
-    table = results.table("coefficients.csv")
-    own = table[(table["method"] == results.config.fourier.method) & (table["medium"] == GENERIC)]
-    own = own[own["value_N_per_cm3"].notna()]
+    own = captions.of_method(results, "coefficients.csv")
+    own = own[(own["medium"] == GENERIC) & own["value_N_per_cm3"].notna()]
     values = zip(own["coefficient"], own["value_N_per_cm3"], strict=True)
     terms = ", ".join(f"{term} {style.number(value)}" for term, value in values)
     return captions.zetas(results) | {"generic": terms}

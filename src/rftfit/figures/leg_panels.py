@@ -68,22 +68,23 @@ class Columns:
     names: list[str]
     left: float
     gap: float
-    right: float = 0.2
     widest: float = 8.0
+
+    @property
+    def between(self) -> float:
+        """Of all gaps."""
+        return (len(self.names) - 1) * self.gap
 
     @property
     def width(self) -> float:
         """Of a panel."""
-        between = (len(self.names) - 1) * self.gap
-        return min(
-            (style.DOUBLE_CM - self.left - self.right - between) / len(self.names), self.widest
-        )
+        room = style.DOUBLE_CM - self.left - 0.2 - self.between
+        return min(room / len(self.names), self.widest)
 
     @property
     def total(self) -> float:
         """Of the page, without the room that a legend may need."""
-        between = (len(self.names) - 1) * self.gap
-        return self.left + len(self.names) * self.width + between + self.right
+        return self.left + len(self.names) * self.width + self.between + 0.2
 
     @property
     def is_wide(self) -> bool:

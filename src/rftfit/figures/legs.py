@@ -168,23 +168,13 @@ def legs_by_medium(results: Results) -> Figure:
 which knows depth and projected area but no angle. The peak lifts stand above each panel.
 It is the baseline: good is how much nearer the dots the lines of the interpolated table lie.
 Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, _: {
-        "peaks": "; ".join(
-            f"{results.campaign.titles[m]}, {text}"
-            for m in results.laboratory
-            if (text := captions.peaks_by_leg(results, m, ["depth_only"]))
-        )
-    },
+    numbers=lambda results, _: captions.peaks_by_medium(
+        results, results.laboratory, ["depth_only"]
+    ),
 )
 def legs_depth_only(results: Results) -> Figure:
     """Draw measured F_z and F_x on every leg in every laboratory medium beside the depth-only model."""
     return _draw_media(results, results.laboratory, "depth_only")
-
-
-def _sand_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
-    titles = results.campaign.titles
-    found = {m: captions.peaks_by_leg(results, m, ["map", "generic"]) for m in results.sands}
-    return {"peaks": "; ".join(f"{titles[m]}, {text}" for m, text in found.items() if text)}
 
 
 @figure(
@@ -198,7 +188,7 @@ def _sand_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG
 map, with {level} intervals, and by the paper's scaling routine (thin lines; they alone are in Fig. S12).
 Good: lines as near to the dots as in the laboratory media.
 Error of the predicted peak lift: {peaks}.""",
-    numbers=_sand_numbers,
+    numbers=lambda results, _: captions.peaks_by_medium(results, results.sands, ["map", "generic"]),
 )
 def legs_in_sands(results: Results) -> Figure:
     """Draw F_z and F_x on every leg in every natural sand, measured and predicted."""

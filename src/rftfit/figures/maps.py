@@ -253,8 +253,8 @@ def _has_holes(table: pd.DataFrame, column: str) -> bool:
 
 
 def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
-    table = results.table("coefficients.csv")
-    own = table[(table["method"] == results.config.fourier.method) & (table["medium"] != "generic")]
+    table = captions.of_method(results, "coefficients.csv")
+    own = table[table["medium"] != "generic"]
     told, titles = [], results.campaign.titles
     for name, rows in own.groupby("medium", sort=False):
         misfit = style.number(float(rows["misfit_rms_N_per_cm3"].iloc[0]), 3)

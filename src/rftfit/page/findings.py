@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.figures.captions import PROFILES, in_brackets, name_of, percent, span, with_span
+from rftfit.figures.captions import (
+    PROFILES,
+    in_brackets,
+    name_of,
+    of_method,
+    percent,
+    span,
+    with_span,
+)
 from rftfit.figures.style import number
 from rftfit.figures.traces import alpha_of
 from rftfit.measure.alpha import cell_at
@@ -179,12 +187,9 @@ def _misfit(results: Results) -> Iterable[Finding]:
 
 def misfits(results: Results) -> dict[str, float]:
     """Root mean square of what nine terms miss of alpha_z over the largest, percent, by medium."""
-    table = results.table("coefficients.csv")
-    own = table[
-        (table["method"] == results.config.fourier.method) & (table["coefficient"] == "A00")
-    ]
+    table = of_method(results, "coefficients.csv")
     found = {}
-    for row in records(own):
+    for row in records(table[table["coefficient"] == "A00"]):
         name = str(row["medium"])
         if name in results.media and math.isfinite(row["misfit_rms_N_per_cm3"]):
             largest = float(np.nanmax(np.abs(results[name].alpha["alpha_z_N_per_cm3"])))

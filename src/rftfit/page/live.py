@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.campaign.config import Leg
-from rftfit.figures.captions import PROFILES, name_of
+from rftfit.figures.captions import PROFILES, name_of, of_method
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.measure.alpha import column
 from rftfit.measure.checks import UNUSABLE
@@ -67,9 +67,8 @@ def profiles(results: Results, medium: str) -> dict[str, Profile]:
 
 def coefficients(results: Results, medium: str) -> FloatArray:
     """Nine coefficients by the configured method, N/cm^3; a dropped term is 0, NaN where there are none."""
-    table = results.table("coefficients.csv")
-    own = (table["method"] == results.config.fourier.method) & (table["medium"] == medium)
-    rows = table[own].set_index("coefficient")
+    table = of_method(results, "coefficients.csv")
+    rows = table[table["medium"] == medium].set_index("coefficient")
     values = rows["value_N_per_cm3"].where(rows["kept"].astype(bool), 0.0)
     return values.reindex(list(TERMS)).to_numpy(float)
 

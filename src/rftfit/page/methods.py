@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import rftfit
 from rftfit.campaign.config import Leg, Plate
-from rftfit.figures.captions import name_of
+from rftfit.figures.captions import lift_errors, name_of, of_method
 from rftfit.figures.style import number
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
 from rftfit.measure.slopes import CURVED_P, FEWEST
@@ -282,9 +282,7 @@ def _scaling(results: Results) -> str:
             f"coefficients of the {chi.size} media of ref. 1 by the method "
             f"{results.config.fourier.method}, and an interval from the scatter between these media."
         )
-    table = results.table("penetration.csv")
-    own = table[table["method"] == results.config.fourier.method]
-    chi = own["chi"].dropna().to_numpy(float)
+    chi = of_method(results, "penetration.csv")["chi"].dropna().to_numpy(float)
     if chi.size < 2:
         return ""
     return (
@@ -351,9 +349,8 @@ def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
 
 
 def _peaks(results: Results) -> str:
-    errors = results.table("leg_errors.csv")
-    best = errors[(errors["profile"] == "table") & (errors["component"] == "z")]
-    peak = best["peak_error_percent"].dropna().abs()
+    errors = lift_errors(results, results.media)
+    peak = errors.loc[errors["profile"] == "table", "peak_error_percent"].dropna().abs()
     if peak.empty:
         return ""
     return (

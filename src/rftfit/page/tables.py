@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from rftfit.compare.published import EVIDENCE, SAME, VERDICTS
-from rftfit.figures.captions import PROFILES, name_of, percent, span
+from rftfit.figures.captions import PROFILES, lift_errors, name_of, percent, span
 from rftfit.figures.style import number
 from rftfit.measure.fits import flags_of_all, without
 from rftfit.model.fourier import TERMS
@@ -45,10 +45,9 @@ def summary(results: Results, outcome: Outcome) -> Table:
     own = [row for row in rows if row["method"] in (method, *routines(method))]
     scaled = {str(row["medium"]): row for row in reversed(own)}
     dropped = Counter(run["medium"] for run in outcome.dropped)
-    errors = results.table("leg_errors.csv")
     lift = {
         (row["medium"], row["leg"], row["profile"]): percent(row["peak_error_percent"])
-        for row in records(errors[errors["component"] == "z"])
+        for row in records(lift_errors(results, results.media))
         if math.isfinite(row["peak_measured_N"])
     }
     legs = [leg for leg in results.config.intruders if any(leg == name for _, name, _ in lift)]
@@ -347,15 +346,12 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
         text_column("Why", "why", look="why"),
     ]  # fmt: skip
     rows = records(results.table("reproduction.csv"))
-    counts = {
-        evidence: ", ".join(
-            f"{sum(row['verdict'] == one for row in own)} {one}"
-            for one in VERDICTS
-            if any(row["verdict"] == one for row in own)
-        )
+    of_each = Counter((row["evidence"], row["verdict"]) for row in rows)
+    told = {
+        evidence: [f"{of_each[evidence, one]} {one}" for one in VERDICTS if of_each[evidence, one]]
         for evidence in EVIDENCE
-        if (own := [row for row in rows if row["evidence"] == evidence])
     }
+    counts = {evidence: ", ".join(words) for evidence, words in told.items() if words}
     others = [row for row in rows if row["verdict"] != SAME]
     return (
         counts,
