@@ -66,7 +66,7 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
     """
     fits = fits.assign(run_id=fits["run_id"].astype(str))
     samples = by_run(filed(traces, fits))
-    rows = fits.drop_duplicates("run_id").set_index("run_id", drop=False)
+    rows = fits.set_index("run_id", drop=False)
     flat = set(rows.index[rows["direction"] == "horizontal"])
     depth = rows["depth_from_cm"].astype(float)
     for run in flat & set(samples):
@@ -75,7 +75,7 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
             depth[run] = float(np.median(finite))
     ends = {True: [1.0], False: [1.0]}
     for run, trace in samples.items():
-        values = trace["path_cm" if run in flat and "path_cm" in trace else "depth_cm"]
+        values = trace["path_cm" if run in flat else "depth_cm"]
         ends[run in flat].append(float(values[np.isfinite(values)].max(initial=0.0)))
     reach = float(np.ceil(max(ends[False]))), float(np.ceil(max(ends[True])))
     pages = lay_out(rows.reset_index(drop=True), depth)
@@ -96,11 +96,9 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
 
 def _notes(fits: pd.DataFrame, told: tuple[str, ...]) -> str:
     """List what holds for all runs, and the notes on runs, each with the number that carry it."""
-    words = said_of_all(told)
-    if "note" in fits.columns:
-        counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
-        words += [f"{count} runs: {note}" for note, count in counts.items()]
-    return "; ".join(words)
+    counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
+    words = [f"{count} runs: {note}" for note, count in counts.items()]
+    return "; ".join([*said_of_all(told), *words])
 
 
 # Where each run stands: rows of beta, columns of gamma, direction and depth
@@ -273,7 +271,7 @@ class Sheet:
 
     def _trace(self, left: float, top: float, trace: Trace, fit: Row) -> None:
         flat = fit["direction"] == "horizontal"
-        name = "path_cm" if flat and "path_cm" in trace else "depth_cm"
+        name = "path_cm" if flat else "depth_cm"
         inner, tall = self.width - _GAP, self.height - _GAP - _HEAD
         least, most = span(trace)
         scale = tall / (most - least)
@@ -292,7 +290,7 @@ class Sheet:
         self.lines["#b0b0b0", 0.4].append(np.array([(left, zero), (left + inner, zero)]))
         for (kind, c), (pen, _) in STRESS.items():
             column = f"{kind}_{c}_N_per_cm2"
-            if column in trace and (kind == "stress" or np.any(trace[column])):
+            if kind == "stress" or np.any(trace[column]):
                 self.lines[pen] += thin(x, zero + scale * trace[column])
         if not np.isfinite(x).any():
             return

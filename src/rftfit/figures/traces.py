@@ -11,7 +11,7 @@ from rftfit.measure.fits import without
 from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Hashable, Iterable, Mapping
+    from collections.abc import Collection, Hashable, Mapping
 
     import pandas as pd
     from matplotlib.axes import Axes
@@ -82,17 +82,13 @@ def filed(traces: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
     return traces.assign(**{name: traces[name].to_numpy(float) * factor for name in names})
 
 
-def by_run(traces: pd.DataFrame, columns: Iterable[str] = SAMPLES) -> dict[str, Trace]:
-    """Take the samples of each run as arrays, by run and column; a column that is not there is left out."""
+def by_run(traces: pd.DataFrame) -> dict[str, Trace]:
+    """Take `SAMPLES` of each run as arrays, by run and column."""
     ids = _run_ids(traces).cat.remove_unused_categories()
     code = ids.cat.codes.to_numpy()
     order = np.argsort(code, kind="stable")
     cuts = np.flatnonzero(np.diff(code[order])) + 1
-    parts = {
-        name: np.split(traces[name].to_numpy(float)[order], cuts)
-        for name in columns
-        if name in traces.columns
-    }
+    parts = {name: np.split(traces[name].to_numpy(float)[order], cuts) for name in SAMPLES}
     return {
         run: {name: parts[name][i] for name in parts} for i, run in enumerate(ids.cat.categories)
     }
@@ -138,8 +134,7 @@ def nice(value: float) -> float:
 
 def span(trace: Trace) -> tuple[float, float]:
     """Round stresses at the ends of a panel, N/cm^2, the smaller at least a fifth of the larger."""
-    stresses = [trace[name] for name in trace if name.endswith("_N_per_cm2")]
-    every = np.concatenate(stresses) if stresses else np.zeros(1)
+    every = np.concatenate([trace[name] for name in trace if name.endswith("_N_per_cm2")])
     every = every[np.isfinite(every)]
     low, high = (nice(max(side, 1e-3)) for side in (-every.min(initial=0), every.max(initial=0)))
     # less than 0.05 N/cm^2 would blow up mere noise
