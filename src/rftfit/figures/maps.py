@@ -189,7 +189,7 @@ def draw_maps(
     """Draw maps of alpha and of its half widths, one row a medium; `what`: how it is known."""
     heads = []
     for c in "zx":
-        level = f"{100 * confidence:.4g} %"
+        level = style.level_of(confidence)
         half = f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {style.PER_CM3})"
         heads += [f"{what}\n{style.alpha_label(c)}", half]
     media = [str(medium) for medium in tables["medium"].unique()]

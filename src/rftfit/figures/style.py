@@ -134,7 +134,12 @@ def title_of(medium: str, titles: Mapping[str, str] | None) -> str:
 
 def level(results: Results) -> str:
     """Level of the campaign's intervals, for example 95 %."""
-    return f"{100 * results.config.fit.confidence:.4g} %"
+    return level_of(results.config.fit.confidence)
+
+
+def level_of(confidence: float) -> str:
+    """Write a level in percent, with all its digits: 0.99999 is not 100 %."""
+    return f"{100 * confidence:g} %"
 
 
 def alpha_label(component: str) -> str:
