@@ -186,7 +186,11 @@ def draw_maps(
     confidence: float = 0.95,
     what: str = "measured",
 ) -> Figure:
-    """Draw maps of alpha and of its half widths, one row a medium; `what`: how it is known."""
+    """Draw maps of alpha and of its half widths, one row a medium; `what`: how it is known.
+
+    Cells stand as measured (the gamma grid is not uniform), with the zero contour between them;
+    directions on no grid are dots, over what is interpolated between them.
+    """
     heads = []
     for c in "zx":
         level = style.level_of(confidence)
