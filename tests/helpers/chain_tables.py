@@ -152,6 +152,7 @@ def one_run(
         "direction": kind,
         "mirrored": kind == "extraction",
         "flags": "",
+        "note": "",
         "reason": "",
     }
     low, high = (level, level) if kind == "horizontal" else (0.6, 6.5)

@@ -145,6 +145,12 @@ def test_complete_maps_have_no_word_of_missing_runs() -> None:
     assert "poppy_LP" in words(figure)
 
 
+def test_a_level_close_to_one_is_not_written_as_100_percent() -> None:
+    figure = draw_maps(chain.alpha_table("poppy_LP", {}), {}, confidence=0.99999)
+    assert any("99.999 % interval" in line for line in words(figure))
+    assert not any("100 %" in line for line in words(figure))
+
+
 def test_memory_grows_with_the_media_and_not_with_their_square() -> None:
     """What is drawn by way of an image of the whole figure stays in memory until a pdf is closed."""
     assert not [one for one in small_map().findobj() if one.get_rasterized()]

@@ -12,7 +12,8 @@ from matplotlib.text import Text
 from memory import of_runs
 
 from rftfit.figures import style
-from rftfit.figures.maps import along_motion, edges, half_width, pivot, refine
+from rftfit.figures.captions import half_width
+from rftfit.figures.maps import along_motion, edges, pivot, refine
 from rftfit.figures.quality import draw_quality, lay_out, quality
 from rftfit.figures.style import save
 from rftfit.figures.traces import filed, nice, span, stress_samples, thin, trouble

@@ -11,7 +11,7 @@ from page_inputs import bare_campaign, paper_config, write
 
 import rftfit
 from rftfit import reference
-from rftfit.figures.maps import half_width
+from rftfit.figures.captions import half_width
 from rftfit.page.workbooks import new_book, workbooks
 
 if TYPE_CHECKING:

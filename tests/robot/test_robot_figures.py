@@ -13,16 +13,14 @@ from text_boxes import text_faults
 from rftfit.compare.robot import optima
 from rftfit.figures.registry import figures
 from rftfit.figures.robot import (
+    curvature,
     curvature_looks,
     draw_motion,
-    draw_optimum,
-    draw_profiles,
-    draw_speeds,
-    draw_stances,
     group_names,
     profiles,
     read_at,
     robot_reaction,
+    robot_stance,
     speed,
 )
 from rftfit.figures.style import content, save
@@ -37,6 +35,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.figure import Figure
+    from memory import Memory
 
 PROFILES = ("table", "generic", "depth_only")
 
@@ -103,6 +102,12 @@ def strides(speed: float = 26.0) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
+def swept(runs: pd.DataFrame, errors: pd.DataFrame, best: pd.DataFrame | None = None) -> Memory:
+    """Results of a sweep."""
+    tables = {"robot/speed.csv": runs, "robot/errors.csv": errors}
+    return memory(tables if best is None else tables | {"robot/optimum.csv": best})
+
+
 def xy(line: Any) -> Any:
     return np.array(line.get_data(), dtype=float)
 
@@ -115,7 +120,7 @@ def inside(figure: Figure) -> list[str]:
 
 def test_speeds_are_those_of_the_tables() -> None:
     errors, runs = compared(), speeds()
-    one, grid = draw_speeds(runs, errors), draw_profiles(runs, errors)
+    one, grid = speed(swept(runs, errors), "robot"), profiles(swept(runs, errors), "robot")
     assert (len(one.axes), len(grid.axes)) == (1, 2 * len(PROFILES))
     assert inside(one) == inside(grid) == []
     panels = [*one.axes, *grid.axes[::2]]
@@ -150,7 +155,7 @@ def test_speed_against_curvature_is_read_off_speed_against_frequency() -> None:
     # between 2 and 4 Hz nothing is known, beyond 4 Hz neither
     assert read_at(frequencies, values, 3.0) is read_at(frequencies, values, 5.0) is None
     errors = compared()
-    axes = draw_profiles(speeds(), errors).axes[1]
+    axes = profiles(swept(speeds(), errors), "robot").axes[1]
     points = next(line for line in axes.lines if line.get_marker() == "s")
     own = errors[(errors["profile"] == "table") & (errors["curvature_times_R"] == 1.0)]
     wanted = np.interp(2.0, own["frequency_Hz"], own["measured_cm_per_s"])
@@ -162,7 +167,7 @@ def test_a_robot_upside_down_is_marked() -> None:
     runs = speeds()
     over = (runs["profile"] == "depth_only") & (runs["curvature_times_R"] == 1.0)
     runs.loc[over, ["speed_cm_per_s", "outcome"]] = np.nan, "tipped"
-    page = draw_profiles(runs, compared())
+    page = profiles(swept(runs, compared()), "robot")
     crosses = [xy(line).T.tolist() for line in page.axes[5].lines if line.get_marker() == "x"]
     assert [at for one in crosses for at in one] == [[1.0, 0.0]] * 3
     assert "turned upside down" in [text.get_text() for text in page.legends[0].get_texts()]
@@ -170,12 +175,12 @@ def test_a_robot_upside_down_is_marked() -> None:
 
 
 def test_speeds_without_a_measurement() -> None:
-    figure = draw_profiles(speeds(), compared().iloc[:0])
+    figure = profiles(swept(speeds(), compared().iloc[:0]), "robot")
     assert inside(figure) == []
     assert len(figure.axes) == 6
     # seven of the curvatures that were simulated
     assert sum(xy(line).shape[1] == 4 for line in figure.axes[0].lines) == 7
-    (told,) = draw_speeds(speeds().iloc[:0], compared()).texts
+    (told,) = speed(swept(speeds().iloc[:0], compared()), "robot").texts
     assert "no simulated speed" in told.get_text()
 
 
@@ -190,7 +195,7 @@ def test_curvatures_look_different() -> None:
 def test_optimum_is_drawn_where_it_is() -> None:
     runs = speeds()
     best = optima(runs)
-    figure = draw_optimum(runs, best, compared())
+    figure = curvature(swept(runs, compared(), best), "robot")
     assert inside(figure) == []
     own = best[best["profile"] == "table"]
     right = figure.axes[1]
@@ -208,10 +213,10 @@ def test_a_sweep_without_a_steady_run_says_why() -> None:
     runs.loc[lost, "speed_cm_per_s"] = np.nan
     runs.loc[lost, "reason"] = "no alpha at (beta, gamma) in degrees (30, 90)"
     best = optima(speeds())
-    figure = draw_optimum(runs, best[best["profile"] != "table"], compared())
+    figure = curvature(swept(runs, compared(), best[best["profile"] != "table"]), "robot")
     assert inside(figure) == []
     assert any("(30, 90)" in text.get_text() for text in figure.texts)
-    assert inside(draw_speeds(runs, compared().iloc[:0])) == []
+    assert inside(speed(swept(runs, compared().iloc[:0]), "robot")) == []
 
 
 def test_motion_over_two_strides(motion: pd.DataFrame) -> None:
@@ -258,7 +263,7 @@ def test_reaction_of_both_tripods(motion: pd.DataFrame) -> None:
 
 def test_stance_shows_the_forces_of_one_tripod(runs: dict[str, pd.DataFrame]) -> None:
     table = runs["stances"]
-    figure = draw_stances(table)
+    figure = robot_stance(memory({"robot/stances.csv": table}))
     assert inside(figure) == []
     assert [axes.get_title(loc="left") for axes in figure.axes] == [
         "c-leg, 2 Hz", "reversed c-leg, 2.2 Hz",
@@ -310,6 +315,6 @@ def test_captions_of_motion_and_curvature(motion: pd.DataFrame) -> None:
 
 def test_same_figure_same_bytes(tmp_path: Path) -> None:
     for name in "ab":
-        save(draw_speeds(speeds(), compared()), tmp_path / name)
+        save(speed(swept(speeds(), compared()), "robot"), tmp_path / name)
     for ending in ("png", "pdf", "svg"):
         assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Annotated, Any, get_type_hints
 
@@ -41,37 +42,29 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=_EPILOG,
 )
-app.command("init", epilog="Example: rftfit init my_campaign")(init)
-app.command("check", epilog="Example: rftfit check --config config/config.yaml")(check)
-app.command(
-    "inspect", epilog="Example: rftfit inspect raw/paper/air/air_c_leg_force.csv --plot log.png"
-)(inspect_log)
-app.command(
-    "reenact", epilog="Example: rftfit reenact --media poppy_LP --fault gap --fault saturated"
-)(reenact)
-app.command(
-    "run",
-    epilog="Example: rftfit run --cores 2\n\n"
-    "Example with words for Snakemake itself, after two dashes: rftfit run -- --forceall",
-)(run)
-app.command("verify", epilog="Example: rftfit verify results/coefficients.csv")(verify)
-app.command("diff", epilog="Example: rftfit diff results_before results")(diff)
-app.command("example", epilog="Example: rftfit example cmu-sand")(example)
-app.command("scale", epilog="Example: rftfit scale --alpha 0.9 --se 0.02 --output sand.csv")(scale)
-app.command("plan", epilog="Example: rftfit plan --leg c_leg --pushes field.csv --pairs")(plan)
-app.command("export", epilog="Example: rftfit export --medium poppy_LP --output profile.json")(
-    export
-)
-app.command(
-    "predict",
-    epilog="Example: rftfit predict --leg c_leg --medium poppy_LP\n\n"
-    "Example in the field, any outline: rftfit predict --outline scoop.csv --width 5 --path dig.csv "
-    "--alpha 0.9",
-)(predict)
-app.command(
-    "simulate", epilog="Example: rftfit simulate --frequency 2 --curvature 1 --medium poppy_LP"
-)(simulate)
-app.command("sweep", epilog="Example: rftfit sweep --cores 2")(sweep)
+_EXAMPLES: tuple[tuple[Callable[..., None], str], ...] = (
+    (init, "init my_campaign"),
+    (check, "check --config config/config.yaml"),
+    (inspect_log, "inspect raw/paper/air/air_c_leg_force.csv --plot log.png"),
+    (reenact, "reenact --media poppy_LP --fault gap --fault saturated"),
+    (run, ("run --cores 2\n\n"
+           "Example with words for Snakemake itself, after two dashes: rftfit run -- --forceall")),
+    (verify, "verify results/coefficients.csv"),
+    (diff, "diff results_before results"),
+    (example, "example cmu-sand"),
+    (scale, "scale --alpha 0.9 --se 0.02 --output sand.csv"),
+    (plan, "plan --leg c_leg --pushes field.csv --pairs"),
+    (export, "export --medium poppy_LP --output profile.json"),
+    (predict, ("predict --leg c_leg --medium poppy_LP\n\n"
+               "Example in the field, any outline: rftfit predict --outline scoop.csv --width 5 "
+               "--path dig.csv --alpha 0.9")),
+    (simulate, "simulate --frequency 2 --curvature 1 --medium poppy_LP"),
+    (sweep, "sweep --cores 2"),
+)  # fmt: skip
+"""Every command, in the order of the help, with an example of its words, the first being its name."""
+
+for _command, _words in _EXAMPLES:
+    app.command(_words.split()[0], epilog=f"Example: rftfit {_words}")(_command)
 
 
 def _show_version(wanted: bool) -> None:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rftfit.campaign.problems import Place, Problem
+from rftfit.cli import options
 from rftfit.cli.main import INPUT_NOT_VALID
-from rftfit.cli.output import AsJson, count, json_text, megabytes, say, table
+from rftfit.cli.output import count, json_text, megabytes, say, table
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
@@ -24,9 +25,7 @@ _KINDS = ("plate", "rod", "leg", "leg_air")
 
 
 def check(
-    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
-        "config/config.yaml"
-    ),
+    config: options.ConfigFile = options.CONFIG,
     strict: Annotated[bool, typer.Option("--strict", help="Count warnings as errors.")] = False,
     diagnose: Annotated[
         bool,
@@ -34,7 +33,7 @@ def check(
             "--diagnose", help="Check, too, whether the numbers of the logs can be believed."
         ),
     ] = False,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 
@@ -59,7 +58,12 @@ def check(
         problems += [problem for one in opened for problem in one.problems]
     errors = sum(one.severity == "error" for one in problems)
     warnings = len(problems) - errors
-    checks = _diagnosis(campaign) if diagnose and campaign is not None and not errors else None
+    checks = None
+    if diagnose and campaign is not None and not errors:
+        from rftfit.page.cells import records
+        from rftfit.workflow.measure import check_logs
+
+        checks = records(check_logs(campaign))
     warnings += sum(row["verdict"] == FAILED for row in checks or ())
     if as_json:
         found = [asdict(one) | {"message": str(one)} for one in problems]
@@ -122,16 +126,6 @@ def _open_logs(config: Path) -> list[Opened]:
         write_text(memory, text)
         plan.save()
     return list(found.values())
-
-
-def _diagnosis(campaign: Campaign) -> list[dict[str, Any]]:
-    """The physical checks of all media."""
-    from rftfit.workflow.measure import check_logs
-
-    return [
-        {str(name): value for name, value in row.items()}
-        for row in check_logs(campaign).to_dict("records")
-    ]
 
 
 def _print_diagnosis(rows: list[dict[str, Any]]) -> None:

@@ -9,7 +9,8 @@ from typing import Annotated
 
 import typer
 
-from rftfit.cli.output import AsJson, count, json_text, say, table
+from rftfit.cli import options
+from rftfit.cli.output import count, json_text, say, table
 
 _MOST = 10
 
@@ -20,7 +21,7 @@ def diff(
     ],
     second: Annotated[Path, typer.Argument(metavar="B", help="The same, made later or otherwise.")],
     all_: Annotated[bool, typer.Option("--all", help="List every number that changed.")] = False,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Compare two folders of results: alpha, coefficients, zeta and peaks of legs.
 

@@ -23,22 +23,13 @@ if TYPE_CHECKING:
     from rftfit.workflow.plates import Penetration, Plates
 
 SUMS = "logs.sha256"
-INSTALL = "pip install pooch"
-
-
 _PLATE_OF_THE_PAPER_CM = 3.8
 
 
 @dataclass(frozen=True)
 class Example:
-    """One example: its own files, and where its logs are to be had.
+    """One example: a pinned folder on the web with its logs, and who recorded them, with the licence."""
 
-    `address`: Folder of the logs on the web, ending with a slash; pinned, so that it never
-        changes.
-    `credit`: Who recorded them, and their licence.
-    """
-
-    name: str
     title: str
     address: str
     credit: str
@@ -46,7 +37,6 @@ class Example:
 
 EXAMPLES = {
     "cmu-sand": Example(
-        "cmu-sand",
         "nine penetrations of circular plates into sand",
         "https://raw.githubusercontent.com/robomechanics/3d-terramechanics/"
         "55a6e92b35cb7a94530e47311fd7c4767fafb835/raw-data-processing/f-d-large-box/",
@@ -56,10 +46,7 @@ EXAMPLES = {
 
 
 def own_files(name: str) -> Path:
-    """Find the files of an example: at the top of a checkout, inside the package where installed.
-
-    Returns its folder.
-    """
+    """Find the folder of an example: at the top of a checkout, inside the package where installed."""
     package = Path(rftfit.__file__).resolve().parent
     for folder in (package.parents[1] / "examples" / name, package / "_examples" / name):
         if (folder / SUMS).is_file():
@@ -68,10 +55,7 @@ def own_files(name: str) -> Path:
 
 
 def lay_out(source: Path, folder: Path) -> None:
-    """Copy configuration and run sheet into the folder; what is there is never overwritten.
-
-    `source`: From `own_files`.
-    """
+    """Copy configuration and run sheet into the folder; what is there is never overwritten."""
     for file in sorted((source / "config").iterdir()):
         target = folder / "config" / file.name
         if not target.exists():
@@ -79,9 +63,8 @@ def lay_out(source: Path, folder: Path) -> None:
 
 
 def fetch_logs(example: Example, source: Path, raw: Path, origin: str | None) -> None:
-    """Bring the logs into the raw folder, each checked against its known sha256.
+    """Bring the logs that are not there yet into the raw folder, each checked against its sha256.
 
-    `source`: From `own_files`. `raw`: Logs that are there and are right stay as they are.
     `origin`: A folder, or the address of a mirror; the public repository if not given.
     """
     sums = read_sums(source / SUMS)
@@ -137,7 +120,7 @@ def _download(address: str, raw: Path, wanted: Mapping[str, str]) -> None:
         import pooch
     except ImportError:
         raise InputError(
-            f"logs are downloaded with the package pooch; install it: {INSTALL}; or give a folder "
+            "logs are downloaded with the package pooch; install it: pip install pooch; or give a folder "
             "that has them: --from DIR"
         ) from None
     pooch.get_logger().setLevel("ERROR")
@@ -156,10 +139,7 @@ def _download(address: str, raw: Path, wanted: Mapping[str, str]) -> None:
 
 
 def summary(found: Plates, folder: str) -> str:
-    """Say what the plates come to, in words that follow from the numbers.
-
-    `folder`: Name of the results' folder.
-    """
+    """Say what the plates come to, in words that follow from the numbers."""
     level = f"{100 * found.config.fit.confidence:g} %"
     closing = (
         f"Tables and figures: {folder}/\n"

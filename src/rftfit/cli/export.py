@@ -9,6 +9,7 @@ import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
+from rftfit.cli import options
 from rftfit.cli.output import check_target, megabytes, say, table, warn
 from rftfit.errors import InputError
 
@@ -22,19 +23,13 @@ KINDS = ("table", "map")
 
 
 def export(
-    medium: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
-    ] = None,
-    results: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
-    ] = None,
+    medium: options.MediumName = None,
+    results: options.ResultsFolder = None,
     pushes: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Estimate the map from these pushes instead: csv with beta_deg, gamma_deg, "
-            "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3 and standard errors.",
+        options.file(
+            "Estimate the map from these pushes instead: csv with beta_deg, gamma_deg, "
+            "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3 and standard errors."
         ),
     ] = None,
     profile: Annotated[
@@ -48,10 +43,8 @@ def export(
     notes: Annotated[
         str, typer.Option(metavar="TEXT", help="What a user of the file has to know.")
     ] = "",
-    output: Annotated[Path, typer.Option(metavar="FILE", help="The file.")] = Path("profile.json"),
-    force: Annotated[
-        bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
-    ] = False,
+    output: Annotated[Path, options.file("The file.")] = Path("profile.json"),
+    force: options.Overwrite = False,
 ) -> None:
     """Write the stress profile of a medium as one file to hand on.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from rftfit.cli import options
 from rftfit.cli.output import say
 from rftfit.errors import InputError
 from rftfit.store import write_text
@@ -20,11 +21,7 @@ if TYPE_CHECKING:
 
 
 def init_campaign(folder: Path) -> list[Path]:
-    """Write the files of a new campaign into a folder, which may hold other files, and list them.
-
-    They are the configuration with its schema and reference, an empty run sheet, and two READMEs,
-    one of them with example rows. Nothing that is there is overwritten.
-    """
+    """Write the files of a new campaign and list them; nothing that is there is overwritten."""
     # pydantic is slow to import
     from rftfit.campaign.columns import COLUMNS
     from rftfit.campaign.schema import json_schema, reference_markdown
@@ -108,12 +105,10 @@ def init(
         Path, typer.Argument(metavar="DIR", help="Folder of the new campaign; made if need be.")
     ],
     stress_table: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The data are this table of stress against depth."),
+        Path | None, options.file("The data are this table of stress against depth.")
     ] = None,
     alpha_table: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The data are this table of alpha, long or in blocks."),
+        Path | None, options.file("The data are this table of alpha, long or in blocks.")
     ] = None,
 ) -> None:
     """Make a new campaign: configuration, empty run sheet, and a README that says what goes where.
@@ -123,15 +118,20 @@ def init(
     """
     if stress_table is not None and alpha_table is not None:
         raise InputError("--stress-table and --alpha-table: a campaign is one table, not two")
-    if table := stress_table or alpha_table:
-        _from_table(folder, table, "stress" if stress_table else "alpha")
-        return
-    written = init_campaign(folder)
+    table = stress_table or alpha_table
+    if table:
+        written = init_from_table(folder, table, "stress" if stress_table else "alpha")
+    else:
+        written = init_campaign(folder)
     say(f"A new campaign is in {folder}:")
     for path in sorted(written):
         say(f"  {path.relative_to(folder).as_posix()}")
-    shown = _pasted(folder)
     say()
+    # as it can be pasted into a shell, also with blanks
+    shown = f'"{folder}"' if " " in str(folder) else str(folder)
+    if table:
+        _say_next_of_table(folder, shown)
+        return
     say("Next:")
     say(f"  1. describe transducer, arm, intruders and media in {folder / 'config/config.yaml'}")
     say(f"  2. put the logs into {folder / 'raw'} and one row per run into")
@@ -139,28 +139,18 @@ def init(
     say(f"  3. cd {shown}, then rftfit check until all is well, then rftfit run")
 
 
-def _from_table(folder: Path, table: Path, holds: Literal["stress", "alpha"]) -> None:
+def _say_next_of_table(folder: Path, shown: str) -> None:
     from rftfit.campaign.load import check_campaign
     from rftfit.cli.check import summary
 
-    written = init_from_table(folder, table, holds)
-    say(f"A new campaign is in {folder}:")
-    for path in sorted(written):
-        say(f"  {path.relative_to(folder).as_posix()}")
-    say()
     campaign, problems = check_campaign(folder / "config/config.yaml")
     for problem in problems[:20]:
         say(f"  {problem}")
     if campaign is not None:
         say(summary(campaign))
         say()
-        say(f"Next: cd {_pasted(folder)}, then rftfit run")
+        say(f"Next: cd {shown}, then rftfit run")
         return
     say()
     say("Next: names and units of the table's columns go under `table` in config/config.yaml; then")
-    say(f"cd {_pasted(folder)}, rftfit check until all is well, then rftfit run")
-
-
-def _pasted(folder: Path) -> str:
-    """A folder as it can be pasted into a shell, also with blanks."""
-    return f'"{folder}"' if " " in str(folder) else str(folder)
+    say(f"cd {shown}, rftfit check until all is well, then rftfit run")

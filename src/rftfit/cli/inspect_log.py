@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rftfit.cli.output import AsJson, count, json_text, megabytes, say, table
+from rftfit.cli import options
+from rftfit.cli.output import count, json_text, megabytes, say, table
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def inspect_log(
         list[str] | None,
         typer.Option(metavar="KEY=VALUE", help="An option of the dialect, as in the config."),
     ] = None,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Show what a log is: dialect, columns and units, clock, resolution, damage, what it lacks.
 
@@ -50,7 +51,7 @@ def inspect_log(
     say(
         _as_json(reader, surveys, refused, text)
         if as_json
-        else describe(reader, surveys, refused, text, others)
+        else _as_text(reader, surveys, refused, text, others)
     )
     if plot is not None:
         from rftfit.figures.log_plot import plot_log
@@ -102,19 +103,11 @@ def _option(pair: str) -> tuple[str, str | float]:
         return key, value
 
 
-def describe(
-    reader: Reader,
-    surveys: Sequence[Survey],
-    refused: LogError | None = None,
-    text: dict[str, Any] | None = None,
-    others: Sequence[str] = (),
-) -> str:
-    """Return everything that `rftfit inspect` prints of a log.
-
-    `surveys`: Of the file, or of the channels of each of its clocks. `refused`: Why it is no log as
-    it stands. `text`: Its format, where it was read as delimited text. `others`: Which other
-    dialects claim it, or were tried.
-    """
+def _as_text(
+    reader: Reader, surveys: Sequence[Survey], refused: LogError | None,
+    text: dict[str, Any] | None, others: Sequence[str],
+) -> str:  # fmt: skip
+    """Tell what a file is, by the surveys of each of its clocks, and why it is no log as it stands."""
     from rftfit.logs.delimited import encoding_of
     from rftfit.logs.inspect import config_block, kinds, lacking, together
     from rftfit.logs.registry import head_of
@@ -157,7 +150,7 @@ def describe(
 def _as_json(
     reader: Reader, surveys: Sequence[Survey], refused: LogError | None, text: dict[str, Any] | None
 ) -> str:
-    """What `describe` tells, for a script; the columns of each clock for themselves."""
+    """What `_as_text` tells, for a script; the columns of each clock for themselves."""
     from rftfit.logs.inspect import config_block, kinds, lacking, together
 
     whole = together(surveys)

@@ -48,11 +48,7 @@ _LONGEST = 300
 
 
 def crash_message(error: BaseException, words: list[str]) -> str:
-    """Write the traceback of an unexpected error to a file, and say where it is.
-
-    `words`: Of the command line, for the report. Returns message for standard error: the error in
-    one line, and the file.
-    """
+    """Write the traceback of an unexpected error to a file; the error in one line, and where it is."""
     text = " ".join(str(error).split()) or "no further text"
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
     message = f"Unexpected error: {type(error).__name__}: {text}\n"
@@ -108,11 +104,7 @@ STOPPED = "Stopped. Files are written whole or not at all; to go on, give the sa
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line.
-
-    `argv`: Words after the program's name; default: those of this process. Returns one of
-    `rftfit.cli.main`. Errors become messages on standard error; a traceback is never shown.
-    """
+    """Run the command line; errors become messages on standard error and one of `MEANINGS`."""
     words = sys.argv[1:] if argv is None else list(argv)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
+import rftfit
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
 
 # --- Lines, tables and sizes as they are shown in a terminal or written into a pipe.
@@ -29,12 +30,7 @@ def warn(text: str) -> None:
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
-    """Align cells in columns; columns that hold only numbers are aligned to the right.
-
-    The width is that of the content: a table in a pipe is never cut.
-
-    Returns lines without trailing blanks, the last one without a line end.
-    """
+    """Align cells in columns as wide as their content, to the right where all are numbers."""
     columns = list(zip(header, *rows, strict=True))
     widths = [max(len(cell) for cell in column) for column in columns]
     right = [bool(rows) and all(_is_number(cell) for cell in column[1:]) for column in columns]
@@ -48,8 +44,10 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = " 
     return "\n".join(lines)
 
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a text for people.")]
-"""The option of every command whose answer a script may want."""
+def comments(mark: str, notes: Iterable[str]) -> str:
+    """The lines above a table that a command writes; a note is one line, whatever a file name holds."""
+    first = f"{mark} (rftfit {rftfit.__version__})\n"
+    return first + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
 
 def json_text(content: Any) -> str:
@@ -68,10 +66,7 @@ def _known(content: Any) -> Any:
 
 
 def count(number: int, noun: str) -> str:
-    """Write a number with its noun: ``1 run``, ``2 runs``.
-
-    `noun`: In the singular; the plural takes an s.
-    """
+    """Write a number with its noun: ``1 run``, ``2 runs``."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
@@ -94,13 +89,7 @@ def _is_number(cell: str) -> bool:
 def check_target(
     path: Path, mark: str, what: str, force: bool, inputs: Sequence[Path | None] = ()
 ) -> None:
-    """Refuse a path whose file is not one of the command's own.
-
-    `mark`: How the first line of the command's own files begins: only these are overwritten
-    unasked. `what`: What is to be written, for the message. `force`: Whether the user said that a
-    file of somebody else's may be overwritten. `inputs`: Files that are read: these are never
-    overwritten.
-    """
+    """Refuse to write over what is read, or what does not begin with the command's own `mark`."""
     if path.is_dir():
         raise OutputError(f"{path}: this is a folder; name a file for the {what}")
     try:

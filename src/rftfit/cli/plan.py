@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import rftfit
-from rftfit.cli.output import AsJson, check_target, count, json_text, say, table
+from rftfit.cli import options
+from rftfit.cli.output import check_target, count, json_text, say, table
 from rftfit.cli.predict import make_motion, make_outline
-from rftfit.cli.scale import number_of, told_by
+from rftfit.cli.scale import told_by
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,34 +37,22 @@ def plan(
             "paper's, at 2 Hz); or a body, by the options of rftfit predict."
         ),
     ] = None,
-    leg: Annotated[
-        str | None, typer.Option(help="Model leg: c_leg, flat_leg or reversed_c_leg.")
-    ] = None,
-    outline: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Any outline: csv with x_cm, z_cm.")
-    ] = None,
-    width: Annotated[
-        float | None, typer.Option(parser=number_of, metavar="cm", help="Width of the outline.")
-    ] = None,
+    leg: options.LegName = None,
+    outline: Annotated[Path | None, options.file("Any outline: csv with x_cm, z_cm.")] = None,
+    width: Annotated[float | None, options.number("cm", "Width of the outline.")] = None,
     hip: Annotated[
-        float | None,
-        typer.Option(parser=number_of, metavar="cm", help="Height that it turns about; default 2."),
+        float | None, options.number("cm", "Height that it turns about; default 2.")
     ] = None,
     path: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Move it along a path: csv with t_s, x_cm, z_cm, angle_deg."
-        ),
+        Path | None, options.file("Move it along a path: csv with t_s, x_cm, z_cm, angle_deg.")
     ] = None,
     pushes: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="What was pushed already: as for rftfit scale --pushes."),
+        Path | None, options.file("What was pushed already: as for rftfit scale --pushes.")
     ] = None,
     profile_file: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="What was pushed already: behind a profile of rftfit export, alone or with --pushes.",
+        options.file(
+            "What was pushed already: behind a profile of rftfit export, alone or with --pushes."
         ),
     ] = None,
     results: Annotated[
@@ -94,31 +83,22 @@ def plan(
         int, typer.Option(min=1, max=20, help="Runs that a horizontal direction takes.")
     ] = 3,
     error_percent: Annotated[
-        float,
-        typer.Option(
-            parser=number_of, metavar="PERCENT", help="Standard error of a push, of its alpha."
-        ),
+        float, options.number("PERCENT", "Standard error of a push, of its alpha.")
     ] = 5.0,
     number: Annotated[int, typer.Option("--count", min=1, max=_MOST, help="Pushes to plan.")] = 8,
-    confidence: Annotated[
-        float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
-    ] = 0.95,
-    output: Annotated[
-        Path, typer.Option(metavar="FILE", help="File of the rows for a run sheet.")
-    ] = Path("plan.csv"),
-    figure: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Also a figure: png, svg or pdf.")
-    ] = None,
-    as_json: AsJson = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
-    ] = False,
+    confidence: options.Level = 0.95,
+    output: Annotated[Path, options.file("File of the rows for a run sheet.")] = Path("plan.csv"),
+    figure: Annotated[Path | None, options.file("Also a figure: png, svg or pdf.")] = None,
+    as_json: options.AsJson = False,
+    force: options.Overwrite = False,
 ) -> None:
     """Choose which pushes to make next, so that a force, zeta or the whole map is known best.
 
     Prints the pushes in their order, with the half width of the target's interval after each, and writes
     rows for a run sheet.
     """
+    import numpy as np
+
     from rftfit.model.shapes import grid
     from rftfit.store import write_text
 
@@ -139,7 +119,7 @@ def plan(
     known = _known((pushes, profile_file), results, medium, nodes, confidence)
     directions = tuple(
         (b, g)
-        for b, g in _degrees(nodes)
+        for b, g in zip(*(np.degrees(part).round(4).tolist() for part in nodes), strict=True)
         if (not betas or any(abs(b - one) < 0.5 for one in betas))
         and (not gammas or any(abs(g - one) < 0.5 for one in gammas))
     )
@@ -157,14 +137,6 @@ def plan(
         write_bytes(figure, content(draw(found, known), figure.suffix[1:]))
     if not as_json:
         say(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
-
-
-def _degrees(nodes: tuple[FloatArray, FloatArray]) -> list[tuple[float, float]]:
-    from numpy import degrees
-
-    return [
-        (round(float(b), 4), round(float(g), 4)) for b, g in zip(*map(degrees, nodes), strict=True)
-    ]
 
 
 def _wanted(
@@ -196,7 +168,7 @@ def _angles(option: str, text: str | None) -> tuple[float, ...]:
     """Angles of a list on the command line, degrees."""
     if text is None:
         return ()
-    angles = tuple(number_of(part.strip()) for part in text.split(","))
+    angles = tuple(options.number_of(part.strip()) for part in text.split(","))
     if wrong := [one for one in angles if not abs(one) <= 90]:
         raise InputError(f"{option}: found {wrong[0]:g}; allowed: -90 to 90 degrees")
     return angles

@@ -9,8 +9,9 @@ import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import AsJson, check_target, count, json_text, say, table, warn
-from rftfit.cli.scale import check_test, number_of, reference_in
+from rftfit.cli import options
+from rftfit.cli.output import check_target, comments, count, json_text, say, table, warn
+from rftfit.cli.scale import check_test, reference_in
 from rftfit.errors import AllAtOnce, InputError
 
 if TYPE_CHECKING:
@@ -40,99 +41,48 @@ _IN_WORDS = {
 
 
 def predict(
-    leg: Annotated[
-        str | None, typer.Option(help="Model leg: c_leg, flat_leg or reversed_c_leg.")
-    ] = None,
+    leg: options.LegName = None,
     curvature: Annotated[
         float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="R/r",
-            help="Leg of any curvature, 2R = 7.62 cm: 1 is the c-leg, 0 flat, -1 the reversed one.",
+        options.number(
+            "R/r",
+            "Leg of any curvature, 2R = 7.62 cm: 1 is the c-leg, 0 flat, -1 the reversed one.",
         ),
     ] = None,
     outline: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Any outline: csv with x_cm, z_cm, points in order; it turns about (0, 0).",
-        ),
+        options.file("Any outline: csv with x_cm, z_cm, points in order; it turns about (0, 0)."),
     ] = None,
     width: Annotated[
         float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="cm",
-            help="Width across the plane; 2.54 with --curvature, needed with --outline.",
+        options.number(
+            "cm", "Width across the plane; 2.54 with --curvature, needed with --outline."
         ),
     ] = None,
     hip: Annotated[
         float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="cm",
-            help="Turn it about (0, 0) at this height, theta from -135 to 135 deg; default 2.",
+        options.number(
+            "cm", "Turn it about (0, 0) at this height, theta from -135 to 135 deg; default 2."
         ),
     ] = None,
     path: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Move it along a path instead: csv with t_s, x_cm, z_cm, angle_deg.",
-        ),
+        options.file("Move it along a path instead: csv with t_s, x_cm, z_cm, angle_deg."),
     ] = None,
-    medium: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
-    ] = None,
-    profile: Annotated[
-        str | None,
-        typer.Option(
-            help="table (default: alpha as measured), map (estimated in all directions), fourier, "
-            "generic or depth_only; with --alpha "
-            "always generic."
-        ),
-    ] = None,
-    results: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
-    ] = None,
-    method: Annotated[
-        str | None,
-        typer.Option(help="Nine-term fit that chi and M0 belong to: lsq (default) or dft-index."),
-    ] = None,
-    alpha: Annotated[
-        float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="N/cm^3",
-            help="A medium known by one vertical penetration test: as for rftfit scale.",
-        ),
-    ] = None,
-    se: Annotated[
-        float | None,
-        typer.Option(
-            parser=number_of, metavar="N/cm^3", help="Standard error of alpha; default 0."
-        ),
-    ] = None,
-    confidence: Annotated[
-        float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
-    ] = 0.95,
-    profile_file: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="A medium that was handed on: as rftfit export writes it."
-        ),
-    ] = None,
+    medium: options.MediumName = None,
+    profile: options.ProfileKind = None,
+    results: options.ResultsFolder = None,
+    method: options.MethodName = None,
+    alpha: options.AlphaOfTest = None,
+    se: options.ErrorOfTest = None,
+    confidence: options.Level = 0.95,
+    profile_file: options.ProfileFile = None,
     elements: Annotated[
         int, typer.Option(metavar="N", help="Straight elements that the outline is cut into.")
     ] = 30,
-    output: Annotated[Path, typer.Option(metavar="FILE", help="File of the forces.")] = Path(
-        "forces.csv"
-    ),
-    as_json: AsJson = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
-    ] = False,
+    output: Annotated[Path, options.file("File of the forces.")] = Path("forces.csv"),
+    as_json: options.AsJson = False,
+    force: options.Overwrite = False,
 ) -> None:
     """Predict force and moment on a leg or any outline that moves through a medium.
 
@@ -258,17 +208,10 @@ def make_profile(
 
 
 def make_outline(
-    leg: str | None,
-    curvature: float | None,
-    points: Path | None,
-    width_cm: float | None,
+    leg: str | None, curvature: float | None, points: Path | None, width_cm: float | None,
     elements: int,
-) -> Outline:
-    """Make the outline that was asked for.
-
-    `leg`: A model leg. `curvature`: R/r of a leg of the model legs' length. `points`: csv of
-    points. `width_cm`: Needed with points; that of the model legs by default with a curvature.
-    """
+) -> Outline:  # fmt: skip
+    """Make the outline that was asked for: a model leg, one of a curvature R/r, or a csv of points."""
     from rftfit.model.outlines import CURVATURES, arc, model_leg, read_outline
 
     given = {"--leg": leg, "--curvature": curvature, "--outline": points}
@@ -305,11 +248,7 @@ def make_outline(
 
 
 def make_motion(hip_cm: float | None, path: Path | None) -> Motion:
-    """Make the motion that was asked for.
-
-    `hip_cm`: Height of the axle of a rotation; that of the paper by default. `path`: csv of a free
-    path.
-    """
+    """Make the motion that was asked for: a rotation about an axle, or a free path."""
     from rftfit.model.motion import HIP_HEIGHT_CM, along, read_path
 
     if path is None:
@@ -359,17 +298,11 @@ def _peaks_as_json(peaks: list[Peak], key: str) -> dict[str, dict[str, float] | 
 
 
 def table_text(forces: pd.DataFrame, notes: list[str]) -> str:
-    """Forces by pose as csv; an empty cell is NaN.
-
-    `notes`: Comment lines: what was predicted, from what.
-    """
-    lines = [f"{MARK} (rftfit {rftfit.__version__})"]
-    # a comment is one line, whatever a file name holds
-    lines += [f"# {' '.join(note.split())}" for note in notes if note]
+    """Forces by pose as csv below notes on what was predicted from what; an empty cell is NaN."""
     # + 0.0 so that nothing is called -0; whoever takes the numbers further loses nothing
     numbers = forces.drop(columns="reason") + 0.0
     text: Any = numbers.to_csv(index=False, float_format="%.12g", lineterminator="\n")
-    return "\n".join(lines) + f"\n{text}"
+    return comments(MARK, notes) + str(text)
 
 
 def _warn_of(forces: pd.DataFrame, unknown: int) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit.campaign.problems import choose
+from rftfit.cli import options
 from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError
 
@@ -22,9 +23,7 @@ PLAINLY = (
 
 
 def reenact(
-    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
-        "config/config.yaml"
-    ),
+    config: options.ConfigFile = options.CONFIG,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same bytes.")] = 2013,
     media: Annotated[
         list[str] | None, typer.Option(help="Only this medium of the config; may be repeated.")
@@ -97,48 +96,6 @@ def reenact(
         say(faults_table())
         return
     from rftfit.campaign.load import read_layout
-    from rftfit.store.environment import usable_cores
-
-    places = read_layout(config)
-    # the sheet is written last and cleared first, so where it is, the logs are
-    if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
-        say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
-        return
-    _write(places, seed, media or None, tuple(fault or ()), workers or usable_cores(), spread,
-           tuple(disturb or ()), grid, protocol, dialect, tare=not no_tare, legs=not no_legs)  # fmt: skip
-
-
-def _lacks_tracks(places: Campaign) -> bool:
-    """Whether the medium of the robot was re-enacted before the robot itself could be."""
-    robot = places.config.robot
-    if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
-        return False
-    return not (places.raw / robot.runs).is_file()
-
-
-def faults_table() -> str:
-    """List the faults: name, the run that gets it unless another is named, what it does."""
-    from rftfit.lab.rig import DEFAULT_RUNS, FAULTS
-
-    rows = [[name, DEFAULT_RUNS[name], what] for name, what in FAULTS.items()]
-    return table(["fault", "run of the first medium", "what it does"], rows, indent="")
-
-
-def _write(
-    places: Campaign,
-    seed: int,
-    media: list[str] | None,
-    faults: tuple[str, ...],
-    workers: int,
-    spread: float,
-    disturb: tuple[str, ...],
-    grid: str,
-    protocol: str,
-    dialect: str,
-    *,
-    tare: bool,
-    legs: bool,
-) -> None:
     from rftfit.lab import reenact as enact
     from rftfit.lab.dialects import WRITERS, dialect_of
     from rftfit.lab.disturb import described, sizes_of
@@ -147,12 +104,20 @@ def _write(
     from rftfit.lab.plan import directions_of, media_of
     from rftfit.lab.protocols import PROTOCOLS
     from rftfit.lab.rig import resolve
+    from rftfit.store.environment import usable_cores
 
+    places = read_layout(config)
+    # the sheet is written last and cleared first, so where it is, the logs are
+    if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
+        say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
+        return
     if places.sheet.suffix.lower() != ".csv":
         raise InputError(
             f"config, key run_sheet: found '{places.config.run_sheet}'; allowed here: a .csv file, "
             "which is what a re-enactment writes"
         )
+    media, faults, disturbances = media or None, fault or [], disturb or []
+    tare, legs = not no_tare, not no_legs
     # a misspelled word must not cost the logs that are there: everything is checked before
     chosen = media_of(places.config, media)
     if not chosen:
@@ -176,28 +141,44 @@ def _write(
         )
     runs = plan(places.config, media, directions, protocol, tare=tare, legs=legs)
     resolve(faults, {run.run_id: run for run in runs}, chosen[0])
-    disturbed = described(sizes_of(disturb))
+    disturbed = described(sizes_of(disturbances))
     earlier = find_earlier(places.raw, places.sheet)
-
     clear(earlier)
     if earlier:
         say(f"{count(len(earlier), 'file')} of the earlier re-enactment cleared.")
     say(f"Writing the logs of {count(len(runs), 'run')} into {_from_root(places, places.raw)} ...")
     done = enact(
         places.config, places.raw, places.sheet,
-        seed=seed, media=media, directions=directions, faults=faults, workers=workers, spread=spread,
-        disturb=disturb, protocol=protocol, tare=tare, legs=legs,
+        seed=seed, media=media, directions=directions, faults=faults, spread=spread,
+        disturb=disturbances, protocol=protocol, tare=tare, legs=legs,
+        workers=workers or usable_cores(),
     )  # fmt: skip
     say(
         f"{count(done.n_runs, 'run')}, {count(done.n_files, 'file')}, {megabytes(done.bytes)}, "
         f"{done.seconds:.1f} s, seed {seed}; run sheet: {_from_root(places, places.sheet)}"
     )
-    for fault in done.faults:
-        say(f"  fault {fault}")
+    for made in done.faults:
+        say(f"  fault {made}")
     if disturbed:
         say(f"  disturbed: {disturbed}")
     say(PLAINLY)
     say(f"{_from_root(places, places.raw / MARKER)} says the same.")
+
+
+def _lacks_tracks(places: Campaign) -> bool:
+    """Whether the medium of the robot was re-enacted before the robot itself could be."""
+    robot = places.config.robot
+    if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
+        return False
+    return not (places.raw / robot.runs).is_file()
+
+
+def faults_table() -> str:
+    """List the faults: name, the run that gets it unless another is named, what it does."""
+    from rftfit.lab.rig import DEFAULT_RUNS, FAULTS
+
+    rows = [[name, DEFAULT_RUNS[name], what] for name, what in FAULTS.items()]
+    return table(["fault", "run of the first medium", "what it does"], rows, indent="")
 
 
 def _from_root(places: Campaign, path: Path) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rftfit.cli import options
 from rftfit.cli.output import count, say, table, warn
 from rftfit.errors import InputError, OutputError
 
@@ -33,16 +34,8 @@ FILES = (
 LEDGER = "results/ledger.csv"
 
 _RESERVED = (
-    "--config",
-    "-C",
-    "--snakefile",
-    "-s",
-    "--directory",
-    "-d",
-    "--forcerun",
-    "-R",
-    "--logger",
-)
+    "--config", "-C", "--snakefile", "-s", "--directory", "-d", "--forcerun", "-R", "--logger",
+)  # fmt: skip
 
 
 def run(
@@ -53,9 +46,7 @@ def run(
             help="Results to make, default all; after two dashes, options of Snakemake itself.",
         ),
     ] = None,
-    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
-        "config/config.yaml"
-    ),
+    config: options.ConfigFile = options.CONFIG,
     cores: Annotated[
         int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")
     ] = None,

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import AsJson, check_target, json_text, say, table, warn
+from rftfit.cli import options
+from rftfit.cli.output import check_target, comments, json_text, say, table, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,50 +29,30 @@ MARK = "# alpha table written by rftfit scale"
 _PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)
 
 
-def number_of(text: str) -> float:
-    """Read a number of the command line; a decimal comma is named as what it is."""
-    try:
-        return float(text)
-    except ValueError:
-        comma = text.replace(",", ".", 1)
-        hint = f"; write a decimal point: {comma}" if text.count(",") == 1 else ""
-        raise typer.BadParameter(f"found '{text}'; allowed: a number{hint}") from None
-
-
 def scale(
     alpha: Annotated[
         float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="N/cm^3",
-            help="Slope of stress over depth of a horizontal plate pushed straight down: "
+        options.number(
+            "N/cm^3",
+            "Slope of stress over depth of a horizontal plate pushed straight down: "
             "alpha_z(0, 90 deg), in N/cm^3.",
         ),
     ] = None,
-    se: Annotated[
-        float | None,
-        typer.Option(
-            parser=number_of, metavar="N/cm^3", help="Standard error of alpha; default 0."
-        ),
-    ] = None,
+    se: options.ErrorOfTest = None,
     pushes: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Any number of pushes instead: a table with beta_deg, gamma_deg, "
-            "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3, se_z, se_x.",
+        options.file(
+            "Any number of pushes instead: a table with beta_deg, gamma_deg, "
+            "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3, se_z, se_x."
         ),
     ] = None,
     profile_file: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="The pushes behind a profile of rftfit export, alone or with those of --pushes.",
+        options.file(
+            "The pushes behind a profile of rftfit export, alone or with those of --pushes."
         ),
     ] = None,
-    confidence: Annotated[
-        float, typer.Option(parser=number_of, metavar="LEVEL", help="Level of the intervals.")
-    ] = 0.95,
+    confidence: options.Level = 0.95,
     results: Annotated[
         Path | None,
         typer.Option(
@@ -80,17 +61,10 @@ def scale(
             "published tables.",
         ),
     ] = None,
-    method: Annotated[
-        str | None,
-        typer.Option(help="Nine-term fit that chi and M0 belong to: lsq (default) or dft-index."),
-    ] = None,
-    output: Annotated[Path, typer.Option(metavar="FILE", help="File of the alpha table.")] = Path(
-        "alpha.csv"
-    ),
-    as_json: AsJson = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
-    ] = False,
+    method: options.MethodName = None,
+    output: Annotated[Path, options.file("File of the alpha table.")] = Path("alpha.csv"),
+    as_json: options.AsJson = False,
+    force: options.Overwrite = False,
 ) -> None:
     """Turn one vertical penetration test, or a few pushes, into a whole stress profile, with intervals.
 
@@ -98,6 +72,8 @@ def scale(
     From --pushes by the shape that known media share: prints the map, and how far the pushes agree with
     that shape. Both write alpha(beta, gamma) on the published grid as csv.
     """
+    from rftfit.store import write_text
+
     many = pushes is not None or profile_file is not None
     if (alpha is None) != many:
         found = "neither" if alpha is None else "both"
@@ -112,41 +88,77 @@ def scale(
                 "--se is the standard error of --alpha; a table has columns se_z, se_x"
             )
         check_test(0.9, 0.0, confidence)
-        _scale_pushes(
-            told_by(pushes, profile_file), confidence, reference_in(results, method), output,
-            as_json=as_json,
-        )  # fmt: skip
-        return
-    assert alpha is not None
-    _scale_test(
-        alpha, se or 0.0, confidence, reference_in(results, method), output, as_json=as_json
-    )
+        told = told_by(pushes, profile_file)
+        answer = _scale_pushes(*told, confidence, reference_in(results, method))
+    else:
+        assert alpha is not None
+        answer = _scale_test(alpha, se or 0.0, confidence, reference_in(results, method))
+    say(json_text(answer.facts | {"alpha_table": str(output)}) if as_json else answer.text)
+    if answer.doubt:
+        warn(f"warning: {answer.doubt}")
+    # after the numbers are out: a folder that cannot be written must not hide them
+    write_text(output, answer.table)
+    if not as_json:
+        say(f"Alpha {answer.where}: {output}")
 
 
-def _scale_test(
-    alpha: float, se: float, confidence: float, reference: Reference, output: Path, *, as_json: bool
-) -> None:
+@dataclass(frozen=True)
+class _Answer:
+    """What is shown, to people as text or to scripts as facts, and what is written."""
+
+    text: str
+    facts: dict[str, Any]
+    table: str
+    where: str
+    doubt: str = ""
+
+
+def _scale_test(alpha: float, se: float, confidence: float, reference: Reference) -> _Answer:
     """One penetration test by the paper's routine."""
     from rftfit.model.fourier import TERMS
     from rftfit.model.scaling import scale as scale_medium
-    from rftfit.store import write_text
 
     check_test(alpha, se, confidence)
     scaled = scale_medium(alpha, se, reference, confidence)
     terms = dict(zip(TERMS, zip(*scaled.coefficients_with_interval(), strict=True), strict=True))
-    numbers = {
-        "zeta": (scaled.zeta, scaled.zeta_lo, scaled.zeta_hi),
-        "chi": (scaled.chi, scaled.chi_lo, scaled.chi_hi),
-        **{term: tuple(map(float, values)) for term, values in terms.items()},
-    }
+    zeta, chi = (
+        tuple(getattr(scaled, f"{name}{end}") for end in ("", "_lo", "_hi"))
+        for name in ("zeta", "chi")
+    )
+    numbers = {"zeta": zeta, "chi": chi} | terms
     how = f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3 (se {se:g}), scaled from {scaled.reference.name}"
+    rows = [
+        [name, *(f"{round(value, 4) + 0.0:.4f}" for value in values)]
+        for name, values in numbers.items()
+    ]
+    test = " and the error of the test" if se else ""
+    text = (
+        f"From {how}\n\n"
+        f"{table(['', 'value', 'lo', 'hi'], rows)}\n\n"
+        "zeta and chi without unit, coefficients in N/cm^3.\n"
+        f"lo, hi: {100 * confidence:g} % interval for one further medium, from the scatter "
+        f"between\n{', '.join(scaled.reference.media)}{test}.\n"
+        "It is for the nine-term profile. Measured alpha departs from that too: at (0, 90 deg) it lies\n"
+        "above by the factor chi. chi and the coefficients belong to one fit: least squares by default,\n"
+        "the paper's own transform, with its zeta of 0.8 alpha_z, by --method dft-index."
+    )
+    facts = {
+        "alpha_z_N_per_cm3": alpha,
+        "alpha_z_se_N_per_cm3": se,
+        "confidence": confidence,
+        "scaled_from": scaled.reference.name,
+        "media": list(scaled.reference.media),
+        "zeta": _with_ends(zeta),
+        "chi": _with_ends(chi),
+        "coefficients_N_per_cm3": {term: _with_ends(values) for term, values in terms.items()},
+    }
     level = f"{100 * confidence:g} % interval for one further medium"
-    text = table_text(scaled.columns(), how, level)
-    say(_as_json(scaled, numbers, output) if as_json else _as_text(scaled, numbers, how))
-    # after the numbers are out: a folder that cannot be written must not hide them
-    write_text(output, text)
-    if not as_json:
-        say(f"Alpha on the published grid of 7 x 13 angles: {output}")
+    where = "on the published grid of 7 x 13 angles"
+    return _Answer(text, facts, table_text(scaled.columns(), how, level), where)
+
+
+def _with_ends(numbers: Iterable[float]) -> dict[str, float]:
+    return dict(zip(("value", "lo", "hi"), map(float, numbers), strict=True))
 
 
 def reference_in(folder: Path | None, method: str | None) -> Reference:
@@ -167,11 +179,7 @@ def reference_in(folder: Path | None, method: str | None) -> Reference:
 
 
 def check_test(alpha: float, se: float, confidence: float) -> None:
-    """Refuse a penetration test that cannot be; warn of one in another unit, as it seems.
-
-    `alpha`, `se`: alpha_z(0, 90 deg) and its standard error, N/cm^3. `confidence`: Level of the
-    intervals.
-    """
+    """Refuse a penetration test that cannot be; warn of one in another unit, as it seems."""
     if not (math.isfinite(alpha) and alpha > 0):
         raise InputError(f"--alpha: found {alpha:g}; allowed: a positive number, in N/cm^3")
     if not (math.isfinite(se) and se >= 0):
@@ -189,22 +197,14 @@ def check_test(alpha: float, se: float, confidence: float) -> None:
 
 
 def table_text(columns: Mapping[str, Iterable[object]], how: str, level: str) -> str:
-    """Alpha by direction as csv: three comment lines, a header row, the rows.
-
-    `how`: From what it was made. `level`: What the ends are.
-    """
-    lines = [
-        f"{MARK} (rftfit {rftfit.__version__})",
-        f"# {how}",
-        f"# _lo and _hi: {level}",
-        ",".join(columns),
-    ]
+    """Alpha by direction as csv: how it was made, the level of the intervals, a header row, the rows."""
+    lines = [",".join(columns)]
     for row in zip(*columns.values(), strict=True):
         beta, gamma, *rest = row
         # + 0.0 so that nothing is called -0
         cells = [c if isinstance(c, str) else f"{round(float(c), 6) + 0.0:.6g}" for c in rest]
         lines.append(",".join([f"{beta:.2f}", f"{gamma:.2f}", *cells]))
-    return "\n".join(lines) + "\n"
+    return comments(MARK, [how, f"_lo and _hi: {level}"]) + "\n".join(lines) + "\n"
 
 
 # --- a few pushes
@@ -224,20 +224,13 @@ def told_by(*files: Path | None) -> tuple[str, pd.DataFrame]:
 
 
 def _scale_pushes(
-    told: tuple[str, pd.DataFrame],
-    confidence: float,
-    reference: Reference,
-    output: Path,
-    *,
-    as_json: bool,
-) -> None:
+    name: str, pushes: pd.DataFrame, confidence: float, reference: Reference
+) -> _Answer:
     """Any number of pushes by the shape of known media, beside the paper's routine."""
     from rftfit.measure.alpha import cell_at, column
     from rftfit.model.scaling import scale as scale_medium
     from rftfit.model.shapes import NOT_ALIKE
-    from rftfit.store import write_text
 
-    name, pushes = told
     try:
         found = rftfit.estimate_map(pushes, confidence=confidence, name=Path(name).stem)
     except ValueError as error:
@@ -251,14 +244,22 @@ def _scale_pushes(
         )
     level = f"{100 * confidence:g} % interval"
     how = f"{found.pushes} {'push' if found.pushes == 1 else 'pushes'} of {name}, with the shape of {found.known}"
-    say(
-        _map_as_json(found, routine, output)
-        if as_json
-        else _map_as_text(found, routine, how, level)
-    )
+    facts = {
+        "pushes": found.pushes,
+        "known_media": found.known.split(", "),
+        "confidence": confidence,
+        "zeta": _with_ends(found.zeta),
+        "zeta_of_the_papers_routine": routine
+        and _with_ends((routine.zeta, routine.zeta_lo, routine.zeta_hi)),
+        "chi_squared": found.distance,
+        "degrees_of_freedom": found.dof,
+        "probability_if_it_belongs": found.belongs if found.dof > 0 else None,
+        "draws_not_passive": found.not_passive,
+    }
+    doubt = ""
     if (worst := found.farthest) and found.belongs < NOT_ALIKE:
-        warn(
-            "warning: this medium does not belong to those whose shape is known: pushes lie so far from "
+        doubt = (
+            "this medium does not belong to those whose shape is known: pushes lie so far from "
             f"it once in {1 / max(found.belongs, 1e-9):.3g} media that do. alpha_x is {found.horizontal:.2g} "
             f"times as strong beside alpha_z as in the known media. Farthest from the shape is (beta, gamma) = "
             f"({worst.beta_deg:g}, {worst.gamma_deg:g}) deg, alpha_{worst.component}: found "
@@ -266,9 +267,13 @@ def _scale_pushes(
             "N/cm^3. A wet, cohesive or angular medium, a wrong sign or angle; estimated alpha is not "
             "to be trusted."
         )
-    write_text(output, table_text(found.columns(), f"from {how}", level))
-    if not as_json:
-        say(f"Alpha in {found.beta.size} directions: {output}")
+    return _Answer(
+        _map_as_text(found, routine, how, level),
+        facts,
+        table_text(found.columns(), f"from {how}", level),
+        f"in {found.beta.size} directions",
+        doubt,
+    )
 
 
 def _map_as_text(found: Map, routine: ScaledMedium | None, how: str, level: str) -> str:
@@ -316,58 +321,3 @@ def _map_as_text(found: Map, routine: ScaledMedium | None, how: str, level: str)
         f"{100 * found.not_passive:.0f} % of the draws behind the intervals gave energy back somewhere and were "
         "left out."
     )
-
-
-def _map_as_json(found: Map, routine: ScaledMedium | None, output: Path) -> str:
-    names = ("value", "lo", "hi")
-    content: dict[str, object] = {
-        "pushes": found.pushes,
-        "known_media": found.known.split(", "),
-        "confidence": found.confidence,
-        "zeta": dict(zip(names, found.zeta, strict=True)),
-        "zeta_of_the_papers_routine": routine
-        and dict(zip(names, (routine.zeta, routine.zeta_lo, routine.zeta_hi), strict=True)),
-        "chi_squared": found.distance,
-        "degrees_of_freedom": found.dof,
-        "probability_if_it_belongs": found.belongs if found.dof > 0 else None,
-        "draws_not_passive": found.not_passive,
-        "alpha_table": str(output),
-    }
-    return json_text(content)
-
-
-def _as_text(scaled: ScaledMedium, numbers: dict[str, tuple[float, ...]], how: str) -> str:
-    rows = [
-        [name, *(f"{round(value, 4) + 0.0:.4f}" for value in values)]
-        for name, values in numbers.items()
-    ]
-    test = " and the error of the test" if scaled.alpha_z_se else ""
-    return (
-        f"From {how}\n\n"
-        f"{table(['', 'value', 'lo', 'hi'], rows)}\n\n"
-        "zeta and chi without unit, coefficients in N/cm^3.\n"
-        f"lo, hi: {100 * scaled.confidence:g} % interval for one further medium, from the scatter "
-        f"between\n{', '.join(scaled.reference.media)}{test}.\n"
-        "It is for the nine-term profile. Measured alpha departs from that too: at (0, 90 deg) it lies\n"
-        "above by the factor chi. chi and the coefficients belong to one fit: least squares by default,\n"
-        "the paper's own transform, with its zeta of 0.8 alpha_z, by --method dft-index."
-    )
-
-
-def _as_json(scaled: ScaledMedium, numbers: dict[str, tuple[float, ...]], output: Path) -> str:
-    entries = {
-        name: dict(zip(("value", "lo", "hi"), values, strict=True))
-        for name, values in numbers.items()
-    }
-    content = {
-        "alpha_z_N_per_cm3": scaled.alpha_z,
-        "alpha_z_se_N_per_cm3": scaled.alpha_z_se,
-        "confidence": scaled.confidence,
-        "scaled_from": scaled.reference.name,
-        "media": list(scaled.reference.media),
-        "zeta": entries.pop("zeta"),
-        "chi": entries.pop("chi"),
-        "coefficients_N_per_cm3": entries,
-        "alpha_table": str(output),
-    }
-    return json_text(content)

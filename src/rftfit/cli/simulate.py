@@ -5,17 +5,18 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import AsJson, check_target, count, json_text, say, table, warn
+from rftfit.cli import options
+from rftfit.cli.output import check_target, comments, count, json_text, say, table, warn
 from rftfit.cli.predict import check_choice, make_profile
-from rftfit.cli.scale import check_test, number_of
+from rftfit.cli.scale import check_test
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
@@ -35,12 +36,6 @@ MARK = "# motion written by rftfit simulate"
 FIGURE = "motion.png"
 OTHERS = (FIGURE, "animation.gif", "animation.mp4")
 
-_FRAMES = 25
-"""Pictures in a stride."""
-
-_SLOWEST = 4.0
-"""Times slower than life, so that a stride of 5 Hz can be followed."""
-
 
 def check_folder(folder: Path, force: bool) -> None:
     """Refuse a folder with files that an earlier run did not write, unless the user said `force`."""
@@ -57,21 +52,17 @@ def check_folder(folder: Path, force: bool) -> None:
 
 
 def write_motion(folder: Path, run: RobotRun, tail: pd.DataFrame, notes: Sequence[str]) -> None:
-    """Write motion and forces of the whole run as csv, and a figure of its last two strides.
-
-    `run`: With a series. `tail`: Its last two strides. `notes`: Comment lines: what ran on what.
-    """
+    """Write motion and forces of the whole run as csv, and a figure of its last two strides, the tail."""
     from rftfit.figures.robot import draw_motion
     from rftfit.figures.style import content
     from rftfit.store import write_bytes, write_text
 
     assert run.series is not None
     speed = f"{run.speed_cm_per_s:.6g} cm/s" if math.isfinite(run.speed_cm_per_s) else "none"
-    lines = [f"{MARK} (rftfit {rftfit.__version__})"]
-    lines += [f"# {' '.join(note.split())}" for note in notes]
-    lines += [f"# outcome: {run.outcome}; speed: {speed}", "# pitch: nose up is positive"]
+    outcome = f"outcome: {run.outcome}; speed: {speed}"
+    head = comments(MARK, [*notes, outcome, "pitch: nose up is positive"])
     body = run.series.table().to_csv(index=False, float_format="%.9g", lineterminator="\n")
-    write_text(folder / MOTION, "\n".join(lines) + f"\n{body}")
+    write_text(folder / MOTION, head + body)
     figure = draw_motion(tail)
     # one format: three would take longer than the run
     write_bytes(folder / FIGURE, content(figure, "png"))
@@ -80,21 +71,19 @@ def write_motion(folder: Path, run: RobotRun, tail: pd.DataFrame, notes: Sequenc
 def write_animation(
     folder: Path, robot: Robot, profile: Profile, run: RobotRun, samples: int, title: str
 ) -> list[Path]:
-    """Write the last two strides as a gif, and as mp4 where ffmpeg is at hand.
-
-    `run`: With a series of `samples` a stride. Returns what was written.
-    """
+    """Write the last two strides as a gif, and as mp4 where ffmpeg is at hand; the files written."""
     from rftfit.figures.animation import gif_bytes, mp4_bytes, pictures
     from rftfit.robot.body import element_series
     from rftfit.store import write_bytes
 
     assert run.series is not None
-    every = samples // _FRAMES
+    every = samples // 25  # pictures in a stride
     tail = run.series.last(2 * samples)  # only what is shown is worked out
     elements = element_series(robot, profile, replace(run, series=tail), every)
     x, time = tail.x_cm[::every], tail.time_s[::every]
     step = float(time[1] - time[0])
-    slower = max(1.0, min(_SLOWEST, 0.03 / step))
+    # up to four times slower than life, so that a stride of 5 Hz can be followed
+    slower = max(1.0, min(4.0, 0.03 / step))
     if slower > 1:
         title += f", {slower:.2g} times slower than life"
     shots = pictures(elements, x, time, title)
@@ -132,80 +121,35 @@ def run_as_json(
     names: dict[str, str], run: RobotRun, tail: pd.DataFrame, files: dict[str, str]
 ) -> str:
     """Write a run as JSON."""
-    content: dict[str, Any] = {
-        **names,
-        "frequency_Hz": run.condition.frequency_Hz,
-        "curvature_times_R": run.condition.curvature_times_R,
-        "phase_turns": run.condition.phase_turns,
-        "speed_cm_per_s": float(run.speed_cm_per_s),
-        "speed_sd_cm_per_s": float(run.speed_sd_cm_per_s),
-        "outcome": run.outcome,
-        "reason": run.reason,
-        "warning": run.warning,
-        "strides": run.strides,
-        "averaged": run.averaged,
-        "last_two_strides": ranges(tail),
-        "files": files,
-    }
-    return json_text(content)
+    condition = asdict(run.condition)
+    facts = ("speed_cm_per_s", "speed_sd_cm_per_s", "outcome", "reason", "warning", "strides",
+             "averaged")  # fmt: skip
+    found = {name: getattr(run, name) for name in facts}
+    return json_text(names | condition | found | {"last_two_strides": ranges(tail), "files": files})
 
 
 def simulate(
-    frequency: Annotated[
-        float, typer.Option(parser=number_of, metavar="Hz", help="Stride frequency.")
-    ],
+    frequency: Annotated[float, options.number("Hz", "Stride frequency.")],
     curvature: Annotated[
-        float,
-        typer.Option(
-            parser=number_of, metavar="R'/r", help="Legs: 1 c-leg, 0 flat, -1 reversed c-leg."
-        ),
+        float, options.number("R'/r", "Legs: 1 c-leg, 0 flat, -1 reversed c-leg.")
     ],
-    medium: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
-    ] = None,
-    profile: Annotated[
-        str | None,
-        typer.Option(
-            help="table (default: alpha as measured), map (estimated in all directions), fourier, "
-            "generic or depth_only; with --alpha "
-            "always generic."
-        ),
-    ] = None,
-    results: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
-    ] = None,
+    medium: options.MediumName = None,
+    profile: options.ProfileKind = None,
+    results: options.ResultsFolder = None,
     method: Annotated[
         str | None, typer.Option(help="Fit in those results: lsq (default) or dft-index.")
     ] = None,
-    alpha: Annotated[
-        float | None,
-        typer.Option(
-            parser=number_of,
-            metavar="N/cm^3",
-            help="A medium known by one vertical penetration test: as for rftfit scale.",
-        ),
-    ] = None,
-    profile_file: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="A medium that was handed on: as rftfit export writes it."
-        ),
-    ] = None,
-    robot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Robot; default: the paper's.")
-    ] = None,
-    phase: Annotated[
-        float,
-        typer.Option(parser=number_of, metavar="TURNS", help="Turn of the legs at the start."),
-    ] = 0.0,
+    alpha: options.AlphaOfTest = None,
+    profile_file: options.ProfileFile = None,
+    robot: Annotated[Path | None, options.file("Robot; default: the paper's.")] = None,
+    phase: Annotated[float, options.number("TURNS", "Turn of the legs at the start.")] = 0.0,
     output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path(
         "simulation"
     ),
     animation: Annotated[
         bool, typer.Option("--animation/--no-animation", help="Two strides, with the forces.")
     ] = True,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
     force: Annotated[
         bool, typer.Option("--force", help="Overwrite files that rftfit did not write.")
     ] = False,
@@ -260,9 +204,7 @@ NEEDED = ("results/robot/measured.csv", "results/robot/intervals.csv")
 
 
 def sweep(
-    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
-        "config/config.yaml"
-    ),
+    config: options.ConfigFile = options.CONFIG,
     profile: Annotated[
         list[str] | None, typer.Option(help="Only this profile; may be repeated; default: all.")
     ] = None,

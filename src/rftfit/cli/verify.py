@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rftfit.campaign.problems import did_you_mean, listed
+from rftfit.cli import options
 from rftfit.cli.main import NOT_AS_RECORDED
-from rftfit.cli.output import AsJson, count, json_text, say
+from rftfit.cli.output import count, json_text, say
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,13 +27,11 @@ def verify(
             metavar="[RESULT]...", help="Files or folders below results/; default: all of them."
         ),
     ] = None,
-    config: Annotated[Path, typer.Option(help="The campaign's configuration.")] = Path(
-        "config/config.yaml"
-    ),
+    config: options.ConfigFile = options.CONFIG,
     all_: Annotated[
         bool, typer.Option("--all", help="List everything, however long the lists are.")
     ] = False,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Tell what results were made from, and whether all of it is still the same.
 
@@ -50,39 +50,37 @@ def verify(
     stale = _stale(plan)
     known = [path for name in plan.default for path in plan.outputs(name)]
     chosen = _chosen(results or [], plan.root, known)
-    if as_json:
-        wanted = chosen or known
-        facts = {name: plan.maker[name] not in stale for name in wanted}
-        why = dict.fromkeys(_told(finding) for found in stale.values() for finding in found)
-        said = {"changed": [str(one) for one in changes], "why": [*why]}
-        say(json_text({"as_recorded": facts, **said, "versions": recorded.versions}))
-        if not all(facts.values()):
-            raise typer.Exit(NOT_AS_RECORDED)
-        return
-    for name in chosen:
-        say("\n".join(_chain(plan, name, stale, most)))
-        say()
     wanted = chosen or known
     differ = [name for name in wanted if plan.maker[name] in stale]
-    for change in changes[:most]:
-        say(f"Changed: {change}.")
-    if len(changes) > most:
-        say(f"and {len(changes) - most} more changes (--all lists them)")
-    if not differ:
-        made = f", made with rftfit {recorded.versions.get('rftfit', '')}"
-        made += f" at commit {data['commit']}" if data.get("commit") else ""
-        say(f"{count(len(wanted), 'result')}: all as recorded{made}.")
-        return
-    lines = dict.fromkeys(_told(finding) for found in stale.values() for finding in found)
-    for line in list(lines)[:most]:
+    why = list(dict.fromkeys(_told(finding) for found in stale.values() for finding in found))
+    if as_json:
+        facts = {name: name not in differ for name in wanted}
+        said = {"changed": [str(one) for one in changes], "why": why}
+        say(json_text({"as_recorded": facts, **said, "versions": recorded.versions}))
+    else:
+        for name in chosen:
+            say("\n".join(_chain(plan, name, stale, most)))
+            say()
+        _say_some([f"Changed: {change}." for change in changes], most, "more changes")
+        if differ:
+            _say_some(why, most, "more")
+            say(
+                f"{len(differ)} of {count(len(wanted), 'result')} not as recorded; `rftfit run` makes "
+                f"them again. (Recorded in {RECORD} and results/records.)"
+            )
+        else:
+            made = f", made with rftfit {recorded.versions.get('rftfit', '')}"
+            made += f" at commit {data['commit']}" if data.get("commit") else ""
+            say(f"{count(len(wanted), 'result')}: all as recorded{made}.")
+    if differ:
+        raise typer.Exit(NOT_AS_RECORDED)
+
+
+def _say_some(lines: list[str], most: int, more: str) -> None:
+    for line in lines[:most]:
         say(line)
     if len(lines) > most:
-        say(f"and {len(lines) - most} more (--all lists them)")
-    say(
-        f"{len(differ)} of {count(len(wanted), 'result')} not as recorded; `rftfit run` makes them "
-        f"again. (Recorded in {RECORD} and results/records.)"
-    )
-    raise typer.Exit(NOT_AS_RECORDED)
+        say(f"and {len(lines) - most} {more} (--all lists them)")
 
 
 def _stale(plan: Plan) -> dict[Task, list[Finding]]:
@@ -114,8 +112,6 @@ def _told(finding: Finding) -> str:
 
 def _chosen(words: list[Path], root: Path, known: list[str]) -> list[str]:
     """Paths from the campaign's folder of the results that are asked for."""
-    from rftfit.campaign.problems import did_you_mean
-
     chosen: dict[str, None] = {}
     for word in words:
         places = [(Path.cwd() / word).resolve(), (root / word).resolve()]
@@ -143,28 +139,22 @@ def _chain(plan: Plan, name: str, stale: dict[Task, list[Finding]], most: int) -
         if task not in tasks:
             tasks[task] = None
             waiting += [plan.maker[path] for path in task.reads]
-    stages = {stage: [t for t in plan.stages[stage] if t in tasks] for stage in plan.stages}
-    stages = {stage: own for stage, own in stages.items() if own}
     record = plan.records(plan.maker[name].stage).tasks.get(plan.maker[name].key)
     digest = record.writes.get(name, "") if record else ""
     state = "not as recorded" if plan.maker[name] in stale else "as recorded"
     lines = [f"{name}: {state}", f"  sha256 {digest or 'not recorded'}", "  stages:"]
-    for stage, own in stages.items():
-        keys = [task.key for task in own if task.key]
-        lines.append(f"    {stage}{' of ' + _listed(keys, most) if keys else ''}")
+    for stage, of_stage in plan.stages.items():
+        if own := [task for task in of_stage if task in tasks]:
+            keys = [task.key for task in own if task.key]
+            lines.append(f"    {stage}{' of ' + listed(keys, most) if keys else ''}")
     media = dict.fromkeys(task.medium for task in tasks if "logs" in task.depends)
     logs = list(dict.fromkeys(log for medium in media for log in plan.logs(medium)))
     runs = {run.run_id for medium in media if medium for run in plan.campaign.runs_of(medium)}
     depends = dict.fromkeys(what for task in tasks for what in task.depends)
     lines += [
-        f"  {count(len(logs), 'log')}: {_listed(logs, most)}",
-        f"  {count(len(runs), 'row')} of the run sheet: {_listed(sorted(runs), most)}",
+        f"  {count(len(logs), 'log')}: {listed(logs, most)}",
+        f"  {count(len(runs), 'row')} of the run sheet: {listed(sorted(runs), most)}",
         f"  depends on: {', '.join(depends)}",
     ]
     found = [finding for task in tasks for finding in stale.get(task, [])]
     return lines + [f"  {_told(finding)}" for finding in found[:most]]
-
-
-def _listed(words: list[str], most: int) -> str:
-    rest = len(words) - most
-    return ", ".join(words[:most]) + (f" and {rest} more" if rest > 0 else "")

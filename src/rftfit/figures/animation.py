@@ -32,12 +32,7 @@ _BODY = "#444444"
 def pictures(
     elements: Mapping[str, ElementSeries], x_cm: FloatArray, time_s: FloatArray, title: str
 ) -> list[Picture]:
-    """Draw every sample of a run; the picture moves along with the robot.
-
-    `elements`: From `rftfit.robot.body.element_series`: n samples. `x_cm`, `time_s`: shape (n,);
-    Place of the centre of mass, and time. Returns shape (height, width, 3): Red, green and blue, 0
-    to 255.
-    """
+    """Draw every sample of a run, shape (height, width, 3); the picture moves along with the robot."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Rectangle
@@ -96,11 +91,7 @@ def _colours(names: Sequence[str]) -> dict[str, str]:
 
 
 def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
-    """Join pictures to a gif that runs for ever.
-
-    `shots`: From `pictures`. `frame_s`: Time that each is shown; gif knows hundredths of a second.
-    Returns the same for the same pictures.
-    """
+    """Join pictures to a gif that runs for ever; it knows hundredths of a second."""
     from PIL import Image
 
     # one palette for all, so that colours do not flicker
@@ -117,10 +108,7 @@ def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
 
 
 def mp4_bytes(shots: Sequence[Picture], frame_s: float) -> bytes | None:
-    """Join pictures to an mp4 with the program ffmpeg.
-
-    Returns none where there is no ffmpeg, or it fails.
-    """
+    """Join pictures to an mp4 with the program ffmpeg; None where that is not there, or fails."""
     import tempfile
     from pathlib import Path
 

@@ -11,7 +11,7 @@ from rftfit.figures.registry import greek
 from rftfit.figures.style import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     import numpy.typing as npt
     import pandas as pd
@@ -35,25 +35,28 @@ def name_of(key: str) -> str:
     return (PROFILES | LEGS).get(key, key)
 
 
-def percent(value: float) -> str:
+def percent(value: float | None) -> str:
     """Write a percentage with its sign."""
-    if math.isnan(value):
+    if value is None or not math.isfinite(value):
         return "no value"
     text = number(value, 0 if abs(value) >= 10 else 1)
     return f"+{text} %" if value > 0 and float(text) > 0 else f"{text} %"
 
 
-def span(low: float, high: float, digits: int) -> str:
+def span(low: float | None, high: float | None, digits: int = 3) -> str:
     """Write an interval, nothing where either end is missing."""
-    if not (math.isfinite(low) and math.isfinite(high)):
-        return ""
-    return f"{number(low, digits)} to {number(high, digits)}"
+    known = all(end is not None and math.isfinite(end) for end in (low, high))
+    return f"{number(low, digits)} to {number(high, digits)}" if known else ""
+
+
+def in_brackets(text: str) -> str:
+    """Write what follows a number in brackets, nothing where there is nothing."""
+    return f" ({text})" if text else ""
 
 
 def with_span(value: float, low: float, high: float, digits: int) -> str:
     """Write a number with its interval in brackets."""
-    ends = span(low, high, digits)
-    return number(value, digits) + (f" ({ends})" if ends else "")
+    return number(value, digits) + in_brackets(span(low, high, digits))
 
 
 def quantile(values: npt.ArrayLike, share: float, digits: int) -> str:
@@ -65,10 +68,13 @@ def quantile(values: npt.ArrayLike, share: float, digits: int) -> str:
 
 def half_widths(table: pd.DataFrame) -> npt.NDArray[np.float64]:
     """Half widths of the intervals of alpha_z and alpha_x in a table of fits or cells, N/cm^3."""
-    ends = {end: [f"alpha_{c}_{end}_N_per_cm3" for c in "zx"] for end in ("lo", "hi")}
-    width = table[ends["hi"]].to_numpy(float) - table[ends["lo"]].to_numpy(float)
-    half: npt.NDArray[np.float64] = width / 2
-    return half
+    return np.column_stack([half_width(table, c).to_numpy(float) for c in "zx"])
+
+
+def half_width(table: pd.DataFrame, component: str) -> pd.Series[float]:
+    """Half the width of the interval of alpha_z or alpha_x, N/cm^3."""
+    high = table[f"alpha_{component}_hi_N_per_cm3"].astype(float)
+    return (high - table[f"alpha_{component}_lo_N_per_cm3"].astype(float)) / 2
 
 
 def plates(results: Results, medium: str) -> dict[str, str]:
@@ -90,10 +96,15 @@ def plates(results: Results, medium: str) -> dict[str, str]:
     }
 
 
+def lift_errors(results: Results, media: Iterable[str]) -> pd.DataFrame:
+    """How far predicted lift is from measured lift in some media, a row a leg and profile."""
+    table = results.table("leg_errors.csv")
+    return table[table["medium"].isin(list(media)) & (table["component"] == "z")]
+
+
 def peaks(results: Results, media: Iterable[str]) -> dict[str, str]:
     """Sum up the errors of the predicted peak lift of every profile."""
-    table = results.table("leg_errors.csv")
-    own = table[table["medium"].isin(list(media)) & (table["component"] == "z")]
+    own = lift_errors(results, media)
     own = own[own["peak_error_percent"].notna()]
     told = []
     for profile, name in PROFILES.items():
@@ -109,8 +120,7 @@ def peaks(results: Results, media: Iterable[str]) -> dict[str, str]:
 
 def peaks_by_leg(results: Results, medium: str, profiles: Iterable[str]) -> str:
     """Write the error of the predicted peak lift of every leg in one medium."""
-    table = results.table("leg_errors.csv")
-    own = table[(table["medium"] == medium) & (table["component"] == "z")]
+    own = lift_errors(results, [medium])
     told = []
     for profile in profiles:
         part = own[own["profile"] == profile]
@@ -121,11 +131,25 @@ def peaks_by_leg(results: Results, medium: str, profiles: Iterable[str]) -> str:
     return "; ".join(told)
 
 
+def peaks_by_medium(
+    results: Results, media: Iterable[str], profiles: Sequence[str]
+) -> dict[str, str]:
+    """Write the error of the predicted peak lift of every leg in several media."""
+    found = {medium: peaks_by_leg(results, medium, profiles) for medium in media}
+    titles = results.campaign.titles
+    return {"peaks": "; ".join(f"{titles[m]}, {text}" for m, text in found.items() if text)}
+
+
+def of_method(results: Results, name: str) -> pd.DataFrame:
+    """Rows of a table of fits by the configured method."""
+    table = results.table(name)
+    return table[table["method"] == results.config.fourier.method]
+
+
 def zetas(results: Results) -> dict[str, str]:
     """Write zeta and chi of every laboratory medium by the configured method."""
-    table, titles = results.table("penetration.csv"), results.campaign.titles
-    told = []
-    for row in table[table["method"] == results.config.fourier.method].to_dict("records"):
+    told, titles = [], results.campaign.titles
+    for row in of_method(results, "penetration.csv").to_dict("records"):
         zeta, chi = (with_span(row[n], row[f"{n}_lo"], row[f"{n}_hi"], 4) for n in ("zeta", "chi"))
         told.append(
             f"{titles.get(row['medium'], row['medium'])}: {greek(f'zeta {zeta}, chi {chi}')}"

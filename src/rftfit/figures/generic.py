@@ -37,9 +37,8 @@ TERM_LABELS = {
 
 
 def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
-    table = results.table("coefficients.csv")
-    own = table[(table["method"] == results.config.fourier.method) & (table["medium"] == GENERIC)]
-    own = own[own["value_N_per_cm3"].notna()]
+    own = captions.of_method(results, "coefficients.csv")
+    own = own[(own["medium"] == GENERIC) & own["value_N_per_cm3"].notna()]
     values = zip(own["coefficient"], own["value_N_per_cm3"], strict=True)
     terms = ", ".join(f"{term} {style.number(value)}" for term, value in values)
     return captions.zetas(results) | {"generic": terms}
@@ -48,7 +47,7 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
 @figure(
     "generic_profile",
     reads=("alpha/{laboratory}.csv", "coefficients.csv", "penetration.csv"),
-    settings=("fourier", "media"),
+    settings=("fourier",),
     media=only_if(lambda campaign: campaign.of_role("laboratory")),
     paper="Figs. S6 (above) and S7 (below, left)",
     section="Force profiles",
@@ -60,12 +59,7 @@ Generic coefficients, without a unit: {generic}.""",
     numbers=_numbers,
 )
 def generic_profile(results: Results) -> Figure:
-    """Draw the media scaled onto the generic profile.
-
-    Above: the coefficients of each medium over its zeta, with intervals (of the coefficient; zeta is
-    taken as known), and the generic M0 as a thick line with its interval. Below: the generic maps, and
-    measured alpha / zeta against generic alpha with the line of perfect collapse.
-    """
+    """Draw the media scaled onto the generic profile; the intervals take zeta as known."""
     method, penetration = results.config.fourier.method, results.table("penetration.csv")
     coefficients, titles = results.table("coefficients.csv"), results.campaign.titles
     rows = coefficients[coefficients["method"] == method]
@@ -95,7 +89,7 @@ def generic_profile(results: Results) -> Figure:
         maps.add_signs(axes, component, angles, angles, surfaces[i])
         axes = style.axes_cm(page, 10.55 + i * 4.45, line, side, side)
         _draw_collapse(axes, component, results, zetas, generic)
-    maps.add_legend(page, signs=True, missing=False)
+    maps.add_legend(page, missing=False)
     return page
 
 

@@ -37,9 +37,6 @@ PROFILE_TITLES = captions.PROFILES | {"generic": r"generic $\times$ $\zeta$"}
 
 THETA_LABEL = r"leg angle $\theta$ (deg)"
 THETA_DEG = (-135.0, 135.0)
-GAP_DEG = 2.5
-"""A wider step between neighbours is a gap: the line is broken there."""
-
 MEASURED = "#4d4d4d"
 NOTE_PT = 5.5
 
@@ -71,22 +68,23 @@ class Columns:
     names: list[str]
     left: float
     gap: float
-    right: float = 0.2
     widest: float = 8.0
+
+    @property
+    def between(self) -> float:
+        """Of all gaps."""
+        return (len(self.names) - 1) * self.gap
 
     @property
     def width(self) -> float:
         """Of a panel."""
-        between = (len(self.names) - 1) * self.gap
-        return min(
-            (style.DOUBLE_CM - self.left - self.right - between) / len(self.names), self.widest
-        )
+        room = style.DOUBLE_CM - self.left - 0.2 - self.between
+        return min(room / len(self.names), self.widest)
 
     @property
     def total(self) -> float:
         """Of the page, without the room that a legend may need."""
-        between = (len(self.names) - 1) * self.gap
-        return self.left + len(self.names) * self.width + between + self.right
+        return self.left + len(self.names) * self.width + self.between + 0.2
 
     @property
     def is_wide(self) -> bool:
@@ -184,9 +182,15 @@ def broken(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
     """Theta and columns of `rows_of`, with a NaN in each gap and between runs: lines break there."""
     theta = rows["theta_deg"].to_numpy(float)
     step = np.diff(theta)
-    cuts = np.flatnonzero((step > GAP_DEG) | (step < 0)) + 1
+    # a step wider than 2.5 degrees is a gap
+    cuts = np.flatnonzero((step > 2.5) | (step < 0)) + 1
     values = [theta, *(rows[name].to_numpy(float) for name in columns)]
     return [np.insert(value, cuts, np.nan) for value in values]
+
+
+def force_columns(component: str) -> list[str]:
+    """Columns of a force and of the ends of its interval."""
+    return [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
 
 
 def has_force(rows: pd.DataFrame, component: str) -> bool:
@@ -205,8 +209,7 @@ def add_predicted(
     axes: Axes, rows: pd.DataFrame, component: str, colour: str, line: Any = "-"
 ) -> None:
     """Draw a predicted curve of one medium, leg and profile with its interval."""
-    names = [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
-    theta, force, low, high = broken(rows, *names)
+    theta, force, low, high = broken(rows, *force_columns(component))
     axes.fill_between(theta, low, high, color=colour, alpha=0.3, linewidth=0)
     axes.plot(theta, force, color=colour, linestyle=line, linewidth=0.9)
 
@@ -215,9 +218,7 @@ def theta_axes(axes: Axes, name: bool) -> None:
     """Prepare an axes for curves against theta; `name`: write its label and numbers."""
     axes.axhline(0, color=style.GREY, linewidth=0.4, zorder=0)
     axes.set(xlim=THETA_DEG, xticks=[-90, -45, 0, 45, 90])
-    axes.tick_params(labelbottom=name)
-    if name:
-        axes.set_xlabel(THETA_LABEL)
+    style.name_below(axes, THETA_LABEL, name)
 
 
 def force_range(

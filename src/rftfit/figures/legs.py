@@ -47,7 +47,7 @@ _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$
 @figure(
     "legs",
     reads=("predicted.csv", "legs/{media}.csv"),
-    settings=("fit", "intruders", "media"),
+    settings=("fit", "intruders"),
     media=lambda campaign: _legged(campaign)[:1],
     paper="Figs. 3D to 3F",
     section="Legs",
@@ -58,11 +58,7 @@ Error of the predicted peak lift: {peaks}.""",
     numbers=lambda results, medium: {"peaks": captions.peaks_by_leg(results, medium, PROFILES)},
 )
 def legs(results: Results, medium: str) -> Figure:
-    """Draw F_z and F_x on each leg in one medium against theta, measured and predicted.
-
-    Above each column the leg is drawn in the sand. Every panel has its own range of forces, and an
-    inset with the depth-only model.
-    """
+    """Draw F_z and F_x on each leg in one medium against theta, measured and predicted."""
     predicted, measured = (rows_of(table, medium=medium) for table in leg_panels.curves(results))
     shapes = {n: leg for n, leg in results.config.intruders.items() if isinstance(leg, Leg)}
     columns = Columns(list(shapes), left=1.05, gap=0.85)
@@ -80,8 +76,7 @@ def legs(results: Results, medium: str) -> Figure:
             _draw_models(axes, rows_of(predicted, leg=leg), rows_of(measured, leg=leg), component)
             if column == 0:
                 axes.set_ylabel(_FORCE_LABELS[component])
-    dots = {"marker": "o", "markersize": 2, "linestyle": ""}
-    entries = {"measured": style.line(leg_panels.MEASURED, **dots)}
+    entries = {"measured": style.dots(leg_panels.MEASURED, 2)}
     for profile in PROFILES:
         if profile == "map" and rows_of(predicted, profile=profile).empty:
             continue
@@ -90,9 +85,7 @@ def legs(results: Results, medium: str) -> Figure:
         entries[f"predicted by {PROFILE_TITLES[profile]}{where}"] = style.line(
             colour, linestyle=line
         )
-    entries[f"{style.level(results)} interval of a prediction"] = style.patch(
-        facecolor="#888888", alpha=0.4
-    )
+    entries[f"{style.level(results)} interval of a prediction"] = style.band()
     across = 2 if not columns.is_wide else len(entries) if len(entries) <= 5 else 3
     style.legend(page, entries, across, handlelength=2.4, columnspacing=1.1)
     return page
@@ -125,8 +118,7 @@ def _draw_models(
             continue
         colour, line, _ = PROFILE_LOOKS[profile]
         leg_panels.add_predicted(axes, rows, component, colour, line)
-        names = [column, f"force_{component}_lo_N", f"force_{component}_hi_N"]
-        seen.append(rows[names].to_numpy(float).ravel())
+        seen.append(rows[leg_panels.force_columns(component)].to_numpy(float).ravel())
     inset = leg_panels.has_force(baseline, component)
     leg_panels.force_range(axes, seen, notes, (_INSET, 1 - _INSET) if inset and seen else (0, 1))
     if inset:
@@ -150,7 +142,7 @@ _DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
 @figure(
     "legs_by_medium",
     reads=("predicted.csv", "legs/{media}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S5",
     section="Legs",
@@ -168,7 +160,7 @@ def legs_by_medium(results: Results) -> Figure:
 @figure(
     "legs_depth_only",
     reads=("predicted.csv", "legs/{media}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S2",
     section="Legs",
@@ -176,29 +168,19 @@ def legs_by_medium(results: Results) -> Figure:
 which knows depth and projected area but no angle. The peak lifts stand above each panel.
 It is the baseline: good is how much nearer the dots the lines of the interpolated table lie.
 Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, _: {
-        "peaks": "; ".join(
-            f"{results.campaign.titles[m]}, {text}"
-            for m in results.laboratory
-            if (text := captions.peaks_by_leg(results, m, ["depth_only"]))
-        )
-    },
+    numbers=lambda results, _: captions.peaks_by_medium(
+        results, results.laboratory, ["depth_only"]
+    ),
 )
 def legs_depth_only(results: Results) -> Figure:
     """Draw measured F_z and F_x on every leg in every laboratory medium beside the depth-only model."""
     return _draw_media(results, results.laboratory, "depth_only")
 
 
-def _sand_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
-    titles = results.campaign.titles
-    found = {m: captions.peaks_by_leg(results, m, ["map", "generic"]) for m in results.sands}
-    return {"peaks": "; ".join(f"{titles[m]}, {text}" for m, text in found.items() if text)}
-
-
 @figure(
     "legs_in_sands",
     reads=("predicted.csv", "legs/{media}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(lambda campaign: campaign.with_legs("natural_sand")),
     paper="Fig. S12",
     section="Natural sands",
@@ -206,7 +188,7 @@ def _sand_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG
 map, with {level} intervals, and by the paper's scaling routine (thin lines; they alone are in Fig. S12).
 Good: lines as near to the dots as in the laboratory media.
 Error of the predicted peak lift: {peaks}.""",
-    numbers=_sand_numbers,
+    numbers=lambda results, _: captions.peaks_by_medium(results, results.sands, ["map", "generic"]),
 )
 def legs_in_sands(results: Results) -> Figure:
     """Draw F_z and F_x on every leg in every natural sand, measured and predicted."""
@@ -217,10 +199,7 @@ _BESIDE: dict[str, Any] = {"linestyle": (0, (1, 1)), "linewidth": 0.8}
 
 
 def _draw_media(results: Results, media: Sequence[str], profile: str, beside: str = "") -> Figure:
-    """Draw one row of panels for each medium; every panel has its own range of forces.
-
-    `beside`: A second profile, without its intervals.
-    """
+    """Draw one row of panels a medium by a profile and, without its intervals, by the one `beside` it."""
     predicted, measured = leg_panels.curves(results)
     others = rows_of(predicted, profile=beside)
     tables = rows_of(predicted, profile=profile), measured
@@ -249,16 +228,13 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
                 )  # fmt: skip
     entries = {}
     for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
-        dots = {"marker": "o", "markersize": 2, "linestyle": ""}
-        entries[f"{word}, measured"] = style.line(style.PALE_COLOURS[c], **dots)
+        entries[f"{word}, measured"] = style.dots(style.PALE_COLOURS[c], 2)
         line = style.line(style.COMPONENT_COLOURS[c], linestyle=lines[c])
         entries[f"{word}, predicted by {PROFILE_TITLES[profile]}"] = line
         if beside:
             line = style.line(style.COMPONENT_COLOURS[c], **_BESIDE)
             entries[f"{word}, by {PROFILE_TITLES[beside]}"] = line
-    entries[f"{style.level(results)} interval of a prediction"] = style.patch(
-        facecolor="#888888", alpha=0.4
-    )
+    entries[f"{style.level(results)} interval of a prediction"] = style.band()
     style.legend(page, entries, 3 if columns.is_wide else 2, handlelength=2.4)
     return page
 
@@ -283,8 +259,7 @@ def _draw_leg(
     for c in "zx":
         if c not in unpredicted:
             leg_panels.add_predicted(axes, predicted, c, style.COMPONENT_COLOURS[c], lines[c])
-            names = [f"force_{c}_{part}N" for part in ("", "lo_", "hi_")]
-            seen.append(predicted[names].to_numpy(float).ravel())
+            seen.append(predicted[leg_panels.force_columns(c)].to_numpy(float).ravel())
         if leg_panels.has_force(beside, c):
             theta, force = leg_panels.broken(beside, f"force_{c}_N")
             axes.plot(theta, force, color=style.COMPONENT_COLOURS[c], **_BESIDE)
@@ -303,7 +278,7 @@ def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
         told.append(f"measured {_three(float(measured['force_z_N'].max()))}")
     if leg_panels.has_force(predicted, "z"):
         row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
-        peak, low, high = (float(row[f"force_z_{end}N"]) for end in ("", "lo_", "hi_"))
+        peak, low, high = (float(row[name]) for name in leg_panels.force_columns("z"))
         span = f" ({_three(low)}\N{EN DASH}{_three(high)})" if np.isfinite(low) and low >= 0 else ""
         told.append(f"predicted {_three(peak)}{span}")
     return "peak $F_z$ (N): " + ", ".join(told) if told else ""
@@ -327,7 +302,7 @@ _DASHES: tuple[Any, ...] = (
 @figure(
     "forces_over_zeta",
     reads=("predicted.csv", "legs/{media}.csv", "penetration.csv"),
-    settings=("fit", "fourier", "media"),
+    settings=("fit", "fourier"),
     media=only_if(_legged),
     paper="Fig. S8",
     section="Legs",
@@ -384,7 +359,7 @@ def _generic(
     predicted: pd.DataFrame, component: str, zetas: Mapping[str, float]
 ) -> list[FloatArray]:
     """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing."""
-    names = [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
+    names = leg_panels.force_columns(component)
     rows = predicted[predicted["medium"].map(dict(zetas)).notna()]
     rows = rows[np.isfinite(rows[names[0]].to_numpy(float))]
     if rows.empty:
@@ -444,7 +419,7 @@ _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 @figure(
     "peak_errors",
     reads=("leg_errors.csv",),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
     section="Legs",
     caption="""How far the predicted peak lift is from the measured one, with its {level} interval, on a \
@@ -455,11 +430,7 @@ Errors: {peaks}.""",
     numbers=lambda results, _: captions.peaks(results, results.media),
 )
 def peak_errors(results: Results) -> Figure:
-    """Draw predicted over measured peak lift, one panel per leg, one row per medium.
-
-    The axis is logarithmic in the ratio, so that a tenth and ten times too much are alike far off,
-    and its ticks say the error in percent of the measured peak.
-    """
+    """Draw predicted over measured peak lift, one panel per leg, one row per medium."""
     table = results.table("leg_errors.csv")
     rows = table[table["component"] == "z"]
     known = set(rows["medium"])
@@ -485,11 +456,8 @@ def peak_errors(results: Results) -> Figure:
         for place, medium in enumerate(media):
             own = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]
             _draw_row(axes, place, {str(r["profile"]): r for r in own.to_dict("records")}, profiles)
-        axes.tick_params(labelbottom=i == len(names) - 1)
-        if i == len(names) - 1:
-            axes.set_xlabel(
-                "error of the predicted peak lift\n(% of measured, logarithmic in their ratio)"
-            )
+        label = "error of the predicted peak lift\n(% of measured, logarithmic in their ratio)"
+        style.name_below(axes, label, i == len(names) - 1)
     entries = {}
     for profile in profiles:
         colour, _, marker = PROFILE_LOOKS[profile]
@@ -510,7 +478,6 @@ _SHAPE_PANEL_CM, _SHAPE_TOP_CM = 4.2, 0.5
 @figure(
     "leg_shapes",
     reads=("leg_sensitivity.csv",),
-    settings=("media",),
     media=only_if(_legged),
     section="Legs",
     caption="""Error of the predicted peaks by the measured table, as what is not stated of the legs is varied: \
@@ -539,23 +506,20 @@ def leg_shapes(results: Results) -> Figure:
             axes = style.axes_cm(page, left, top, columns.width, _SHAPE_PANEL_CM)
             _draw_shapes(axes, rows[rows["leg"] == leg], c, looks)
             _error_axis(axes, axes.yaxis, (span[0], span[1]), {33.0: _BANDS[33.0]})
-            axes.tick_params(labelleft=column == 0, labelbottom=row == 1)
+            axes.tick_params(labelleft=column == 0)
+            style.name_below(axes, "angle that the arc spans (deg)", row == 1)
             if row == 0:
                 axes.set_title(leg_panels.leg_title(leg), weight="bold")
             if column == 0:
                 axes.set_ylabel(f"error of peak $F_{c}$ (%)")
-            if row == 1:
-                axes.set_xlabel("angle that the arc spans (deg)")
     titles = results.campaign.titles
     entries = {
-        style.title_of(medium, titles): style.line(colour, marker="o", linestyle="", markersize=3)
+        style.title_of(medium, titles): style.dots(colour, 3)
         for medium, (colour, _) in looks.items()
     }
     grey = leg_panels.MEASURED
     for name, fill in (("middle line", grey), ("half the thickness ahead", "white")):
-        entries[name] = style.line(
-            grey, marker="o", linestyle="", markersize=3, markerfacecolor=fill
-        )
+        entries[name] = style.dots(grey, 3, markerfacecolor=fill)
     style.legend(page, entries, 4 if columns.is_wide else 2)
     return page
 

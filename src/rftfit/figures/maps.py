@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
     import pandas as pd
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
@@ -82,7 +82,7 @@ In N/cm^3: {cells}."""
 @figure(
     "alpha_maps",
     reads=("alpha/{laboratory}.csv",),
-    settings=("fit", "media"),
+    settings=("fit",),
     # a single medium has a figure of its own
     media=only_if(lambda campaign: campaign.of_role("laboratory")[1:]),
     paper="Fig. S4",
@@ -99,7 +99,7 @@ def alpha_maps(results: Results) -> Figure:
 @figure(
     "alpha_maps",
     reads=("alpha/{medium}.csv",),
-    settings=("fit", "media", "figures"),
+    settings=("fit", "figures"),
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Figs. 2C and 2D",
     section="Force profiles",
@@ -153,7 +153,7 @@ def _estimated_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa
 @figure(
     "estimated_maps",
     reads=("maps/{media}.csv", "alpha/{media}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=only_if(_few_pushes),
     section="Force profiles",
     caption="""alpha in all directions of media with few pushes (circles), estimated by the shape that known \
@@ -187,16 +187,14 @@ def draw_maps(
     confidence: float = 0.95,
     what: str = "measured",
 ) -> Figure:
-    """Draw maps of alpha_z and alpha_x, one row a medium; `what`: how they are known.
+    """Draw maps of alpha and of its half widths, one row a medium; `what`: how it is known.
 
-    Each map shows the cells as measured (the gamma grid is not uniform), the zero contour between
-    them, and shading where the component does not oppose its own motion; beside it stands the half
-    width of its interval. Missing cells are grey and hatched. Directions on no grid are dots, over
-    what is interpolated between them.
+    Cells stand as measured (the gamma grid is not uniform), with the zero contour between them;
+    directions on no grid are dots, over what is interpolated between them.
     """
     heads = []
     for c in "zx":
-        level = f"{100 * confidence:.4g} %"
+        level = style.level_of(confidence)
         half = f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {style.PER_CM3})"
         heads += [f"{what}\n{style.alpha_label(c)}", half]
     media = [str(medium) for medium in tables["medium"].unique()]
@@ -215,11 +213,11 @@ def draw_maps(
             fine = (_FINE, _FINE, between[index]) if between else pivot(table, name)
             add_signs(axes, c, *fine)
             # in thousandths: four digits after the point would run into the next map
-            width = 1e3 * half_width(table, c)
+            width = 1e3 * captions.half_width(table, c)
             axes = empty_map(page, row, 2 * index + 1, (False, last))
             add_bar(page, axes, add_table(axes, table, width, signed=False))
             missing |= _has_holes(table, name)
-    add_legend(page, signs=True, missing=missing)
+    add_legend(page, missing)
     return page
 
 
@@ -260,8 +258,8 @@ def _has_holes(table: pd.DataFrame, column: str) -> bool:
 
 
 def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
-    table = results.table("coefficients.csv")
-    own = table[(table["method"] == results.config.fourier.method) & (table["medium"] != "generic")]
+    table = captions.of_method(results, "coefficients.csv")
+    own = table[table["medium"] != "generic"]
     told, titles = [], results.campaign.titles
     for name, rows in own.groupby("medium", sort=False):
         misfit = style.number(float(rows["misfit_rms_N_per_cm3"].iloc[0]), 3)
@@ -276,7 +274,7 @@ def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG0
 @figure(
     "fit_maps",
     reads=("alpha/{laboratory}.csv", "coefficients.csv"),
-    settings=("fourier", "media"),
+    settings=("fourier",),
     media=only_if(lambda campaign: campaign.of_role("laboratory")),
     section="Force profiles",
     caption="""The nine-term Fourier fit by {method}, and what it leaves of the measured alpha.
@@ -293,18 +291,13 @@ def fit_maps(results: Results) -> Figure:
     models = {}
     for medium in results.laboratory:
         kept = kept_coefficients(coefficients, method, medium)
-        models[medium] = _nine_terms(kept)
+        models[medium] = partial(evaluate, kept)
     return _draw_models(results, models, f"nine-term fit ({method})", "measured minus fit")
-
-
-def _nine_terms(coefficients: dict[str, float]) -> Model:
-    return lambda beta, gamma: evaluate(coefficients, beta, gamma)
 
 
 @figure(
     "depth_only_maps",
     reads=("alpha/{medium}.csv",),
-    settings=("media",),
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Fig. S1",
     section="Force profiles",
@@ -342,15 +335,12 @@ def _draw_models(results: Results, models: Mapping[str, Model], name: str, left:
             rest = table[name] - model(at[0], at[1])[index]
             add_bar(page, axes, add_table(axes, table, rest, signed=True))
             missing |= _has_holes(table, name)
-    add_legend(page, signs=True, missing=missing)
+    add_legend(page, missing)
     return page
 
 
 def why_no_fit(table: pd.DataFrame, method: str, column: str) -> list[str]:
-    """Say of every laboratory medium why it could not be fitted; nothing where any could.
-
-    `table`: of coefficients or penetration; `column`: whose number tells.
-    """
+    """Say of every medium why a table of fits has no number in a column; nothing where any has one."""
     own = table[table["method"] == method]
     if own[column].notna().any():
         return []
@@ -396,10 +386,7 @@ LIMIT_DEG = 90.0
 
 
 def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """One column of the alpha table of one medium as a grid.
-
-    Returns beta and gamma, ascending, in degrees, and the values, NaN where there is no row or none.
-    """
+    """One column of a medium's alpha table as a grid: ascending beta, gamma (degrees), values."""
     # a printed 18.43 and the exact angle are one and the same cell
     beta = table["beta_deg"].to_numpy(float).round(2)
     gamma = table["gamma_deg"].to_numpy(float).round(2)
@@ -419,12 +406,6 @@ def lies_on_grid(table: pd.DataFrame) -> bool:
     """Whether at least half of the pairs of the angles of one medium's alpha table are in it."""
     lines = [table[f"{angle}_deg"].round(2).nunique() for angle in ("beta", "gamma")]
     return 2 * len(table) >= lines[0] * lines[1]
-
-
-def half_width(table: pd.DataFrame, component: str) -> pd.Series[float]:
-    """Half the width of the interval of alpha_z or alpha_x, N/cm^3."""
-    high = table[f"alpha_{component}_hi_N_per_cm3"].astype(float)
-    return (high - table[f"alpha_{component}_lo_N_per_cm3"].astype(float)) / 2
 
 
 def edges(centres: npt.ArrayLike) -> FloatArray:
@@ -450,10 +431,7 @@ def _weights(centres: FloatArray, fine: FloatArray) -> FloatArray:
 def refine(
     beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray, step_deg: float = 2.5
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Interpolate bilinearly onto a finer grid, the measured angles among its lines.
-
-    Returns beta, gamma (degrees) and values, NaN wherever a missing cell takes part.
-    """
+    """Interpolate bilinearly onto a finer grid through the measured angles; NaN beside a missing cell."""
     fine = []
     for centres in (beta_deg, gamma_deg):
         parts = [
@@ -603,10 +581,7 @@ _WAYS = {
 
 
 def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable, component: str = "") -> None:
-    """Add a colour bar at the right of a map; its unit stands in the head of the column.
-
-    `component`: Of a force, whose direction is drawn at the ends.
-    """
+    """Add a colour bar at the right of a map; a force `component` has its directions drawn at the ends."""
     from matplotlib.ticker import MaxNLocator
 
     box = axes.get_position()
@@ -633,14 +608,14 @@ def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable, component: str = 
                    color="white", weight="bold")  # fmt: skip
 
 
-def add_legend(figure: Figure, signs: bool, missing: bool) -> None:
+def add_legend(figure: Figure, missing: bool) -> None:
     """Explain contour and shading, and the hatching of missing cells, at the foot of the figure."""
-    entries: dict[str, Artist] = {}
-    if signs:
-        entries["zero contour (interpolated)"] = style.line("black", linewidth=0.9)
-        entries["does not oppose the motion"] = style.patch(
+    entries = {
+        "zero contour (interpolated)": style.line("black", linewidth=0.9),
+        "does not oppose the motion": style.patch(
             facecolor="white", edgecolor="#222222", hatch=_SHADING * 2, linewidth=0.3
-        )
+        ),
+    }
     if missing:
         entries["no usable run"] = style.patch(linewidth=0.3, **_MISSING)
     style.legend(figure, entries, len(entries), borderaxespad=0.3, columnspacing=2.0)

@@ -10,7 +10,7 @@ from rftfit.campaign.config import Leg
 from rftfit.errors import InputError
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure, greek, only_if
-from rftfit.figures.traces import alpha_of, by_run, stress_of, thin
+from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -39,12 +39,12 @@ _LEGEND_COLUMNS = {1: 2, 2: 2, 3: 3, 4: 6}
 _RUN_SIDE_CM, _RUN_PITCH_CM, _RUN_ROW_CM, _RUN_LEFT_CM, _RUN_TOP_CM = 3.1, 4.1, 4.9, 1.45, 1.15
 
 
-_PAIR = (30.0, 45.0)
+PUSH = (30.0, 45.0)
 """Beta and gamma, degrees, of the paper's push; its pull is filed under the same angles, negative."""
 
 
 def stress_runs(campaign: Campaign) -> list[str]:
-    """Choose the runs that are shown: those the config names, or a push and its pull near `_PAIR`."""
+    """Choose the runs that are shown: those the config names, or a push and its pull near `PUSH`."""
     named = campaign.config.figures.stress_runs
     unknown = [name for name in named if name not in campaign.by_id]
     if unknown:
@@ -69,7 +69,7 @@ def stress_runs(campaign: Campaign) -> list[str]:
         return []
     # a push without its pull only where there is no pair
     order = {
-        at: (-len(runs), np.hypot(at[0] - _PAIR[0], at[1] - _PAIR[1])) for at, runs in found.items()
+        at: (-len(runs), np.hypot(at[0] - PUSH[0], at[1] - PUSH[1])) for at, runs in found.items()
     }
     nearest = found[min(found, key=order.__getitem__)]
     return [nearest[name] for name in sorted(nearest, reverse=True)]
@@ -80,23 +80,16 @@ def _stress_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: A
     for run in stress_runs(results.campaign):
         fits = results[results.campaign.by_id[run].medium].fits
         for row in fits[fits["run_id"] == run].to_dict("records"):
-            z, x = (_value(row, c) for c in "zx")
+            z, x = (alpha_text(row, c) for c in "zx")
             angles = f"({style.degrees(row['beta_deg'])}, {style.degrees(row['gamma_deg'])})"
             told.append(greek(f"{run} at {angles}: alpha_z {z}, alpha_x {x} N/cm^3"))
     return {"slopes": "; ".join(told)}
 
 
-def _value(row: Row, component: str) -> str:
-    value, low, high = alpha_of(row, component)
-    half = (high - low) / 2
-    margin = f" \N{PLUS-MINUS SIGN} {style.number(half, 4)}" if np.isfinite(half) else ""
-    return style.number(value, 4) + margin
-
-
 @figure(
     "stress_of_runs",
     reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
-    settings=("intruders", "fit", "figures", "media"),
+    settings=("intruders", "fit", "figures"),
     media=only_if(lambda campaign: campaign.of_samples() and stress_runs(campaign)),
     paper="Fig. 2B",
     section="Measurement",
@@ -140,7 +133,7 @@ def stress_of_runs(results: Results) -> Figure:
         _draw_run(axes, samples[run], fit)
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
         head = [f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}"]
-        head += [rf"$\alpha_{c}$ = {_value(fit, c)} {style.PER_CM3}" for c in "zx"]
+        head += [rf"$\alpha_{c}$ = {alpha_text(fit, c)} {style.PER_CM3}" for c in "zx"]
         style.text_cm(page, left, top - 0.1, "\n".join(head), va="bottom", fontsize=6)
         axes.set_xlim(0, None)
         if deepest:
@@ -160,7 +153,7 @@ def stress_of_runs(results: Results) -> Figure:
         r"horizontal $\sigma_x$": style.line(x),
         r"fit of $\sigma_z$ through zero": style.line("black"),
         r"fit of $\sigma_x$ through zero": style.line("black", linestyle="--"),
-        f"{style.level(results)} interval": style.patch(facecolor="#888888", alpha=0.5),
+        f"{style.level(results)} interval": style.band(0.5),
         "fit window": style.patch(facecolor=style.WINDOW),
     }
     if deepest:
@@ -202,7 +195,7 @@ _NOTE_PT = 5.5
     "linearity",
     reads=("tared/{laboratory}.parquet", "windows/{laboratory}.parquet", "fits/{laboratory}.csv",
            "alpha/{laboratory}.csv"),
-    settings=("intruders", "fit", "media"),
+    settings=("intruders", "fit"),
     media=only_if(lambda campaign: campaign.of_samples("laboratory")),
     section="Measurement",
     caption="""Is stress in proportion to depth, in all media and directions?
@@ -214,11 +207,7 @@ of the stress there in the median and {bend_most} % in the worst twentieth (wher
     numbers=captions.plates,
 )  # fmt: skip
 def linearity(results: Results) -> Figure:
-    """Draw stress against depth, one column per cell and one colour per medium.
-
-    Samples outside the window of the fit are faint. A horizontal run is one point: its steady mean,
-    with its interval, at its depth. The line is the cell's slope, through zero.
-    """
+    """Draw stress against depth, one column per cell and one colour per medium."""
     media, titles = results.laboratory, results.campaign.titles
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
@@ -249,9 +238,7 @@ def linearity(results: Results) -> Figure:
                 )
             ]
             _finish(axes, lost, len(lost) < len(media))
-            axes.tick_params(labelbottom=j == 1)
-            if j == 1:
-                axes.set_xlabel("depth (cm)")
+            style.name_below(axes, "depth (cm)", j == 1)
             if i == 0:
                 axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
                 axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
@@ -260,7 +247,7 @@ def linearity(results: Results) -> Figure:
         for medium, (colour, marker) in looks.items()
     }
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
-    entries[f"{style.level(results)} interval"] = style.patch(facecolor="#888888", alpha=0.5)
+    entries[f"{style.level(results)} interval"] = style.band(0.5)
     style.legend(page, entries, 4)
     return page
 
@@ -341,8 +328,8 @@ def _draw_medium(
             inside = trace["in_window"] > 0
             for chosen, strength in ((~inside, 0.3), (inside, 0.9)):
                 stress = np.where(chosen, trace[f"stress_{c}_N_per_cm2"], np.nan)
-                for line in thin(trace["depth_cm"], stress, 300):
-                    axes.plot(*line.T, color=colour, linewidth=0.6, alpha=strength)
+                how = {"color": colour, "linewidth": 0.6, "alpha": strength}
+                draw_thin(axes, trace["depth_cm"], stress, 300, **how)
     end = np.nanmax(ends) if np.isfinite(ends).any() else 1.0
     axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, alpha=0.35)
     axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT, linewidth=0.6)

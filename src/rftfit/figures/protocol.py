@@ -10,8 +10,9 @@ import numpy as np
 
 from rftfit import conventions
 from rftfit.figures import captions, leg_panels, style
+from rftfit.figures.plates import PUSH
 from rftfit.figures.registry import figure
-from rftfit.figures.traces import alpha_of, by_run, stress_of, thin
+from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
 from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
@@ -34,9 +35,6 @@ if TYPE_CHECKING:
 # One run of each kind, as recorded, with its tare, and what it gave
 
 
-_SLANTED = (30.0, 45.0)
-"""Beta and gamma, degrees, that the runs shown are to be nearest to."""
-
 _RECORDED = ("time_s", "depth_cm", "x_cm", "angle_deg", "force_z_N", "force_x_N")
 _CURVE = ("theta_deg", "force_z_N", "force_x_N")
 _LEFT_CM, _SIDE_CM, _PITCH_CM, _TOP_CM = 1.35, 3.3, 4.35, 1.2
@@ -44,8 +42,6 @@ _ROWS_CM = ((0.0, 2.1), (2.35, 2.7), (6.75, 2.9))
 """Top, from the first row's, and height of each row."""
 
 _PHASES = {"pause": "#f3e3b3", "stroke": style.WINDOW}
-_POINTS = 400
-"""Vertices of one line; a run has more samples than a panel has dots."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +97,7 @@ def columns_of(results: Results, medium: str) -> list[Column]:
 
 def _plates(campaign: Campaign, fits: pd.DataFrame, there: set[str]) -> Iterator[Run]:
     """For each direction the run nearest to the one that is wanted, of those that gave an alpha."""
-    beta, gamma = _SLANTED
+    beta, gamma = PUSH
     wanted = {
         "intrusion": (beta, gamma),
         "extraction": conventions.file_extraction(beta, gamma)[:2],
@@ -161,7 +157,7 @@ def _about(run: Run) -> str:
     "protocol",
     reads=("traces/{medium}.parquet", "tared/{medium}.parquet", "windows/{medium}.parquet",
            "fits/{medium}.csv", "legs/{medium}.csv"),
-    settings=("intruders", "fit", "media"),
+    settings=("intruders", "fit"),
     media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
     caption="""How a force becomes a slope, in {medium}.
@@ -174,12 +170,7 @@ The half width of its {level} interval is {half} N/cm^3 in the median.""",
     numbers=captions.plates,
 )  # fmt: skip
 def protocol(results: Results, medium: str) -> Figure:
-    """Draw runs of several kinds from recording to result, one column each.
-
-    Above: position against time. Middle: force on the intruder and of its tare against time. Below:
-    stress of a plate with the line through zero (the steady mean of a horizontal run) and its
-    interval, or the force on a leg against its angle.
-    """
+    """Draw runs of several kinds from recording to result, one column each."""
     columns = columns_of(results, medium)
     if not columns:
         return style.missing(f"{medium}: no run of which recording and result could be drawn")
@@ -223,7 +214,7 @@ def protocol(results: Results, medium: str) -> Figure:
         "stroke; below: window of the fit": style.patch(facecolor=_PHASES["stroke"]),
         "fit, vertical": style.line("black"),
         "fit, horizontal": style.line("black", linestyle="--"),
-        f"{style.level(results)} interval of a fit": style.patch(facecolor="#888888", alpha=0.5),
+        f"{style.level(results)} interval of a fit": style.band(0.5),
     }
     style.legend(page, entries, 6 if width > 14 else 3)
     return page
@@ -239,14 +230,12 @@ def _draw_position(axes: Axes, column: Column) -> None:
     _shade(axes, column)
     run, time = column.run, column.run["time_s"]
     if column.kind == "rotation":
-        for line in thin(time, run["angle_deg"], _POINTS):
-            axes.plot(*line.T, color="black")
+        draw_thin(axes, time, run["angle_deg"], color="black")
         axes.set_yticks(range(-90, 91, 90))
         axes.set_ylabel(r"$\theta$ (degrees)")
         return
     for values, dashes in ((-run["depth_cm"], "-"), (run["x_cm"], "--")):
-        for line in thin(time, values, _POINTS):
-            axes.plot(*line.T, color="black", linestyle=dashes, linewidth=0.9)
+        draw_thin(axes, time, values, color="black", linestyle=dashes, linewidth=0.9)
     style.ticks(axes.yaxis, 5, integer=True)
     axes.set_ylabel("position (cm)", labelpad=1)
 
@@ -260,8 +249,8 @@ def _draw_forces(axes: Axes, column: Column) -> None:
         (column.run, style.COMPONENT_COLOURS),
     ):
         for c in "zx" if trace else "":
-            for line in thin(trace["time_s"], trace[f"force_{c}_N"], _POINTS):
-                axes.plot(*line.T, color=colours[c], linewidth=0.6)
+            force = trace[f"force_{c}_N"]
+            draw_thin(axes, trace["time_s"], force, color=colours[c], linewidth=0.6)
     time = column.run["time_s"]
     axes.set_xlim(np.nanmin(time), np.nanmax(time))
     style.ticks(axes.xaxis, 5, integer=True)
@@ -284,18 +273,15 @@ def _draw_plate(axes: Axes, column: Column) -> str:
     notes = []
     for c in "zx":
         colour = style.COMPONENT_COLOURS[c]
-        for line in thin(place, trace[f"stress_{c}_N_per_cm2"], _POINTS):
-            axes.plot(*line.T, color=colour, linewidth=0.6, alpha=0.75)
+        stress = trace[f"stress_{c}_N_per_cm2"]
+        draw_thin(axes, place, stress, color=colour, linewidth=0.6, alpha=0.75)
         alpha, low, high = alpha_of(column.fit, c)
         if np.isfinite([alpha, end]).all():
             ends = np.array([begin, end]) if flat else np.array([0.0, end])
             shape = scale * np.ones(2) if flat else ends
             axes.fill_between(ends, low * shape, high * shape, color=colour, alpha=0.35)
             axes.plot(ends, alpha * shape, "-" if c == "z" else "--", color="black")
-        text, half = style.number(alpha, 4), (high - low) / 2
-        if np.isfinite(half):
-            text += f" \N{PLUS-MINUS SIGN} {style.number(half, 4)}"
-        notes.append(rf"$\alpha_{c}$ = {text} {style.PER_CM3}")
+        notes.append(rf"$\alpha_{c}$ = {alpha_text(column.fit, c)} {style.PER_CM3}")
     axes.set_xlim(0, None)
     axes.set_xlabel("distance travelled (cm)" if flat else "depth (cm)")
     style.ticks(axes.xaxis, 5, integer=True)
@@ -330,7 +316,7 @@ def _draw_leg(axes: Axes, column: Column) -> str:
 @figure(
     "tare",
     reads=("tared/{medium}.parquet", "tares/{medium}.csv"),
-    settings=("fit", "media"),
+    settings=("fit",),
     media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
     caption="""What the rod and the mount alone felt along the deepest slanted path in {medium}, and the \

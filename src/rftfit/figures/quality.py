@@ -36,7 +36,7 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:
 @figure(
     "{medium}",
     reads=("tared/{medium}.parquet", "windows/{medium}.parquet", "fits/{medium}.csv"),
-    settings=("intruders", "media"),
+    settings=("intruders",),
     media=lambda campaign: campaign.of_samples(),
     group="quality",
     folder="quality",
@@ -60,17 +60,13 @@ def quality(results: Results, medium: str) -> list[Figure]:
 
 @style.styled
 def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) -> list[Figure]:
-    """Draw a panel for each plate run of a medium, ordered by beta and gamma.
+    """Draw a panel for each plate run of a medium by beta and gamma, repeats on pages of their own.
 
-    Each panel shows the tared stress, the rod's tare as stress, the fit window and the fit; its
-    vertical scale is its own and printed in it. Extractions are drawn as filed.
-
-    `traces`: as from `stress_samples`; a run of `fits` without samples has an empty panel. Returns
-    pages of at most 15 by 7 runs; repeated runs stand on pages of their own.
+    Its vertical scale is printed in it. A run of `fits` without samples has an empty panel.
     """
     fits = fits.assign(run_id=fits["run_id"].astype(str))
     samples = by_run(filed(traces, fits))
-    rows = fits.drop_duplicates("run_id").set_index("run_id", drop=False)
+    rows = fits.set_index("run_id", drop=False)
     flat = set(rows.index[rows["direction"] == "horizontal"])
     depth = rows["depth_from_cm"].astype(float)
     for run in flat & set(samples):
@@ -79,7 +75,7 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
             depth[run] = float(np.median(finite))
     ends = {True: [1.0], False: [1.0]}
     for run, trace in samples.items():
-        values = trace["path_cm" if run in flat and "path_cm" in trace else "depth_cm"]
+        values = trace["path_cm" if run in flat else "depth_cm"]
         ends[run in flat].append(float(values[np.isfinite(values)].max(initial=0.0)))
     reach = float(np.ceil(max(ends[False]))), float(np.ceil(max(ends[True])))
     pages = lay_out(rows.reset_index(drop=True), depth)
@@ -100,11 +96,9 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
 
 def _notes(fits: pd.DataFrame, told: tuple[str, ...]) -> str:
     """List what holds for all runs, and the notes on runs, each with the number that carry it."""
-    words = said_of_all(told)
-    if "note" in fits.columns:
-        counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
-        words += [f"{count} runs: {note}" for note, count in counts.items()]
-    return "; ".join(words)
+    counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
+    words = [f"{count} runs: {note}" for note, count in counts.items()]
+    return "; ".join([*said_of_all(told), *words])
 
 
 # Where each run stands: rows of beta, columns of gamma, direction and depth
@@ -136,10 +130,7 @@ class Page:
 
 
 def depth_levels(depth_cm: pd.Series[float]) -> pd.Series[float]:
-    """Gather the depths of horizontal runs, NaN where unknown, into the depths that were meant.
-
-    Returns the mean of the depths less than half a centimetre from one another; NaN stays.
-    """
+    """Gather the depths of horizontal runs, NaN where unknown, into the depths that were meant."""
     ordered = depth_cm.sort_values()
     group = (ordered.diff() > _SAME_DEPTH_CM).cumsum()
     means = ordered.groupby(group).transform("mean")
@@ -159,10 +150,7 @@ def _chunks(count: int, most: int) -> Iterator[range]:
 
 
 def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
-    """Order the runs of one medium on pages; the k-th repeat of a run stands on its own page.
-
-    `depth_cm`: of each horizontal run, by run id.
-    """
+    """Order the runs of one medium on pages; the k-th repeat of a run stands on its own page."""
     runs = fits[["run_id", "beta_deg", "gamma_deg", "direction"]].copy()
     runs["beta_deg"] = runs["beta_deg"].astype(float).round(2) + 0.0
     runs["gamma_deg"] = runs["gamma_deg"].astype(float).round(2) + 0.0
@@ -283,7 +271,7 @@ class Sheet:
 
     def _trace(self, left: float, top: float, trace: Trace, fit: Row) -> None:
         flat = fit["direction"] == "horizontal"
-        name = "path_cm" if flat and "path_cm" in trace else "depth_cm"
+        name = "path_cm" if flat else "depth_cm"
         inner, tall = self.width - _GAP, self.height - _GAP - _HEAD
         least, most = span(trace)
         scale = tall / (most - least)
@@ -302,7 +290,7 @@ class Sheet:
         self.lines["#b0b0b0", 0.4].append(np.array([(left, zero), (left + inner, zero)]))
         for (kind, c), (pen, _) in STRESS.items():
             column = f"{kind}_{c}_N_per_cm2"
-            if column in trace and (kind == "stress" or np.any(trace[column])):
+            if kind == "stress" or np.any(trace[column]):
                 self.lines[pen] += thin(x, zero + scale * trace[column])
         if not np.isfinite(x).any():
             return

@@ -121,9 +121,29 @@ Simulated on the {table}.""",
     numbers=_speed_numbers,
 )
 def speed(results: Results, sweep: str) -> Figure:
-    """Draw speed against stride frequency on the measured table."""
-    speeds, errors = results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/errors.csv")
-    return draw_speeds(speeds, errors)
+    """Draw speed against stride frequency on the measured table.
+
+    Without any measured condition model curves alone are drawn, at seven curvatures.
+    """
+    speeds, errors = _on_measured_table(results, sweep, "speed", "errors")
+    if speeds.empty:
+        return style.missing("there is no simulated speed to draw")
+    looks = _shown(speeds, errors)
+    page = style.new_figure(style.SINGLE_CM, _TOP_CM + 6.0 + 3.1)
+    axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, style.SINGLE_CM - _LEFT_CM - 0.2, 6.0)
+    _frequency_panel(axes, speeds, errors, looks)
+    axes.set_ylim(*_limits(speeds, errors))
+    axes.set_xlabel(FREQUENCY_LABEL)
+    axes.set_ylabel(SPEED_LABEL)
+    axes.set_title(PROFILE_TITLES["table"], loc="left", fontsize=7.5)
+    style.legend(page, _speed_entries(looks, errors), 2, handlelength=1.8)
+    return page
+
+
+def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.DataFrame]:
+    """Tables of a sweep, their rows of the profile that is the measured table."""
+    tables = [results.table(f"{sweep}/{name}.csv") for name in names]
+    return [table[table["profile"] == "table"] for table in tables]
 
 
 @sweep_figure(
@@ -140,8 +160,30 @@ By profile: {profiles}.""",
     numbers=_speed_numbers,
 )
 def profiles(results: Results, sweep: str) -> Figure:
-    """Draw speed against stride frequency and curvature, one row a profile."""
-    return draw_profiles(results.table(f"{sweep}/speed.csv"), results.table(f"{sweep}/errors.csv"))
+    """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
+    speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
+    names = list(dict.fromkeys(speed["profile"]))
+    if speed.empty:
+        return style.missing("there is no simulated speed to draw")
+    looks, limits, pitch = _shown(speed, errors), _limits(speed, errors), 5.4
+    page = style.new_figure(style.DOUBLE_CM, _TOP_CM + len(names) * pitch + 2.45)
+    for row, name in enumerate(names):
+        top = _TOP_CM + row * pitch
+        own, part = (table[table["profile"] == name] for table in (speed, errors))
+        left = style.axes_cm(page, _LEFT_CM, top, _SIDE_CM, pitch - 0.7)
+        right = style.axes_cm(page, _LEFT_CM + _SPEED_PITCH_CM, top, _SIDE_CM, pitch - 0.7)
+        _frequency_panel(left, own, part, looks)
+        _curvature_panel(right, own, part)
+        for axes, label in ((left, FREQUENCY_LABEL), (right, CURVATURE_LABEL)):
+            axes.set_ylim(*limits)
+            style.name_below(axes, label, row == len(names) - 1)
+        left.set_ylabel(SPEED_LABEL)
+        left.set_title(PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5)
+    entries = _speed_entries(looks, errors)
+    if (speed["outcome"] == "tipped").any():
+        entries["turned upside down"] = style.line("black", linestyle="", marker="x", markersize=3)
+    style.legend(page, entries, 5, handlelength=1.8)
+    return page
 
 
 def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]:
@@ -172,57 +214,6 @@ def _limits(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
     highest = [speed["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()]
     lowest = float(np.nan_to_num(speed["speed_cm_per_s"].min()))
     return min(-1.0, lowest * 1.05), float(np.nan_to_num(highest).max() * 1.06) or 1.0
-
-
-@style.styled
-def draw_speeds(speed: pd.DataFrame, errors: pd.DataFrame, profile: str = "table") -> Figure:
-    """Draw speed against stride frequency on one profile.
-
-    Without any measured condition in `errors` model curves alone are drawn, at seven curvatures.
-    """
-    speed, errors = (table[table["profile"] == profile] for table in (speed, errors))
-    if speed.empty:
-        return style.missing("there is no simulated speed to draw")
-    looks = _shown(speed, errors)
-    page = style.new_figure(style.SINGLE_CM, _TOP_CM + 6.0 + 3.1)
-    axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, style.SINGLE_CM - _LEFT_CM - 0.2, 6.0)
-    _frequency_panel(axes, speed, errors, looks)
-    axes.set_ylim(*_limits(speed, errors))
-    axes.set_xlabel(FREQUENCY_LABEL)
-    axes.set_ylabel(SPEED_LABEL)
-    axes.set_title(PROFILE_TITLES.get(profile, style.plain(profile)), loc="left", fontsize=7.5)
-    legend = _speed_entries(looks, not errors.empty) | _told(errors)
-    style.legend(page, legend, 2, handlelength=1.8)
-    return page
-
-
-@style.styled
-def draw_profiles(speed: pd.DataFrame, errors: pd.DataFrame) -> Figure:
-    """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
-    names = list(dict.fromkeys(speed["profile"]))
-    if speed.empty:
-        return style.missing("there is no simulated speed to draw")
-    looks, limits, pitch = _shown(speed, errors), _limits(speed, errors), 5.4
-    page = style.new_figure(style.DOUBLE_CM, _TOP_CM + len(names) * pitch + 2.45)
-    for row, name in enumerate(names):
-        top = _TOP_CM + row * pitch
-        own, part = (table[table["profile"] == name] for table in (speed, errors))
-        left = style.axes_cm(page, _LEFT_CM, top, _SIDE_CM, pitch - 0.7)
-        right = style.axes_cm(page, _LEFT_CM + _SPEED_PITCH_CM, top, _SIDE_CM, pitch - 0.7)
-        _frequency_panel(left, own, part, looks)
-        _curvature_panel(right, own, part)
-        for axes, label in ((left, FREQUENCY_LABEL), (right, CURVATURE_LABEL)):
-            axes.set_ylim(*limits)
-            axes.tick_params(labelbottom=row == len(names) - 1)
-            if row == len(names) - 1:
-                axes.set_xlabel(label)
-        left.set_ylabel(SPEED_LABEL)
-        left.set_title(PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5)
-    entries = _speed_entries(looks, not errors.empty) | _told(errors)
-    if (speed["outcome"] == "tipped").any():
-        entries["turned upside down"] = style.line("black", linestyle="", marker="x", markersize=3)
-    style.legend(page, entries, 5, handlelength=1.8)
-    return page
 
 
 def _frequency_panel(
@@ -287,10 +278,7 @@ def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> No
 
 
 def read_at(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float | None:
-    """Speed at one frequency, between its neighbours; none beyond them or where they are far apart.
-
-    `frequencies`: Ascending; standing still is added to them.
-    """
+    """Speed at one frequency between its neighbours or standing still; none where they are far apart."""
     x, y = np.append(0.0, frequencies), np.append(0.0, speeds)
     place = int(np.searchsorted(x, at_Hz - 1e-6))
     if place == x.size or (x[place] - x[place - 1] > _WIDEST_HZ and x[place] - at_Hz > 1e-6):
@@ -343,27 +331,25 @@ def _shares(errors: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def _speed_entries(looks: Mapping[float, tuple[str, str]], measured: bool) -> dict[str, Artist]:
+def _speed_entries(
+    looks: Mapping[float, tuple[str, str]], errors: pd.DataFrame
+) -> dict[str, Artist]:
+    """Entries of a legend that say what colours, lines and points are."""
     # shown with the marker where there is one
-    return {
+    curves = {
         f"$R'/r$ = {style.number(one, 2)}": style.line(
-            colour, marker=marker if measured else "", markersize=3.4
+            colour, marker="" if errors.empty else marker, markersize=3.4
         )
         for one, (colour, marker) in looks.items()
     }
-
-
-def _told(errors: pd.DataFrame) -> dict[str, Artist]:
-    """Entries of a legend that say what lines and points are."""
-    entries: dict[str, Artist] = {"simulated": style.line("black", linewidth=1.0)}
+    entries = curves | {"simulated": style.line("black", linewidth=1.0)}
     if errors.empty:
         return entries
-    point: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 3.4}
-    entries["measured, mean and s.d. of trials"] = style.line("black", **point)
+    entries["measured, mean and s.d. of trials"] = style.dots("black", 3.4)
     if (errors["calibrated"] == "yes").any():
-        entries["measured, calibrated on"] = style.line("black", markerfacecolor="white", **point)
+        entries["measured, calibrated on"] = style.dots("black", 3.4, markerfacecolor="white")
     entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
-    entries["interval of a simulated speed"] = style.patch(facecolor="#888888", alpha=0.4)
+    entries["interval of a simulated speed"] = style.band()
     return entries
 
 
@@ -397,19 +383,8 @@ By profile: {best}.""",
 )
 def curvature(results: Results, sweep: str) -> Figure:
     """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
-    speed, best, errors = (
-        results.table(f"{sweep}/{name}.csv") for name in ("speed", "optimum", "errors")
-    )
-    return draw_optimum(speed, best, errors)
-
-
-@style.styled
-def draw_optimum(
-    speed: pd.DataFrame, optimum: pd.DataFrame, errors: pd.DataFrame, profile: str = "table"
-) -> Figure:
-    """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
-    own = speed[speed["profile"] == profile]
-    best = optimum[optimum["profile"] == profile].sort_values("frequency_Hz")
+    own, best, known = _on_measured_table(results, sweep, "speed", "optimum", "errors")
+    best = best.sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
     grid = own[np.isin(own["frequency_Hz"], frequencies)]
     table = grid.pivot_table(
@@ -418,21 +393,17 @@ def draw_optimum(
     if table.empty:
         reasons = own["reason"].value_counts()
         why = str(reasons.index[0]) if len(reasons) else "no run of the sweep"
-        return style.missing(
-            f"{captions.name_of(profile)}: no run of the sweep has a steady speed", [why]
-        )
+        head = f"{captions.name_of('table')}: no run of the sweep has a steady speed"
+        return style.missing(head, [why])
     page = style.new_figure(style.DOUBLE_CM, 8.3)
     left = style.axes_cm(page, 1.25, 0.75, _SIDE_CM, 6.1)
-    known = errors[errors["profile"] == profile]
     _curvature_panel(left, own, known)
     left.set_ylim(*_limits(own, known))
     left.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
     if len(known):
         entries = {
             "simulated": style.line("black"),
-            "measured (read between frequencies)": style.line(
-                "black", linestyle="", marker="o", markersize=3.4
-            ),
+            "measured (read between frequencies)": style.dots("black", 3.4),
         }
         left.legend(list(entries.values()), list(entries), loc="upper left", frameon=False)
     right = style.axes_cm(page, 10.5, 0.75, 5.8, 6.1)
@@ -458,6 +429,29 @@ def draw_optimum(
 # The robot in mid-stance, the force on every element of the standing tripod
 
 
+def _standing(part: pd.DataFrame) -> pd.DataFrame:
+    return part[part["group"] == "tripod_1"]
+
+
+def _by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
+    """Curvature and frequency of the runs of a table, c-leg first, with the rows of each."""
+    runs = table.groupby(["curvature_times_R", "frequency_Hz"])
+    return [((float(k), float(f)), part) for (k, f), part in reversed([*runs])]
+
+
+def _run_name(curvature: float, frequency: float) -> str:
+    return f"{leg_name(curvature)}, {frequency:g} Hz"
+
+
+def _stance_numbers(results: Results) -> dict[str, str]:
+    table, told = results.table("robot/stances.csv"), []
+    for run, part in _by_run(table):
+        legs = _standing(part)
+        z, x = (style.number(float(legs[f"force_{c}_N"].sum()), 2) for c in "zx")
+        told.append(f"{_run_name(*run)}, {z} N up and {x} N forward")
+    return {"sums": "; ".join(told)}
+
+
 @figure(
     "robot_stance",
     reads=("robot/stances.csv",),
@@ -473,44 +467,11 @@ In sum on the tripod: {sums}.""",
     numbers=lambda results, _: _stance_numbers(results),
 )
 def robot_stance(results: Results) -> Figure:
-    """Draw the robot in mid-stance with the force on every element of one tripod."""
-    return draw_stances(results.table("robot/stances.csv"))
-
-
-def _standing(part: pd.DataFrame) -> pd.DataFrame:
-    return part[part["group"] == "tripod_1"]
-
-
-def _runs_of(table: pd.DataFrame) -> list[tuple[float, float]]:
-    """Curvature and frequency of the runs of a table, c-leg first."""
-    return sorted(
-        set(zip(table["curvature_times_R"], table["frequency_Hz"], strict=True)), reverse=True
-    )
-
-
-def _run_name(curvature: float, frequency: float) -> str:
-    return f"{leg_name(curvature)}, {frequency:g} Hz"
-
-
-def _part(table: pd.DataFrame, curvature: float, frequency: float) -> pd.DataFrame:
-    return table[(table["curvature_times_R"] == curvature) & (table["frequency_Hz"] == frequency)]
-
-
-def _stance_numbers(results: Results) -> dict[str, str]:
-    table, told = results.table("robot/stances.csv"), []
-    for run in _runs_of(table):
-        legs = _standing(_part(table, *run))
-        z, x = (style.number(float(legs[f"force_{c}_N"].sum()), 2) for c in "zx")
-        told.append(f"{_run_name(*run)}, {z} N up and {x} N forward")
-    return {"sums": "; ".join(told)}
-
-
-@style.styled
-def draw_stances(stances: pd.DataFrame) -> Figure:
-    """Draw the elements of the robot, and the forces on those of its first tripod, one panel a run."""
+    """Draw the elements of the robot in mid-stance with the forces on one tripod, one panel a run."""
     from matplotlib.collections import LineCollection
 
-    runs = _runs_of(stances)
+    stances = results.table("robot/stances.csv")
+    runs = _by_run(stances)
     if not runs:
         return style.missing("there is no simulated run of the robot to draw")
     width, height = 8.6, 5.0
@@ -519,8 +480,7 @@ def draw_stances(stances: pd.DataFrame) -> Figure:
         np.hypot(*_standing(stances)[["force_x_N", "force_z_N"]].to_numpy(float).T).max()
     )
     scale = 3.0 / strongest if strongest > 0 else 0.0
-    for column, run in enumerate(runs):
-        part = _part(stances, *run)
+    for column, (run, part) in enumerate(runs):
         axes = style.axes_cm(page, 0.4 + column * (width + 0.3), 0.65, width, height)
         axes.set(xlim=(-12.9, 12.9), ylim=(-5.5, 9.5), aspect="equal")
         axes.axhspan(-5.5, 0, color=style.SAND, linewidth=0)
@@ -592,8 +552,7 @@ so they jump from one step of the simulation to the next while the robot stands 
 
 def _stride_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     motion, told = results.table("robot/motion.csv"), []
-    for run in _runs_of(motion):
-        part = _part(motion, *run)
+    for run, part in _by_run(motion):
         rise, pitch = (np.ptp(part[name].to_numpy(float)) for name in ("z_cm", "pitch_deg"))
         lift = _mean_force(part, "force_z_tripod_1_N").max()
         told.append(
@@ -659,11 +618,7 @@ def robot_reaction(results: Results) -> Figure:
 
 @style.styled
 def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> Figure:
-    """Draw forward speed, height, pitch, lift and thrust over two strides, one column a run.
-
-    `motion`: ``curvature_times_R, frequency_Hz``, and the columns of
-    `rftfit.robot.run.Series.table`. `measured`: Mean strides of marker tracks.
-    """
+    """Draw motion and forces over two strides, beside mean strides of tracks, one column a run."""
     page, columns = _panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
     found = False
@@ -747,20 +702,20 @@ def _panels(
     motion: pd.DataFrame, rows: int
 ) -> tuple[Figure, list[tuple[pd.DataFrame, list[Axes]]]]:
     """Return a page, and of each run its rows of the table in order of time and its column of panels."""
-    runs = _runs_of(motion)
+    runs = _by_run(motion)
     panel = (style.DOUBLE_CM - _MOTION_LEFT_CM - 0.2 - (len(runs) - 1) * _GAP_CM) / len(runs)
     panel = min(panel, 8.0)
     width = _MOTION_LEFT_CM + len(runs) * (panel + _GAP_CM) - _GAP_CM + 0.2
     page = style.new_figure(max(width, 12.0), _MOTION_TOP_CM + rows * _PITCH_CM + _MOTION_FOOT_CM)
     columns = []
-    for column, run in enumerate(runs):
+    for column, (run, part) in enumerate(runs):
         left = _MOTION_LEFT_CM + column * (panel + _GAP_CM)
         panels = [
             style.axes_cm(page, left, _MOTION_TOP_CM + row * _PITCH_CM, panel, _PANEL_CM)
             for row in range(rows)
         ]
         panels[0].set_title(_run_name(*run), fontsize=7)
-        columns.append((_part(motion, *run).sort_values("time_s"), panels))
+        columns.append((part.sort_values("time_s"), panels))
     return page, columns
 
 

@@ -50,7 +50,7 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
 @figure(
     "penetration",
     reads=("tared/{sands}.parquet", "windows/{sands}.parquet", "fits/{sands}.csv", "sands.csv"),
-    settings=("fit", "intruders", "media"),
+    settings=("fit", "intruders"),
     media=only_if(lambda campaign: campaign.of_role("natural_sand")),
     paper="Fig. S11",
     section="Natural sands",
@@ -62,12 +62,7 @@ Fits: {fits}.""",
     numbers=_numbers,
 )
 def penetration(results: Results) -> Figure:
-    """Draw the stress on a plate pushed straight down into each sand against depth.
-
-    The stated window is shaded; the zero-intercept fits over the stated and over the detected
-    window are drawn with their intervals, solid or dashed inside their window and thinner beyond it;
-    a vertical line marks the detected end of the linear regime.
-    """
+    """Draw the stress on a plate pushed straight down into each sand against depth."""
     table, media = results.table("sands.csv"), results.sands
     across = min(len(media), _ACROSS)
     down = -(-len(media) // _ACROSS)
@@ -99,7 +94,7 @@ def penetration(results: Results) -> Figure:
     for name, (colour, line) in _FITS.items():
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
     entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
-    entries[f"{style.level(results)} interval"] = style.patch(facecolor="#888888", alpha=0.4)
+    entries[f"{style.level(results)} interval"] = style.band()
     columns = 6 if across == _ACROSS else 3 if across > 1 else 2
     style.legend(page, entries, columns, handlelength=2.2, borderaxespad=0.25)
     return page

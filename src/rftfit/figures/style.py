@@ -134,7 +134,12 @@ def title_of(medium: str, titles: Mapping[str, str] | None) -> str:
 
 def level(results: Results) -> str:
     """Level of the campaign's intervals, for example 95 %."""
-    return f"{100 * results.config.fit.confidence:.4g} %"
+    return level_of(results.config.fit.confidence)
+
+
+def level_of(confidence: float) -> str:
+    """Write a level in percent, with all its digits: 0.99999 is not 100 %."""
+    return f"{100 * confidence:g} %"
 
 
 def alpha_label(component: str) -> str:
@@ -142,9 +147,9 @@ def alpha_label(component: str) -> str:
     return rf"$\alpha_{component}$ ({PER_CM3})"
 
 
-def number(value: float, digits: int = 3) -> str:
-    """Write a number with a true minus sign; "no value" for NaN."""
-    if math.isnan(value):
+def number(value: float | None, digits: int = 3) -> str:
+    """Write a number with a true minus sign; "no value" where there is none."""
+    if value is None or math.isnan(value):
         return "no value"
     text = f"{value:.{digits}f}"
     if float(text) == 0:
@@ -205,6 +210,18 @@ def zero_line(axes: Axes) -> None:
     axes.axhline(0, color=GREY, linewidth=0.4)
 
 
+def name_below(axes: Axes, label: str, wanted: bool = True) -> None:
+    """Name and number the axis below where it is wanted: in the last row of a column of panels."""
+    axes.tick_params(labelbottom=wanted)
+    if wanted:
+        axes.set_xlabel(label)
+
+
+def dots(colour: str, size: float, **how: Any) -> Artist:
+    """Points of a legend."""
+    return line(colour, marker="o", linestyle="", markersize=size, **how)
+
+
 def line(colour: str, **how: Any) -> Artist:
     """Line of a legend."""
     from matplotlib.lines import Line2D
@@ -217,6 +234,11 @@ def patch(**how: Any) -> Artist:
     from matplotlib.patches import Patch
 
     return Patch(**how)
+
+
+def band(alpha: float = 0.4) -> Artist:
+    """Interval in a legend."""
+    return patch(facecolor="#888888", alpha=alpha)
 
 
 def legend(figure: Figure, entries: Mapping[str, Artist], columns: int, **how: Any) -> None:
@@ -348,10 +370,7 @@ def save(figure: Figure, base: str | Path, about: str = "") -> list[Path]:
 def save_pages(
     figures: Figure | Sequence[Figure], root: Path, base: str, about: str = ""
 ) -> list[str]:
-    """Write a figure, or pages of one: further pages as ``<base>_page2`` and so on.
-
-    Returns the paths written, from `root`.
-    """
+    """Write a figure, or pages of one as ``<base>_page2`` and so on; the paths written, from `root`."""
     from matplotlib.figure import Figure
 
     pages = [figures] if isinstance(figures, Figure) else figures

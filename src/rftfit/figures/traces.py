@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.figures.style import number
 from rftfit.measure.fits import without
 from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Hashable, Iterable, Mapping
+    from collections.abc import Collection, Hashable, Mapping
 
     import pandas as pd
+    from matplotlib.axes import Axes
 
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
@@ -33,11 +35,7 @@ SAMPLES = (
 
 
 def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame) -> pd.DataFrame:
-    """Stress of every plate run of a medium in the lab frame, and whether it was fitted.
-
-    `tared`, `windows`: From the tare and slope stages; the same rows. Returns ``run_id`` and
-    `SAMPLES`.
-    """
+    """Stress of every plate run of a medium in the lab frame, and whether it was fitted."""
     import pandas as pd
 
     ids = _run_ids(tared)
@@ -77,31 +75,20 @@ def _run_ids(traces: pd.DataFrame) -> pd.Series[Any]:
 
 
 def filed(traces: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
-    """Turn the horizontal stress of extractions as their alpha_x is turned when it is filed.
-
-    Every trace then lies along ``alpha * depth`` of its row in `fits`. Returns a copy.
-    """
+    """Turn the horizontal stress of extractions as alpha_x is turned in `fits` when it is filed."""
     turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
     factor = np.where(_run_ids(traces).isin(turned), -1.0, 1.0)
     names = [name for name in traces.columns if name.endswith("_x_N_per_cm2")]
     return traces.assign(**{name: traces[name].to_numpy(float) * factor for name in names})
 
 
-def by_run(traces: pd.DataFrame, columns: Iterable[str] = SAMPLES) -> dict[str, Trace]:
-    """Take the samples of each run as arrays, by run and column.
-
-    `traces`: rows of one run need not be together, but are in time order. A column that is not
-    there is left out.
-    """
+def by_run(traces: pd.DataFrame) -> dict[str, Trace]:
+    """Take `SAMPLES` of each run as arrays, by run and column."""
     ids = _run_ids(traces).cat.remove_unused_categories()
     code = ids.cat.codes.to_numpy()
     order = np.argsort(code, kind="stable")
     cuts = np.flatnonzero(np.diff(code[order])) + 1
-    parts = {
-        name: np.split(traces[name].to_numpy(float)[order], cuts)
-        for name in columns
-        if name in traces.columns
-    }
+    parts = {name: np.split(traces[name].to_numpy(float)[order], cuts) for name in SAMPLES}
     return {
         run: {name: parts[name][i] for name in parts} for i, run in enumerate(ids.cat.categories)
     }
@@ -133,6 +120,12 @@ def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
     return lines
 
 
+def draw_thin(axes: Axes, x: FloatArray, y: FloatArray, points: int = 400, **how: Any) -> None:
+    """Draw a thinned curve: a run has more samples than a panel has dots."""
+    for line in thin(x, y, points):
+        axes.plot(*line.T, **how)
+
+
 def nice(value: float) -> float:
     """Smallest of 1, 2 or 5 times a power of ten that is not below a positive value."""
     decade = 10.0 ** np.floor(np.log10(value))
@@ -140,12 +133,8 @@ def nice(value: float) -> float:
 
 
 def span(trace: Trace) -> tuple[float, float]:
-    """Round stresses at the bottom and the top of a panel, N/cm^2; zero is always inside.
-
-    The smaller side has at least a fifth of the larger one.
-    """
-    stresses = [trace[name] for name in trace if name.endswith("_N_per_cm2")]
-    every = np.concatenate(stresses) if stresses else np.zeros(1)
+    """Round stresses at the ends of a panel, N/cm^2, the smaller at least a fifth of the larger."""
+    every = np.concatenate([trace[name] for name in trace if name.endswith("_N_per_cm2")])
     every = every[np.isfinite(every)]
     low, high = (nice(max(side, 1e-3)) for side in (-every.min(initial=0), every.max(initial=0)))
     # less than 0.05 N/cm^2 would blow up mere noise
@@ -159,6 +148,14 @@ def alpha_of(row: Row, component: str) -> tuple[float, float, float]:
         float(row[f"alpha_{component}_{end}N_per_cm3"]) for end in ("", "lo_", "hi_")
     )
     return value, low, high
+
+
+def alpha_text(row: Row, component: str) -> str:
+    """Write alpha with the half width of its interval."""
+    value, low, high = alpha_of(row, component)
+    half = (high - low) / 2
+    margin = f" \N{PLUS-MINUS SIGN} {number(half, 4)}" if np.isfinite(half) else ""
+    return number(value, 4) + margin
 
 
 def trouble(fit: Row, told: Collection[str] = ()) -> str:

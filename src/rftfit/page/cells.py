@@ -2,35 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+from rftfit.figures.captions import percent, span
 from rftfit.figures.style import number
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-def value(x: float | None, digits: int = 3) -> str:
-    """Print a number, "no value" where it is missing."""
-    return number(math.nan if x is None else float(x), digits)
-
-
-def span(lo: float | None, hi: float | None, digits: int = 3) -> str:
-    """Print an interval; nothing where either end is missing."""
-    known = all(end is not None and math.isfinite(end) for end in (lo, hi))
-    return f"{value(lo, digits)} to {value(hi, digits)}" if known else ""
-
-
-def percent(x: float | None) -> str:
-    """Print a percentage with its sign."""
-    if x is None or not math.isfinite(x):
-        return "no value"
-    sign = "+" if x > 0 and float(f"{x:.1f}") > 0 else ""
-    return f"{sign}{number(x, 0 if abs(x) >= 10 else 1)} %"
 
 
 def share(x: float | None) -> str:
@@ -109,10 +90,7 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
 def text_column(
     heading: str, name: str | Callable[[Row], str], note: str = "", **more: str
 ) -> Column:
-    """Column of text: a column of the results, or what a function makes of a row.
-
-    `note`: Column of the results that is printed small. `more`: Of `Column`.
-    """
+    """Column of text: a column of the results, or what a function makes of a row; `note` is printed small."""
 
     def of(row: Row) -> str:
         found = row[str(name)]
@@ -140,7 +118,7 @@ def number_column(
     """
 
     def cell(row: Row) -> Cell:
-        text = show(row.get(name)) if show else value(row.get(name), digits)
+        text = show(row.get(name)) if show else number(row.get(name), digits)
         lo, hi = (row.get(ends.format(end)) if ends else None for end in ("lo", "hi"))
         return Cell(text, (span(lo, hi, digits), *_note(row, note)))
 

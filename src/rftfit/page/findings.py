@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.figures.captions import PROFILES, name_of
+from rftfit.figures.captions import (
+    PROFILES,
+    in_brackets,
+    name_of,
+    of_method,
+    percent,
+    span,
+    with_span,
+)
+from rftfit.figures.style import number
+from rftfit.figures.traces import alpha_of
 from rftfit.measure.alpha import cell_at
 from rftfit.measure.checks import UNUSABLE
 from rftfit.measure.fits import flags_of_all
 from rftfit.measure.tare import NO_TARE_FLAG
-from rftfit.page.cells import percent, records, span, value
+from rftfit.page.cells import records
 from rftfit.robot.speeds import share_within
 
 if TYPE_CHECKING:
@@ -30,10 +40,7 @@ _MOST_MEDIA = 3
 
 @dataclass(frozen=True)
 class Finding:
-    """One sentence, with quantities named as in the tables.
-
-    `section`: Id of the section of the page that shows where it comes from.
-    """
+    """One sentence, and the id of the section of the page that shows where it comes from."""
 
     text: str
     section: str
@@ -96,8 +103,8 @@ def _worst(results: Results, errors: pd.DataFrame, kind: str) -> tuple[str, str]
     for leg, part in lift.groupby("leg", sort=False):
         worst = max(records(part), key=lambda row: abs(row["peak_error_percent"]))
         ends = span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
-        off = percent(worst["peak_error_percent"]) + (f" ({ends})" if ends else "")
-        told.append(f"{off} for the {name_of(str(leg))}")
+        off = percent(worst["peak_error_percent"])
+        told.append(f"{off}{in_brackets(ends)} for the {name_of(str(leg))}")
     media = list(dict.fromkeys(lift["medium"]))
     where = results.titles[media[0]] if len(media) == 1 else f"{len(media)} {kind}"
     return _listed(told) if told else "", where
@@ -117,10 +124,8 @@ def _robot(results: Results) -> Iterable[Finding]:
         ends = span(top["simulated_lo_cm_per_s"], top["simulated_hi_cm_per_s"], 1)
         yield Finding(
             f"On the {PROFILES[profile]} the robot runs within 20 % of its measured speed in {near[0]} of {near[1]} "
-            f"conditions and within 35 % in {rough[0]}; the fastest, measured at {value(top['measured_cm_per_s'], 1)} cm/s, "
-            f"is simulated at {value(top['simulated_cm_per_s'], 1)} cm/s"
-            + (f" ({ends})" if ends else "")
-            + ".",
+            f"conditions and within 35 % in {rough[0]}; the fastest, measured at {number(top['measured_cm_per_s'], 1)} cm/s, "
+            f"is simulated at {number(top['simulated_cm_per_s'], 1)} cm/s{in_brackets(ends)}.",
             "robot",
         )
         return
@@ -141,7 +146,7 @@ def _pushes(results: Results) -> Iterable[Finding]:
             if len(known_force):
                 top = max(records(known_force), key=lambda row: float(row["force_z_N"]))
                 ends = span(top["force_z_lo_N"], top["force_z_hi_N"], 1)
-                told.append(f"{value(top['force_z_N'], 1)} N ({ends}) on the {name_of(str(leg))}")
+                told.append(f"{number(top['force_z_N'], 1)} N ({ends}) on the {name_of(str(leg))}")
         if told:
             pushes = "one push" if known == 1 else f"{known} directions"
             yield Finding(
@@ -159,7 +164,7 @@ def _size(results: Results) -> Iterable[Finding]:
             found.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
     found.sort(key=lambda one: one[0])
     told = [
-        f"{_number(cell, 'alpha_z{}_N_per_cm3')} N/cm^3 in {results.titles[name]}"
+        f"{with_span(*alpha_of(cell.to_dict(), 'z'), 3)} N/cm^3 in {results.titles[name]}"
         for _, name, cell in (found if len(found) < 3 else [found[0], found[-1]])
     ]
     if told:
@@ -172,7 +177,7 @@ def _misfit(results: Results) -> Iterable[Finding]:
     known = {name: share for name, share in shares.items() if name in usable(results, shares)}
     if known:
         least, most = min(known.values()), max(known.values())
-        size = value(most, 0) if len(known) == 1 else f"{value(least, 0)} to {value(most, 0)}"
+        size = number(most, 0) if len(known) == 1 else f"{number(least, 0)} to {number(most, 0)}"
         yield Finding(
             f"Nine Fourier terms miss {size} % of the largest alpha_z (root mean square over the "
             "directions); no interval of measurement contains this.",
@@ -182,12 +187,9 @@ def _misfit(results: Results) -> Iterable[Finding]:
 
 def misfits(results: Results) -> dict[str, float]:
     """Root mean square of what nine terms miss of alpha_z over the largest, percent, by medium."""
-    table = results.table("coefficients.csv")
-    own = table[
-        (table["method"] == results.config.fourier.method) & (table["coefficient"] == "A00")
-    ]
+    table = of_method(results, "coefficients.csv")
     found = {}
-    for row in records(own):
+    for row in records(table[table["coefficient"] == "A00"]):
         name = str(row["medium"])
         if name in results.media and math.isfinite(row["misfit_rms_N_per_cm3"]):
             largest = float(np.nanmax(np.abs(results[name].alpha["alpha_z_N_per_cm3"])))
@@ -199,12 +201,6 @@ def _peaks(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame
     table = results.table("leg_errors.csv")
     known = table["medium"].isin(list(media)) & (table["profile"] == profile)
     return table[known & table["peak_error_percent"].notna()]
-
-
-def _number(row: Any, pattern: str, digits: int = 3) -> str:
-    """A number of a row with its interval."""
-    ends = span(row[pattern.format("_lo")], row[pattern.format("_hi")], digits)
-    return value(row[pattern.format("")], digits) + (f" ({ends})" if ends else "")
 
 
 def _listed(parts: Iterable[str]) -> str:

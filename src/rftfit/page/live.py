@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rftfit.campaign.config import Leg
-from rftfit.figures.captions import PROFILES, name_of
+from rftfit.figures.captions import PROFILES, name_of, of_method
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.measure.alpha import column
 from rftfit.measure.checks import UNUSABLE
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import Profile
     from rftfit.model.shapes import Shapes
     from rftfit.results import Results
-
-_STEP_DEG = 15.0
-"""Of the map of scattered directions."""
 
 CURVE_DIGITS = 6
 """Significant digits of curves, as in the csv tables. Profiles and outlines keep all of theirs."""
@@ -68,13 +66,9 @@ def profiles(results: Results, medium: str) -> dict[str, Profile]:
 
 
 def coefficients(results: Results, medium: str) -> FloatArray:
-    """Nine coefficients of a medium by the configured method, N/cm^3; a dropped term counts as 0.
-
-    NaN where there are none.
-    """
-    table = results.table("coefficients.csv")
-    own = (table["method"] == results.config.fourier.method) & (table["medium"] == medium)
-    rows = table[own].set_index("coefficient")
+    """Nine coefficients by the configured method, N/cm^3; a dropped term is 0, NaN where there are none."""
+    table = of_method(results, "coefficients.csv")
+    rows = table[table["medium"] == medium].set_index("coefficient")
     values = rows["value_N_per_cm3"].where(rows["kept"].astype(bool), 0.0)
     return values.reindex(list(TERMS)).to_numpy(float)
 
@@ -241,41 +235,31 @@ def _cells(table: pd.DataFrame, told: Sequence[str]) -> dict[str, Any]:
     Scattered directions are shown as what is interpolated between them, and as points. `told`: flags
     that the page says once.
     """
-    if not lies_on_grid(table):
-        profile, lines = TableProfile.from_table(table), np.arange(-90.0, 91.0, _STEP_DEG)
-        at = np.meshgrid(np.radians(lines), np.radians(lines), indexing="ij")
-        values = dict(zip("zx", profile.alpha(*at), strict=True))
-        nothing = np.full(at[0].shape, np.nan)
-        points = table[["beta_deg", "gamma_deg", column("z"), column("x")]].to_numpy(float)
-        return {
-            f"{c}{end}": as_lists(nothing if end else values[c], CURVE_DIGITS)
-            for c in "zx"
-            for end in ("", "_lo", "_hi")
-        } | {
-            "beta_deg": lines.tolist(),
-            "gamma_deg": lines.tolist(),
-            "notes": {},
-            "points": as_lists(points, CURVE_DIGITS),
-        }
     notes: dict[str, str] = {}
-    pivoted = {}
-    for name in [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]:
-        beta_deg, gamma_deg, pivoted[name] = pivot(table, name)
-    for row in table.to_dict("records"):
-        if note := "; ".join(filter(None, (row["reason"], without(row["flags"], told)))):
-            # a plate at -90 degrees is the one at 90
-            lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
-            column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
-            notes |= {f"{line},{column_at}": note for line in lines}
-    return {
-        f"{c}{end}": as_lists(pivoted[column(c, end)], CURVE_DIGITS)
-        for c in "zx"
-        for end in ("", "_lo", "_hi")
-    } | {
+    points = np.empty((0, 4))
+    values = {}
+    if lies_on_grid(table):
+        for c, end in product("zx", ("", "_lo", "_hi")):
+            beta_deg, gamma_deg, values[c + end] = pivot(table, column(c, end))
+        for row in table.to_dict("records"):
+            if note := "; ".join(filter(None, (row["reason"], without(row["flags"], told)))):
+                # a plate at -90 degrees is the one at 90
+                lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
+                column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
+                notes |= {f"{line},{column_at}": note for line in lines}
+    else:
+        beta_deg = gamma_deg = np.arange(-90.0, 91.0, 15.0)
+        at = np.meshgrid(np.radians(beta_deg), np.radians(gamma_deg), indexing="ij")
+        for c, alpha in zip("zx", TableProfile.from_table(table).alpha(*at), strict=True):
+            values |= {c: alpha} | dict.fromkeys(
+                (f"{c}_lo", f"{c}_hi"), np.full(alpha.shape, np.nan)
+            )
+        points = table[["beta_deg", "gamma_deg", column("z"), column("x")]].to_numpy(float)
+    return {name: as_lists(one, CURVE_DIGITS) for name, one in values.items()} | {
         "beta_deg": beta_deg.tolist(),
         "gamma_deg": gamma_deg.tolist(),
         "notes": notes,
-        "points": [],
+        "points": as_lists(points, CURVE_DIGITS),
     }
 
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import rftfit
 from rftfit.campaign.config import Leg, Plate
-from rftfit.figures.captions import name_of
+from rftfit.figures.captions import lift_errors, name_of, of_method
+from rftfit.figures.style import number
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
 from rftfit.measure.slopes import CURVED_P, FEWEST
 from rftfit.measure.tare import NO_TARE_FLAG
@@ -14,7 +15,6 @@ from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
 from rftfit.model.prediction import beyond_measured
 from rftfit.model.scaling import published
-from rftfit.page.cells import value
 from rftfit.page.live import scaled_from_print
 from rftfit.store.digests import digest_of
 from rftfit.store.environment import versions
@@ -149,8 +149,6 @@ _LAWS = {
     "free_intercept": "the least-squares slope of stress over depth, with a free intercept",
     "power": "stress over depth at DEPTH by a least-squares power of depth",
 }
-_CURVED = 0.1
-"""An exponent farther from 1 is worth a sentence."""
 
 
 def _law(results: Results) -> str:
@@ -162,7 +160,7 @@ def _law(results: Results) -> str:
         steep = steep[steep["exponent_z"].notna()]
         curved = steep["nonlinear_z_p"] < CURVED_P
         power = float(steep["exponent_z"].median()) if len(steep) else 1.0
-        if abs(power - 1) <= _CURVED or curved.mean() <= 0.5:
+        if abs(power - 1) <= 0.1 or curved.mean() <= 0.5:
             continue
         top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
         # least squares of k z^p by a line through zero, over an even window
@@ -201,7 +199,7 @@ def _spread(results: Results) -> str:
         rest = "; the others are those of one bed as prepared" if AS_PREPARED in kinds else ""
         rest = "; the others hold an assumed spread of 5 %" if ASSUMED in kinds else rest
         return f"{first}, and hold the scatter of the runs of a direction that was repeated{rest}."
-    size = value(known["run_to_run_z_N_per_cm3"].median(), 4)
+    size = number(known["run_to_run_z_N_per_cm3"].median(), 4)
     how = "pooled from repeats, where there are enough"
     if kinds <= {STATED, ASSUMED}:
         how = "as stated" if kinds == {STATED} else "assumed to be 5 %, for want of repeats"
@@ -226,14 +224,10 @@ def _named_errors(known: pd.DataFrame) -> str:
         if column_ not in known:
             continue
         part = float((push[column_] / push["alpha_z_N_per_cm3"]).abs().max())
-        if part >= _TOLD:
+        if part >= 0.0005:  # a smaller part is not worth a word
             found.append(f"{words} (up to {100 * part:.1f} %)")
     told = "; ".join(found)
     return f", and hold the errors, relative to alpha_z at (0, 90 deg), {told}" if told else ""
-
-
-_TOLD = 0.0005
-"""A smaller part of alpha is not worth a word."""
 
 
 def _few(results: Results) -> bool:
@@ -285,18 +279,16 @@ def _scaling(results: Results) -> str:
         chi = published(results.config.fourier.method).chi
         return (
             "Natural sands were scaled from one vertical penetration test by zeta = "
-            f"alpha_z(0, 90 deg) / chi, with the mean chi ({value(chi.mean(), 2)}) and the generic "
+            f"alpha_z(0, 90 deg) / chi, with the mean chi ({number(chi.mean(), 2)}) and the generic "
             f"coefficients of the {chi.size} media of ref. 1 by the method "
             f"{results.config.fourier.method}, and an interval from the scatter between these media."
         )
-    table = results.table("penetration.csv")
-    own = table[table["method"] == results.config.fourier.method]
-    chi = own["chi"].dropna().to_numpy(float)
+    chi = of_method(results, "penetration.csv")["chi"].dropna().to_numpy(float)
     if chi.size < 2:
         return ""
     return (
-        f"The ratio chi of measured to fitted alpha_z(0, 90 deg) was {value(chi.mean(), 2)} "
-        f"+- {value(chi.std(ddof=1), 2)} (mean and standard deviation of {chi.size} media); "
+        f"The ratio chi of measured to fitted alpha_z(0, 90 deg) was {number(chi.mean(), 2)} "
+        f"+- {number(chi.std(ddof=1), 2)} (mean and standard deviation of {chi.size} media); "
         "a further medium was scaled from one vertical penetration test by zeta = "
         "alpha_z(0, 90 deg) / chi, with an interval from the scatter between the media."
     )
@@ -358,13 +350,12 @@ def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
 
 
 def _peaks(results: Results) -> str:
-    errors = results.table("leg_errors.csv")
-    best = errors[(errors["profile"] == "table") & (errors["component"] == "z")]
-    peak = best["peak_error_percent"].dropna().abs()
+    errors = lift_errors(results, results.media)
+    peak = errors.loc[errors["profile"] == "table", "peak_error_percent"].dropna().abs()
     if peak.empty:
         return ""
     return (
         f" With the interpolated measured table the peak lift was predicted within "
-        f"{value(peak.max(), 0)} % for all {len(peak)} pairs of leg and medium (median "
-        f"{value(peak.median(), 0)} %)."
+        f"{number(peak.max(), 0)} % for all {len(peak)} pairs of leg and medium (median "
+        f"{number(peak.median(), 0)} %)."
     )

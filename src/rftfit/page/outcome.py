@@ -111,8 +111,7 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
     Returns ``fate, reason, runs, rows``, the largest number of rows first within each fate.
     """
     ledger = results.table("ledger.csv")
-    known = {*_EXPECTED, RowStatus.SATURATED.text, RowStatus.MOTION_GAP.text}
-    special = (ledger["fate"] == DROPPED) & ~ledger["reason"].isin(known)
+    special = (ledger["fate"] == DROPPED) & ~ledger["reason"].isin([why.text for why in RowStatus])
     # a note about the clocks may follow what the rows were used for
     reason = ledger["reason"].str.split(";").str[0].mask(special, "the whole run, or damaged rows")
     table = ledger.assign(reason=reason).groupby(["fate", "reason"])

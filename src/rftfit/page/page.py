@@ -13,6 +13,7 @@ from markupsafe import Markup, escape
 from rftfit.campaign.config import Leg
 from rftfit.compare.sensitivity import shapes, told
 from rftfit.figures.registry import greek
+from rftfit.figures.style import level
 from rftfit.measure.fits import flags_of_all, said_of_all
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
@@ -121,7 +122,7 @@ def context(results: Results) -> dict[str, Any]:
         "names": names,
         "sections": list(names.items()),
         "reenacted": results.campaign.reenacted,
-        "level": f"{100 * config.fit.confidence:g} %",
+        "level": level(results),
         "method": config.fourier.method,
         "summary": tables.summary(results, outcome),
         "believed": believed(results),

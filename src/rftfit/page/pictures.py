@@ -25,11 +25,7 @@ FEWEST = 4
 
 @dataclass(frozen=True)
 class Picture:
-    """One figure.
-
-    `name`: Of its files. `data`: The preview, as an address. `width`, `height`: Of the preview.
-    `files`: Ending and path from the page of each file to open.
-    """
+    """One figure: its preview as an address, and ending and path from the page of each file to open."""
 
     name: str
     caption: str

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.campaign.config import Leg
+from rftfit.figures.captions import lift_errors
 from rftfit.model import reference_kernel
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline
@@ -85,9 +86,7 @@ def _peaks(results: Results, medium: str) -> tuple[dict[tuple[str, str], float],
             peaks[str(profile), str(leg)] = float(force.max())
             if (profile, leg) == ("fourier", REVERSED):
                 theta_deg = float(part["theta_deg"].iloc[int(force.argmax())])
-    errors = results.table("leg_errors.csv")
-    own = errors[(errors["medium"] == medium) & (errors["component"] == "z")]
-    known = own[own["peak_measured_N"].notna()]
+    known = lift_errors(results, [medium]).dropna(subset=["peak_measured_N"])
     peaks |= {
         ("measured", str(leg)): float(peak)
         for leg, peak in zip(known["leg"], known["peak_measured_N"], strict=True)

@@ -9,19 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.errors import InputError
-from rftfit.figures.captions import name_of
-from rftfit.page.cells import (
-    Cell,
-    Column,
-    Row,
-    Table,
-    number_column,
-    percent,
-    records,
-    span,
-    text_column,
-    value,
-)
+from rftfit.figures.captions import name_of, percent, span
+from rftfit.figures.style import number
+from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, text_column
 from rftfit.page.live import as_lists
 from rftfit.robot.speeds import share_within
 
@@ -36,12 +26,7 @@ CURVATURE = "R\N{PRIME}/r"
 
 @dataclass(frozen=True)
 class RobotTables:
-    """Tables of the section.
-
-    `shares`: A row a profile.
-    `best`: A row a profile, at the highest frequency.
-    `conditions`: A row a measured condition.
-    """
+    """Tables of the section: a row a profile, again at the highest frequency, and a row a condition."""
 
     shares: Table
     best: Table
@@ -106,7 +91,8 @@ def _conditions(errors: pd.DataFrame) -> Table:
     def measured(row: Row) -> Cell:
         sd = row["measured_sd_cm_per_s"]
         return Cell(
-            value(row["measured_cm_per_s"], 1), (f"s.d. {value(sd, 1)}" if np.isfinite(sd) else "",)
+            number(row["measured_cm_per_s"], 1),
+            (f"s.d. {number(sd, 1)}" if np.isfinite(sd) else "",),
         )
 
     def speed(profile: str) -> Column:
@@ -116,7 +102,7 @@ def _conditions(errors: pd.DataFrame) -> Table:
             note = "; ".join(
                 filter(None, (percent(one.get("error_percent")), one.get("reason", "")))
             )
-            return Cell(value(one.get("simulated_cm_per_s"), 1), (interval, note))
+            return Cell(number(one.get("simulated_cm_per_s"), 1), (interval, note))
 
         return Column(f"{name_of(profile)}, cm/s", cell, "num")
 

@@ -9,23 +9,12 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from rftfit.compare.published import EVIDENCE, SAME, VERDICTS
-from rftfit.figures.captions import PROFILES, name_of
+from rftfit.figures.captions import PROFILES, lift_errors, name_of, percent, span
+from rftfit.figures.style import number
 from rftfit.measure.fits import flags_of_all, without
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, PRINTED_NOTE, routines
-from rftfit.page.cells import (
-    Cell,
-    Column,
-    Row,
-    Table,
-    number_column,
-    percent,
-    records,
-    share,
-    span,
-    text_column,
-    value,
-)
+from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, share, text_column
 from rftfit.page.findings import misfits
 from rftfit.page.outcome import NOTHING, SOUND, gravest_doubt, rows_by_reason, verdict_of
 from rftfit.page.reversal import FLAT, REVERSED, reversals
@@ -56,10 +45,9 @@ def summary(results: Results, outcome: Outcome) -> Table:
     own = [row for row in rows if row["method"] in (method, *routines(method))]
     scaled = {str(row["medium"]): row for row in reversed(own)}
     dropped = Counter(run["medium"] for run in outcome.dropped)
-    errors = results.table("leg_errors.csv")
     lift = {
         (row["medium"], row["leg"], row["profile"]): percent(row["peak_error_percent"])
-        for row in records(errors[errors["component"] == "z"])
+        for row in records(lift_errors(results, results.media))
         if math.isfinite(row["peak_measured_N"])
     }
     legs = [leg for leg in results.config.intruders if any(leg == name for _, name, _ in lift)]
@@ -85,7 +73,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
     def misfit(row: Row) -> Cell:
         share = shares.get(row["medium"])
-        return Cell("" if share is None else f"{value(share, 1)} %")
+        return Cell("" if share is None else f"{number(share, 1)} %")
 
     def runs(row: Row) -> Cell:
         count = dropped[row["medium"]]
@@ -120,10 +108,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
 
 def coefficients(results: Results, method: str) -> Table:
-    """Coefficients of all media by one method; a term that does not count stands in brackets.
-
-    Below them stands what nine terms miss.
-    """
+    """Coefficients of all media by one method, dropped ones in brackets, and what nine terms miss."""
     table = results.table("coefficients.csv")
     rows = records(table[table["method"] == method])
     found = {(row["medium"], row["coefficient"]): row for row in rows}
@@ -132,10 +117,10 @@ def coefficients(results: Results, method: str) -> Table:
         def cell(row: Row) -> Cell:
             if "of" in row:
                 return Cell(
-                    value(found.get((medium, row["of"]), {}).get("misfit_rms_N_per_cm3"), 4)
+                    number(found.get((medium, row["of"]), {}).get("misfit_rms_N_per_cm3"), 4)
                 )
             one = found.get((medium, row["term"]), {})
-            text = value(one.get("value_N_per_cm3"), 4)
+            text = number(one.get("value_N_per_cm3"), 4)
             notes = (span(one.get("lo"), one.get("hi"), 4), one.get("reason", ""))
             if one.get("kept", True):
                 return Cell(text, notes)
@@ -214,7 +199,7 @@ def reversal(results: Results) -> Table:
     def peak(source: str, leg: str, group: str) -> Column:
         def cell(row: Row) -> Cell:
             found: Reversal = row["found"]
-            text = value(found.peaks.get((source, leg)), 2)
+            text = number(found.peaks.get((source, leg)), 2)
             above = leg == REVERSED and found.above(source)
             return Cell(text, ("above the flat leg",), "bad") if above else Cell(text)
 
@@ -223,10 +208,10 @@ def reversal(results: Results) -> Table:
     def deep(row: Row) -> Cell:
         found: Reversal = row["found"]
         fourier, table = found.deep["fourier"], found.deep["table"]
-        mean = f": nine terms {value(fourier.alpha_z_N_per_cm3)}, table {value(table.alpha_z_N_per_cm3)}"
+        mean = f": nine terms {number(fourier.alpha_z_N_per_cm3)}, table {number(table.alpha_z_N_per_cm3)}"
         note = (
-            f"lift {value(fourier.lift_N, 2)} N and {value(table.lift_N, 2)} N; "
-            f"\N{GREEK SMALL LETTER THETA} {value(found.theta_deg, 0)}{DEGREE}, "
+            f"lift {number(fourier.lift_N, 2)} N and {number(table.lift_N, 2)} N; "
+            f"\N{GREEK SMALL LETTER THETA} {number(found.theta_deg, 0)}{DEGREE}, "
             f"\N{GREEK SMALL LETTER BETA} {span(*found.beta_deg, 0)}{DEGREE}, \N{GREEK SMALL LETTER GAMMA} {span(*found.gamma_deg, 0)}{DEGREE}"
         )
         return Cell(ALPHA_Z + mean, (note,))
@@ -361,15 +346,12 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
         text_column("Why", "why", look="why"),
     ]  # fmt: skip
     rows = records(results.table("reproduction.csv"))
-    counts = {
-        evidence: ", ".join(
-            f"{sum(row['verdict'] == one for row in own)} {one}"
-            for one in VERDICTS
-            if any(row["verdict"] == one for row in own)
-        )
+    of_each = Counter((row["evidence"], row["verdict"]) for row in rows)
+    told = {
+        evidence: [f"{of_each[evidence, one]} {one}" for one in VERDICTS if of_each[evidence, one]]
         for evidence in EVIDENCE
-        if (own := [row for row in rows if row["evidence"] == evidence])
     }
+    counts = {evidence: ", ".join(words) for evidence, words in told.items() if words}
     others = [row for row in rows if row["verdict"] != SAME]
     return (
         counts,

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import rftfit
 from rftfit import reference
-from rftfit.figures.maps import half_width, lies_on_grid, pivot
+from rftfit.figures.captions import half_width
+from rftfit.figures.maps import lies_on_grid, pivot
+from rftfit.figures.style import level
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
 
@@ -60,11 +62,7 @@ class Book:
         self._names: set[str] = set()
 
     def sheet(self, name: str) -> Worksheet:
-        """Add a sheet under a name that spreadsheet programs accept.
-
-        `name`: Cut to 31 characters and freed from brackets, colons, slashes and the like;
-        numbered if taken.
-        """
+        """Add a sheet, its name cut, freed and numbered so that spreadsheet programs accept it."""
         clean = re.sub(r"[\[\]:*?/\\]", "_", name).strip("'")[:31] or "sheet"
         unique, count = clean, 1
         # the name "history" is kept by spreadsheet programs for themselves
@@ -84,10 +82,7 @@ class Book:
         return sheet
 
     def text(self, sheet: Worksheet, row: int, column: int, text: str, form: str = "text") -> None:
-        """Write text as text, whatever it begins with.
-
-        `form`: Name of a format.
-        """
+        """Write text as text, whatever it begins with."""
         # write() would take "=..." for a formula and "http..." for a link
         sheet.write_string(row, column, text, self.formats[form])
 
@@ -100,11 +95,7 @@ class Book:
         form: str = "number",
         missing: tuple[str, str] = ("no value", ""),
     ) -> None:
-        """Write a number in full precision, or, for NaN, a word with its reason as a comment.
-
-        `form`: Name of a format. `missing`: Word and reason for NaN; no comment if the reason is
-        empty.
-        """
+        """Write a number in full precision, or, for NaN, a word with its reason, if any, as a comment."""
         if math.isfinite(value):
             sheet.write_number(row, column, value, self.formats[form])
             return
@@ -158,11 +149,8 @@ def workbooks(results: Results) -> tuple[bytes, bytes]:
 
 
 def alpha_workbook(results: Results) -> bytes:
-    """One sheet per medium: alpha_z, then alpha_x, rows beta, columns gamma, then half widths.
-
-    A cell without a value says "no run", with the reason as its comment.
-    """
-    level = _level(results)
+    """One sheet per medium: alpha_z, then alpha_x, rows beta, columns gamma, then half widths."""
+    confidence = level(results)
     with new_book() as book:
         book.about(
             "alpha tables",
@@ -171,7 +159,7 @@ def alpha_workbook(results: Results) -> bytes:
                 "Layout of additional Table S5 of " + reference.CITATION + ".",
                 "Units: alpha in N/cm^3, angles in degrees.",
                 _SIGNS,
-                f"Below alpha stand the half widths of the {level} intervals, (upper - lower) / 2.",
+                f"Below alpha stand the half widths of the {confidence} intervals, (upper - lower) / 2.",
                 'A cell "no run" has no usable run; its comment says why.',
                 "Sheets:",
                 *(f"{medium.name}: {medium.title}" for medium in results),
@@ -188,7 +176,7 @@ def alpha_workbook(results: Results) -> bytes:
                 head = f"alpha_{c} (N/cm^3)"
                 row = _alpha_block(book, sheet, row, head, table, f"alpha_{c}_N_per_cm3")
             for c in "zx":
-                head = f"half width of the {level} interval of alpha_{c} (N/cm^3)"
+                head = f"half width of the {confidence} interval of alpha_{c} (N/cm^3)"
                 widths = table.assign(half=half_width(table, c))
                 row = _alpha_block(book, sheet, row, head, widths, "half")
     return book.content
@@ -231,10 +219,7 @@ def _alpha_list(
 
 
 def coefficient_workbook(results: Results) -> bytes:
-    """One sheet per method: values and zeta, their intervals, and what was published.
-
-    Terms that are not kept are grey.
-    """
+    """One sheet per method: values and zeta, their intervals, and what was published."""
     coefficients = results.table("coefficients.csv")
     lines = [
         "Coefficients of the nine-term Fourier fit of alpha_z and alpha_x, one sheet per method.",
@@ -289,7 +274,7 @@ def _coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataF
         for name in media
         for end, table in ends.items()
     ]
-    row = _term_block(book, sheet, row, f"{_level(results)} intervals {unit}", columns)
+    row = _term_block(book, sheet, row, f"{level(results)} intervals {unit}", columns)
     printed = {name: medium.published_as for name, medium in results.config.media.items()}
     printed[GENERIC] = GENERIC
     columns = [
@@ -308,10 +293,7 @@ def _term_block(
     title: str,
     columns: Sequence[tuple[str, Mapping[str, float], Collection[str]]],
 ) -> int:
-    """Write terms and zeta, each column with its heading and the terms that are grey.
-
-    Returns the row below.
-    """
+    """Write terms and zeta, each column with its heading and grey terms; the row below."""
     book.text(sheet, row, 0, title, "block")
     book.text(sheet, row + 1, 0, "coefficient", "head")
     terms = [*TERMS, "zeta"]
@@ -322,7 +304,3 @@ def _term_block(
         for i, term in enumerate(terms, start=row + 2):
             book.value(sheet, i, j, float(values[term]), "grey" if term in grey else "number")
     return row + len(terms) + 3
-
-
-def _level(results: Results) -> str:
-    return f"{100 * results.config.fit.confidence:.4g} %"
