@@ -254,7 +254,7 @@ class Store:
         store = cls(folder)
         for path in sorted(folder.glob("*.csv")):
             try:
-                table = read_csv(path)
+                table = read_csv(path, lambda name: "text" if name in _TEXTS else "")
             except InputError:
                 continue
             if list(table.columns) == list(RUN_COLUMNS):
