@@ -151,7 +151,7 @@ def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[
         row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
     alpha, se = float(cell[column("z")]), float(cell[column("z", "_se")])
     try:
-        scaled = scale_new_medium(alpha, se, reference.chi, reference.m0, config.fit.confidence)
+        scaled = scale_new_medium(alpha, se, reference.chi, config.fit.confidence)
     except ValueError as error:
         return row | {"reason": str(cell["reason"]) or str(error)}
     names = ("chi", "chi_lo", "chi_hi", "zeta", "zeta_lo", "zeta_hi")
