@@ -150,11 +150,7 @@ _TRACK = Schema(
 
 
 class TrackError(InputError):
-    """A track that cannot be used.
-
-    `reason`: Why, without the file's name.
-    `rows`: Data lines of the file, so far as they could be counted.
-    """
+    """A track that cannot be used: why, and data lines of the file so far as they could be counted."""
 
     def __init__(self, reason: str, file: str = "", rows: int = 0) -> None:
         self.reason, self.rows = reason, rows
@@ -216,7 +212,7 @@ LONGEST_GAP_STRIDES = 0.25
 HARMONICS = 4
 STRIDE_SAMPLES = 50
 TRIPODS = 2
-"""Legs in two alternating groups: the body bobs twice a stride."""
+"""Groups of legs that take turns: so often the body bobs in a stride."""
 
 _FEWEST_ROWS = 30
 _FINER = 8
@@ -250,13 +246,10 @@ class Pace:
 
 
 def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -> Pace:
-    """Mean speed of a trial, over strides.
+    """Mean speed of a trial, over strides, whose frequency is found in the track where it is NaN.
 
     The speed is the slope of x against time, fitted together with four harmonics of the stride, so
     that it does not matter at which moments of a stride the track begins and ends.
-
-    `frequency_Hz`: Stride frequency; NaN where it is to be found in the track. `tripods`: Groups
-    of legs that take turns: how often the body bobs in a stride.
     """
     if len(track.time_s) < _FEWEST_ROWS:
         raise TrackError(
@@ -296,10 +289,8 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, str]:
 
     The highest peak of the periodogram of height (brought to even steps, which bridges small gaps;
     freed of its slow trend and of outliers); of x, likewise, where height shows no clear peak. It is
-    refined by least squares with one overtone.
-
-    `tripods`: How often the body bobs in a stride. Returns `doubt`: Empty, or why the frequency
-    may be wrong by a factor.
+    refined by least squares with one overtone. Returns it with a doubt, empty or why it may be wrong
+    by a factor.
     """
     time = track.time_s
     duration, step = time[-1], float(np.median(np.diff(time)))

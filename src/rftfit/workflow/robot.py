@@ -309,7 +309,7 @@ def fill(
     if on_done is not None:
         on_done(done, len(conditions))
 
-    def keep(_: int, run: RobotRun) -> None:
+    def keep(run: RobotRun) -> None:
         nonlocal done, saved_at
         store.rows[key(run.condition)] = row_of(run)
         unsaved.add(key(run.condition)[0])
