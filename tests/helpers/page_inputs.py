@@ -318,7 +318,7 @@ def _reproduction(why: str) -> pd.DataFrame:
         compare("A00", "Table S2", 0.051, 0.0508, Tolerance(0.002, "printed to 0.001"),
                 BY_CONSTRUCTION, (0.0507, 0.0509)),
     ]  # fmt: skip
-    return pd.DataFrame([item.row() for item in items])
+    return pd.DataFrame(items)
 
 
 def _ledger(reason: str) -> pd.DataFrame:

@@ -112,8 +112,8 @@ def legs_of(config: Config) -> dict[str, str]:
     """Return the config's legs whose forces are published (R/r = 1, 0, -1), with their published names."""
     return {
         name: LEG_OF_CURVATURE[leg.curvature_times_R]
-        for name, leg in config.intruders.items()
-        if isinstance(leg, Leg) and leg.curvature_times_R in LEG_OF_CURVATURE
+        for name, leg in config.legs.items()
+        if leg.curvature_times_R in LEG_OF_CURVATURE
     }
 
 

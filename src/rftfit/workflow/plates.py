@@ -77,9 +77,9 @@ class _Chain(NamedTuple):
     """What the campaign's own stages made of a medium."""
 
     traces: list[Trace]
+    stress: dict[str, tuple[np.ndarray, np.ndarray]]
     status: pd.DataFrame
     fits: pd.DataFrame
-    stress: dict[str, tuple[np.ndarray, np.ndarray]]
     ledger: pd.DataFrame
 
 
@@ -143,14 +143,15 @@ def _chain(campaign: Campaign) -> _Chain:
     """Go through ingest, tare and slopes, as the workflow does."""
     import pandas as pd
 
-    parts: list[_Chain] = []
+    traces: list[Trace] = []
+    stress: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    tables: list[tuple[pd.DataFrame, ...]] = []
     for medium in campaign.media_with_runs:
-        traces, rows, first = ingest_traces(campaign, medium)
+        own, rows, first = ingest_traces(campaign, medium)
         status = pd.DataFrame(rows)
-        tared, tares, second = tare_medium(campaign, medium, samples_of(traces), status)
+        tared, tares, second = tare_medium(campaign, medium, samples_of(own), status)
         fits, windows, third = fit_medium(campaign, medium, status, tared, tares)
         good = windows["why"].to_numpy() == RowStatus.GOOD
-        stress = {}
         for name, place in split_runs(tared).items():
             area = campaign.config.intruders[campaign.by_id[name].intruder]
             part = tared.iloc[place][good[place]]
@@ -160,14 +161,10 @@ def _chain(campaign: Campaign) -> _Chain:
                 part["force_z_N"].to_numpy() / area.area_cm2,
             )
         book = join([first.table(), second.table(), third.table()])
-        parts.append(_Chain(traces, status, fits, stress, book))
-    return _Chain(
-        [trace for part in parts for trace in part.traces],
-        pd.concat([part.status for part in parts], ignore_index=True),
-        pd.concat([part.fits for part in parts], ignore_index=True),
-        {name: pair for part in parts for name, pair in part.stress.items()},
-        pd.concat([part.ledger for part in parts], ignore_index=True),
-    )
+        traces += own
+        tables.append((status, fits, book))
+    joined = (pd.concat(parts, ignore_index=True) for parts in zip(*tables, strict=True))
+    return _Chain(traces, stress, *joined)
 
 
 def _runs(campaign: Campaign, chain: _Chain) -> list[Penetration]:
