@@ -347,8 +347,7 @@ _FIGURE_S12 = Tolerance(5, "one number for three sands, and curves that were rea
 def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
     """Compare the paper's statements on leg forces with this campaign, as far as its media can meet them.
 
-    `errors`: Of `compare.legs.leg_errors`. `measured`: Measured leg curves. `scaled`: The table of
-    vertical penetration, with zeta and alpha_z of natural sands.
+    `errors`: Of `compare.legs.leg_errors`. `scaled`: The table of vertical penetration.
     """
     known = errors[errors["peak_error_percent"].notna()]
     both = {str(name): part for name, part in known.groupby("profile")}

@@ -57,11 +57,7 @@ _NEAR_ONE = 0.8
 
 
 def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFrame) -> list[Item]:
-    """Compare the paper's statements on the robot with this campaign, as far as it can meet them.
-
-    `errors`: A row a condition and profile. `optimum`: Best curvature by profile and frequency.
-    `speed`: A row a run (`rftfit.robot.sweep.speed_table`).
-    """
+    """Compare the paper's statements on the robot with this campaign, as far as it can meet them."""
     items: list[Item] = []
     for profile, part in errors.groupby("profile", sort=False):
         items += _shares(part, str(profile))

@@ -214,9 +214,8 @@ def record(
 ) -> Recording:
     """Record a run the way the rig does.
 
-    `raised`: The whole path stays above the surface. `spread`: Standard deviation of alpha from
-    one prepared bed to the next, N/cm^3. `pause`: At the surface. `cycle`: Of several strokes in
-    one log, which; each has a bed of its own. `sizes`: Of the disturbances.
+    `raised`, `pause`: As of `segments`. `spread`: Of `bed_of`. `cycle`: Of several strokes in one log,
+    which; each has a bed of its own.
     """
     drawn = nuisance(run, seed)
     bed = bed_of(run, seed, spread, sizes, cycle)

@@ -63,7 +63,6 @@ class Trial:
     `curvature_times_R`: R'/r of its legs.
     `frequency_Hz`: Stride frequency; NaN where it is to be taken from the track.
     `track`: Path relative to the folder of the sheet, with ``/``.
-    `row`: As a spreadsheet numbers it.
     """
 
     run_id: str
@@ -72,8 +71,6 @@ class Trial:
     curvature_times_R: float
     frequency_Hz: float
     track: str
-    note: str
-    row: int
 
 
 def read_trials(
@@ -125,7 +122,7 @@ def _trial(draft: DraftRow) -> Trial:
     text, number = draft.text, draft.number
     return Trial(
         text["run_id"], text["condition"], text["medium"], number["curvature_times_R"],
-        number.get("frequency_Hz", math.nan), text["track"], text["note"], draft.row,
+        number.get("frequency_Hz", math.nan), text["track"],
     )  # fmt: skip
 
 
