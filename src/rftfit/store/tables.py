@@ -39,17 +39,8 @@ def unguarded(text: str) -> str:
     return text[1:] if _GUARDED.match(text) else text
 
 
-def guard_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Guard every text of a table; the same object where nothing needs it."""
-    return _mapped(table, guarded)
-
-
-def unguard_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Take back what `guard_table` did; the same object where nothing needs it."""
-    return _mapped(table, unguarded)
-
-
 def _mapped(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
+    """Change every text of a table: `guarded` or `unguarded`; the same object where none changes."""
     import pandas as pd
 
     changed: dict[str, pd.Series] = {}
@@ -99,7 +90,7 @@ def write_csv(table: pd.DataFrame, target: str | Path) -> None:
     Text that a spreadsheet would calculate gets an apostrophe in front. The index is not written.
     """
     buffer = io.StringIO()
-    _rounded(guard_table(table)).to_csv(
+    _rounded(_mapped(table, guarded)).to_csv(
         buffer, index=False, float_format=FLOAT_FORMAT, lineterminator="\n"
     )
     write_bytes(target, buffer.getvalue().encode("utf-8"))
@@ -127,7 +118,7 @@ def read_csv(source: str | Path, kind_of: Callable[[str], str]) -> pd.DataFrame:
         if table.empty:
             # without rows nothing tells numbers from words: in a join these would turn the others' type
             table = table.astype({name: float for name in names if name not in text})
-        return unguard_table(table) if "'" in content else table
+        return _mapped(table, unguarded) if "'" in content else table
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as a table: {error}") from error
 
