@@ -19,7 +19,8 @@ from rigroom import Room
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
-from rftfit.lab import DISTURBANCES, plan_runs
+from rftfit.lab.disturb import DISTURBANCES
+from rftfit.lab.plan import plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.ingest import ingest_medium
 from rftfit.outputs.dictionary import KINDS, column_of, describe, outputs

@@ -167,7 +167,7 @@ def profile() -> str:
 
 def disturbances() -> str:
     """Every disturbance of a re-enactment."""
-    from rftfit.lab import DISTURBANCES
+    from rftfit.lab.disturb import DISTURBANCES
 
     rows = [
         (f"`{name}`", f"{one.size:g} {one.unit}", one.what, one.why)

@@ -48,8 +48,8 @@ def draw(project: Path, root: Path, png: Path) -> None:
     from rftfit.campaign.load import load_campaign
     from rftfit.figures.quality import draw_quality
     from rftfit.figures.traces import stress_samples
-    from rftfit.lab import plan_runs
     from rftfit.lab.enact import run_logs
+    from rftfit.lab.plan import plan_runs
     from rftfit.lab.write import sheet_text
     from rftfit.measure.fits import fit_medium
     from rftfit.measure.ingest import ingest_medium
@@ -97,7 +97,9 @@ def _prepare(app: Sphinx) -> None:
     png = Path(app.srcdir) / "_build" / "figures" / NAME
     made_by = png.with_suffix(".digest")
     stages = ("rftfit.workflow.measure", "rftfit.figures.quality")
-    code = code_digest("rftfit.lab", *stages) + sha256_of(Path(__file__).with_name("drawings.py"))
+    code = code_digest("rftfit.lab.enact", *stages) + sha256_of(
+        Path(__file__).with_name("drawings.py")
+    )
     if png.is_file() and made_by.is_file() and made_by.read_text(encoding="utf-8") == code:
         return
     with tempfile.TemporaryDirectory() as place:

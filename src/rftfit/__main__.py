@@ -17,10 +17,7 @@ from rftfit.workflow.processes import end_with_parent
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Do those tasks of a stage that are out of date, and return its exit code.
-
-    0, or the exit code of the error, whose message goes to standard error.
-    """
+    """Do those tasks of a stage that are out of date; return 0, or the exit code of the error it tells."""
     end_with_parent()
     given = sys.argv[1:] if argv is None else argv
     if (status := warm.ask(given)) is not None:

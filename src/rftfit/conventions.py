@@ -15,29 +15,19 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def tangent(beta: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Components (x, z) of the unit tangent of a plate at attack angle `beta` (rad).
-
-    Returns `tx`, `tz`: Same shape as `beta`.
-    """
+    """Components (x, z) of the unit tangent of a plate at attack angle `beta` (rad)."""
     beta = np.asarray(beta, dtype=float)
     return np.cos(beta), -np.sin(beta)
 
 
 def direction(gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Components (x, z) of the unit velocity at intrusion angle `gamma` (rad).
-
-    Returns `vx`, `vz`: Same shape as `gamma`.
-    """
+    """Components (x, z) of the unit velocity at intrusion angle `gamma` (rad)."""
     gamma = np.asarray(gamma, dtype=float)
     return -np.cos(gamma), -np.sin(gamma)
 
 
 def intrusion_angle(vx: npt.ArrayLike, vz: npt.ArrayLike) -> FloatArray:
-    """Intrusion angle gamma (rad, in (-pi, pi]) of the velocity (`vx`, `vz`).
-
-    `vx`, `vz`: Velocity components, any one unit; shapes broadcast. Returns naN where the velocity
-    is zero.
-    """
+    """Intrusion angle gamma (rad, in (-pi, pi]) of the velocity (`vx`, `vz`); NaN where that is zero."""
     vx, vz = np.asarray(vx, dtype=float), np.asarray(vz, dtype=float)
     # 0.0 - v, not -v: a negative zero would turn +pi into -pi
     gamma = np.arctan2(0.0 - vz, 0.0 - vx)
@@ -45,10 +35,7 @@ def intrusion_angle(vx: npt.ArrayLike, vz: npt.ArrayLike) -> FloatArray:
 
 
 def wrap_beta(beta: npt.ArrayLike) -> FloatArray:
-    """Bring an attack angle (rad) into [-pi/2, pi/2), its period being pi.
-
-    Returns +pi/2 comes back as -pi/2: they are one and the same plate.
-    """
+    """Bring an attack angle (rad) into [-pi/2, pi/2): +pi/2 and -pi/2 are one and the same plate."""
     beta = np.asarray(beta, dtype=float)
     return np.mod(beta + np.pi / 2, np.pi) - np.pi / 2
 
@@ -63,10 +50,7 @@ def mirror(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, Float
     """Angles (rad) of the same experiment seen from behind: x turned into -x.
 
     There alpha_z is the same and alpha_x has the other sign (design of the symmetry extension,
-    supplement of the paper). Mirroring twice gives the angles back.
-
-    `beta`, `gamma`: Shapes broadcast. Returns `beta`, `gamma`: (-beta, pi - gamma), gamma in (-pi,
-    pi].
+    supplement of the paper). Mirroring twice gives the angles back, gamma in (-pi, pi].
     """
     return -np.asarray(beta, dtype=float), wrap_gamma(np.pi - np.asarray(gamma, dtype=float))
 
@@ -77,10 +61,8 @@ def file_extraction(beta_deg: float, path_gamma_deg: float) -> tuple[float, floa
     A plate pulled back along a path is filed as its mirror image: the physical direction (beta, gamma
     - 180 deg) lies outside of the table. A negative angle is that of the motion itself, a cell as it is.
 
-    `beta_deg`: Angle at which the plate was held. `path_gamma_deg`: Angle of the path on the way
-    down, in [0, 90], or of the motion up, below 0. Returns `beta_deg`, `gamma_deg`: of the cell.
-    Returns `sign_x`: the factor that turns the measured alpha_x into that of the cell, -1 of a
-    mirror image.
+    `path_gamma_deg`: Angle of the path on the way down, in [0, 90], or of the motion up, below 0.
+    Returns beta and gamma of the cell, and the factor that turns the measured alpha_x into its own.
     """
     if path_gamma_deg < 0:
         return beta_deg, path_gamma_deg, 1.0

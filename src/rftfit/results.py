@@ -111,10 +111,13 @@ class Tables:
         """Take a table as if it had been read."""
         (self._samples if name.endswith(".parquet") else self._tables)[name] = table
 
-    def _read(self, name: str) -> pd.DataFrame:
-        path = self.path(name)
-        if not path.is_file():
+    def _there(self, name: str) -> Path:
+        if not (path := self.path(name)).is_file():
             raise InputError(f"{path}: there is no such table; `rftfit run` makes it")
+        return path
+
+    def _read(self, name: str) -> pd.DataFrame:
+        path = self._there(name)
         output = describe(f"{FOLDER}/{name}")
         if output is None or not output.columns:
             raise InputError(f"{path}: not a table of this program")
@@ -136,10 +139,7 @@ class Tables:
 
     def _sample_table(self, name: str) -> pd.DataFrame:
         if name not in self._samples:
-            path = self.path(name)
-            if not path.is_file():
-                raise InputError(f"{path}: there is no such table; `rftfit run` makes it")
-            self._samples[name] = read_parquet(path)
+            self._samples[name] = read_parquet(self._there(name))
             while len(self._samples) > _KEPT_SAMPLES:
                 self._samples.popitem(last=False)
         self._samples.move_to_end(name)

@@ -13,6 +13,7 @@ import pytest
 from light_campaign import LABORATORY, SAND, SE, make_campaign, one_cell
 from paper_grid import BETA, flat
 from paper_grid import GAMMA_OF_FILE as GAMMA
+from result_tables import read_result
 from turning import sweep, sweep_draws
 
 from rftfit import reference
@@ -181,11 +182,9 @@ def test_one_penetration_test(rftfit: Callable[..., Said], here: Path) -> None:
 def test_intervals_are_those_of_the_draws(
     rftfit: Callable[..., Said], here: Path, results: Path
 ) -> None:
-    from rftfit.store import read_csv
-
     said = rftfit("predict", "--leg", "c_leg", "--results", results, "--medium", "poppy_LP")
     assert (said.code, said.err) == (0, "")
-    table = read_csv(results / "alpha" / "poppy_LP.csv")
+    table = read_result(results / "alpha" / "poppy_LP.csv")
     found = read_forces(here / "forces.csv")
     check(found, sweep(TableProfile.from_table(table), model_leg("c_leg")))
     many = sweep_draws(

@@ -15,7 +15,7 @@ from paper_grid import GAMMA_OF_FILE as GAMMA
 
 from rftfit import reference
 from rftfit.model.fourier import TERMS, evaluate, fit_dft_index, fit_lsq, kept_terms
-from rftfit.model.scaling import Reference, published, scale, vertical_penetration, with_interval
+from rftfit.model.scaling import Reference, published, scale, vertical_penetration
 from rftfit.results import open_results
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ def test_intervals_grow_with_se_and_confidence(rftfit: Callable[..., Said]) -> N
 def test_no_scatter_leaves_the_error_of_zeta() -> None:
     scaled = scale(0.9)
     generic = np.array([2.0, -1.0, 0.0])
-    value, lo, hi = with_interval(scaled, generic, np.tile(generic, (5, 1)), 0.95)
+    value, lo, hi = scaled.with_interval(generic, np.tile(generic, (5, 1)))
     assert value == pytest.approx(scaled.zeta * generic)
     assert lo == pytest.approx([2 * scaled.zeta_lo, -scaled.zeta_hi, 0])
     assert hi == pytest.approx([2 * scaled.zeta_hi, -scaled.zeta_lo, 0])

@@ -21,7 +21,7 @@ from text_boxes import text_faults
 from rftfit.campaign.config import Config
 from rftfit.cli.main import main
 from rftfit.figures import style
-from rftfit.lab import reenact
+from rftfit.lab.enact import reenact
 from rftfit.store import write_bytes
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.run_stage import run_stage

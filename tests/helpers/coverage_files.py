@@ -18,7 +18,7 @@ from coverage_levels import (
 
 from rftfit.campaign.config import Config
 from rftfit.compare.legs import extreme, measured_peak
-from rftfit.lab import reenact
+from rftfit.lab.enact import reenact
 from rftfit.model.scaling import fit_medium
 from rftfit.reference import LEGS, MEDIA, load
 from rftfit.results import Results

@@ -10,7 +10,7 @@ import pandas as pd
 import yaml
 
 from rftfit.campaign.config import Config
-from rftfit.lab import reenact
+from rftfit.lab.enact import reenact
 from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 

@@ -142,7 +142,7 @@ def paper_tables() -> dict[str, pd.DataFrame]:
     zeta = {m: float(vertical_penetration(own)) for m, own in fits.items()}
     measured = {m: float(reference.alpha_grid(m)[0][3, -1]) for m in fits}
     chi = {m: measured[m] / zeta[m] for m in fits}
-    sand = scale_new_medium(SAND_ALPHA, 0.0, np.array(list(chi.values())), m0)
+    sand = scale_new_medium(SAND_ALPHA, 0.0, np.array(list(chi.values())))
     profiles: dict[str, dict[str, Profile]] = {"yuma": {"generic": scaled_generic(sand.zeta, m0)}}
     for m, own in fits.items():
         table = TableProfile.from_table(found[f"alpha/{m}"])
@@ -192,7 +192,7 @@ def sand_results(folder: Path) -> Results:
     """One natural sand alone, scaled with the published media."""
     results = bare_campaign(folder, ("yuma",))
     chi, m0 = published().chi, published().m0
-    sand = scale_new_medium(SAND_ALPHA, 0.0, chi, m0)
+    sand = scale_new_medium(SAND_ALPHA, 0.0, chi)
     method = "scaling routine (lsq, published media)"
     row = _penetration(method, "yuma", SAND_ALPHA, sand.zeta, sand.chi)
     predicted = curves(results.config, "generic", scaled_generic(sand.zeta, m0), "yuma")
@@ -318,7 +318,7 @@ def _reproduction(why: str) -> pd.DataFrame:
         compare("A00", "Table S2", 0.051, 0.0508, Tolerance(0.002, "printed to 0.001"),
                 BY_CONSTRUCTION, (0.0507, 0.0509)),
     ]  # fmt: skip
-    return pd.DataFrame([item.row() for item in items])
+    return pd.DataFrame(items)
 
 
 def _ledger(reason: str) -> pd.DataFrame:

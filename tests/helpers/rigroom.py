@@ -14,8 +14,8 @@ import yaml
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign, load_campaign
-from rftfit.lab import plan_runs, reenact
-from rftfit.lab.enact import run_logs
+from rftfit.lab.enact import reenact, run_logs
+from rftfit.lab.plan import plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.fits import fit_medium
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.lab import Run
+    from rftfit.lab.plan import Run
 
 CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 # the demonstration's, without its robot: these rooms have no marker tracks

@@ -11,10 +11,18 @@ import pandas as pd
 import pytest
 
 from rftfit.errors import InputError
-from rftfit.lab import DISTURBANCES, plan_runs, reenact
-from rftfit.lab.disturb import REAL_LAB, along_path, described, path_cm, pink, sizes_of, unevenness
-from rftfit.lab.enact import run_logs
-from rftfit.lab.plan import plate_of
+from rftfit.lab.disturb import (
+    DISTURBANCES,
+    REAL_LAB,
+    along_path,
+    described,
+    path_cm,
+    pink,
+    sizes_of,
+    unevenness,
+)
+from rftfit.lab.enact import reenact, run_logs
+from rftfit.lab.plan import plan_runs, plate_of
 from rftfit.lab.rig import bed_of, ideal, nuisance
 
 if TYPE_CHECKING:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from rftfit.errors import InputError, OutputError, RftfitError
-from rftfit.lab import enact, plan_runs
-from rftfit.lab.plan import plate_of
+from rftfit.lab import enact
+from rftfit.lab.marker import remove
+from rftfit.lab.plan import plan_runs, plate_of
 from rftfit.lab.rig import resolve
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def test_a_log_that_cannot_be_removed(monkeypatch: pytest.MonkeyPatch, tmp_path:
 
     monkeypatch.setattr(Path, "unlink", refuse)
     with pytest.raises(OutputError, match=r"a.csv: cannot be removed: Permission denied"):
-        enact._remove(tmp_path / "a.csv")
+        remove(tmp_path / "a.csv")
 
 
 def test_a_writer_that_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -174,8 +174,11 @@ def test_a_changed_plug_in_is_told(
 ) -> None:
     code = GOOD + "    def load(self, path): raise OSError\n"
     install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
+    text = campaign.read_text(encoding="utf-8").replace("method: sync_line", "method: estimate")
+    campaign.write_text(text, encoding="utf-8")
     plan = Plan(campaign)
     before, model = (plan.stages[name][0].depends for name in ("ingest", "fourier"))
+    clocks = plan.maker["results/figures/clocks_poppy_LP.png"].depends
     state = present_state(plan)
     assert state.versions["ourlab-dialect"] == "1.0"
     assert "ourlab_dialect" in state.modules
@@ -186,6 +189,9 @@ def test_a_changed_plug_in_is_told(
     changed = Plan(campaign)
     assert changed.stages["ingest"][0].depends["code"] != before["code"]
     assert changed.stages["fourier"][0].depends == model
+    # a figure that reads logs is drawn again too
+    drawn = changed.maker["results/figures/clocks_poppy_LP.png"].depends
+    assert drawn["code"] != clocks["code"]
     found = changes_between(state, present_state(changed))
     assert [(one.sort, one.name) for one in found] == [("code", "ourlab_dialect")]
 

@@ -19,12 +19,13 @@ from rftfit.model.draws import alpha_draws, interval
 from rftfit.model.scaling import (
     ALL_METHODS,
     AS_PRINTED,
+    Reference,
     fit_media,
     generic_interval,
     reference_of,
+    scale,
     scale_new_medium,
     vertical_penetration,
-    with_interval,
 )
 
 if TYPE_CHECKING:
@@ -174,7 +175,7 @@ def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config: Config) ->
     assert one.printed
     assert one.chi.size == 5
     assert "fewer than two laboratory media" in one.note
-    scale_new_medium(0.5, 0.01, one.chi, one.m0)
+    scale_new_medium(0.5, 0.01, one.chi)
     two = reference_of(fits, paper_config)
     assert (two.printed, two.media, two.note) == (False, ("poppy_LP", "poppy_CP"), "")
     # by the method of the config: fits by others do not make up the number
@@ -184,12 +185,13 @@ def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config: Config) ->
 
 
 def test_new_medium_by_hand() -> None:
-    scaled = scale_new_medium(0.9, 0.0, CHI, M0)
+    scaled = scale_new_medium(0.9, 0.0, CHI)
     assert scaled.chi == pytest.approx(1.242)
     assert scaled.zeta == pytest.approx(0.9 / 1.242)
-    np.testing.assert_allclose(scaled.coefficients, M0 * 0.9 / 1.242)
+    medium = scale(0.9, reference=Reference("", reference.MEDIA, CHI, M0, np.tile(M0, (5, 1))))
+    np.testing.assert_allclose(medium.coefficients, M0 * 0.9 / 1.242)
     # alpha_z(0, 90 deg) of the scaled profile is zeta, for M0 sums to 1 there
-    assert scaled.coefficients[:5].sum() == pytest.approx(scaled.zeta, rel=1e-9)
+    assert medium.coefficients[:5].sum() == pytest.approx(medium.zeta, rel=1e-9)
     logs = [math.log(value) for value in CHI]
     mean = sum(logs) / 5
     spread = math.sqrt(sum((value - mean) ** 2 for value in logs) / 4 * 1.2)
@@ -201,14 +203,14 @@ def test_new_medium_by_hand() -> None:
 
 
 def test_an_error_that_is_not_known_gives_no_interval() -> None:
-    scaled = scale_new_medium(0.42, np.nan, CHI, M0)
+    scaled = scale_new_medium(0.42, np.nan, CHI)
     assert scaled.zeta == pytest.approx(0.42 / CHI.mean())
     assert np.isnan([scaled.zeta_lo, scaled.zeta_hi]).all()
     assert np.isfinite([scaled.chi_lo, scaled.chi_hi]).all()
 
 
 def test_error_of_the_test_widens_zeta_and_not_chi() -> None:
-    exact, rough = (scale_new_medium(0.9, se, CHI, M0) for se in (0.0, 0.3))
+    exact, rough = (scale_new_medium(0.9, se, CHI) for se in (0.0, 0.3))
     assert rough.zeta == exact.zeta
     assert rough.zeta_lo < exact.zeta_lo < exact.zeta < exact.zeta_hi < rough.zeta_hi
     assert (rough.chi_lo, rough.chi_hi) == (exact.chi_lo, exact.chi_hi)
@@ -223,13 +225,13 @@ def test_more_error_of_the_test_never_narrows_an_interval() -> None:
         scatter = float(np.log(chi).std(ddof=1))
         steps = np.cumsum(alpha * scatter * 10 ** random.uniform(-3, 1, 4))
         errors = [0.0, *map(float, steps)]
-        found = [scale_new_medium(alpha, se, chi, M0, confidence) for se in errors]
+        found = [scale_new_medium(alpha, se, chi, confidence) for se in errors]
         lo, hi = [one.zeta_lo for one in found], [one.zeta_hi for one in found]
         assert all(b < a for a, b in pairwise(lo)), (media, confidence, alpha, errors)
         assert all(b > a for a, b in pairwise(hi)), (media, confidence, alpha, errors)
         # what is derived from it: coefficients, whose own scatter joins
         own = M0 * np.exp(random.normal(0, 0.1, (media, 9)))
-        ends = [with_interval(one, M0, own, confidence) for one in found]
+        ends = [one.with_interval(M0, own) for one in found]
         assert all((b[1] <= a[1]).all() and (b[2] >= a[2]).all() for a, b in pairwise(ends))
 
 
@@ -239,7 +241,7 @@ def test_half_widths_add_in_quadrature_by_hand() -> None:
     mean = sum(logs) / 5
     spread = math.sqrt(sum((value - mean) ** 2 for value in logs) / 4 * 1.2)
     half = math.hypot(2.776445 * spread, 1.962339 * 0.05 / 0.9)
-    found = scale_new_medium(0.9, 0.05, CHI, M0)
+    found = scale_new_medium(0.9, 0.05, CHI)
     assert math.log(found.zeta_hi / found.zeta) == pytest.approx(half, rel=1e-6)
     assert math.log(found.zeta / found.zeta_lo) == pytest.approx(half, rel=1e-6)
 
@@ -253,13 +255,13 @@ def test_joined_half_widths_cover_at_least_as_stated(media: int, ratio: float) -
     for _ in range(turns):
         chi = np.exp(random.normal(0, 0.02, media + 1))
         measured = chi[-1] * np.exp(random.normal(0, 0.02 * ratio))
-        found = scale_new_medium(measured, 0.02 * ratio * measured, chi[:-1], M0)
+        found = scale_new_medium(measured, 0.02 * ratio * measured, chi[:-1])
         inside += found.zeta_lo <= 1 <= found.zeta_hi
     assert 0.94 <= inside / turns <= 0.995
 
 
 def test_zeta_scales_with_alpha() -> None:
-    one, ten = (scale_new_medium(a, a / 50, CHI, M0) for a in (0.3, 3.0))
+    one, ten = (scale_new_medium(a, a / 50, CHI) for a in (0.3, 3.0))
     for name in ("zeta", "zeta_lo", "zeta_hi"):
         assert getattr(ten, name) == pytest.approx(10 * getattr(one, name))
 
@@ -271,13 +273,13 @@ def test_interval_of_a_further_medium_covers() -> None:
     for _ in range(2000):
         chi = 1.25 * np.exp(random.normal(0, 0.1, 6))
         measured = 0.5 * chi[5] * (1 + random.normal(0, 0.05))
-        found = scale_new_medium(measured, 0.05 * measured, chi[:5], M0)
+        found = scale_new_medium(measured, 0.05 * measured, chi[:5])
         inside += found.zeta_lo <= 0.5 <= found.zeta_hi
     assert 0.93 <= inside / 2000 <= 0.975
 
 
 def test_media_that_agree_and_an_exact_test_leave_no_doubt() -> None:
-    found = scale_new_medium(1.0, 0.0, np.array([1.25, 1.25, 1.25]), M0)
+    found = scale_new_medium(1.0, 0.0, np.array([1.25, 1.25, 1.25]))
     assert found.zeta_lo == pytest.approx(found.zeta) == pytest.approx(found.zeta_hi)
     assert found.zeta == pytest.approx(0.8)
 
@@ -285,23 +287,23 @@ def test_media_that_agree_and_an_exact_test_leave_no_doubt() -> None:
 @pytest.mark.parametrize("alpha", [0.0, -0.3, math.nan, math.inf])
 def test_alpha_must_be_a_positive_number(alpha: float) -> None:
     with pytest.raises(ValueError, match="must be a positive number"):
-        scale_new_medium(alpha, 0.0, CHI, M0)
+        scale_new_medium(alpha, 0.0, CHI)
 
 
 def test_error_must_be_one() -> None:
     with pytest.raises(ValueError, match="standard error"):
-        scale_new_medium(0.9, -0.1, CHI, M0)
+        scale_new_medium(0.9, -0.1, CHI)
 
 
 @pytest.mark.parametrize("chi", [[], [1.2], [1.2, 0.0], [1.2, math.nan]])
 def test_chi_of_the_reference_media(chi: list[float]) -> None:
     with pytest.raises(ValueError, match="chi"):
-        scale_new_medium(0.9, 0.0, np.array(chi), M0)
+        scale_new_medium(0.9, 0.0, np.array(chi))
 
 
 def test_interval_of_chi_for_one_further_medium_by_hand() -> None:
     # two media: one degree of freedom, t = 12.706; log chi differ by log(1.3 / 1.2)
-    found = scale_new_medium(0.4, 0.0, np.array([1.2, 1.3]), M0)
+    found = scale_new_medium(0.4, 0.0, np.array([1.2, 1.3]))
     half = 12.706205 * math.log(1.3 / 1.2) / math.sqrt(2) * math.sqrt(1.5)
     assert found.chi == pytest.approx(1.25)
     assert (found.chi_lo, found.chi_hi) == pytest.approx(

@@ -27,7 +27,7 @@ from rftfit.model.planning import plan
 from rftfit.model.profile_file import write_profile
 from rftfit.model.profiles import FourierProfile, TableProfile
 from rftfit.model.reference_kernel import element_forces, place, pose_forces
-from rftfit.model.scaling import published, scale_new_medium, vertical_penetration, with_interval
+from rftfit.model.scaling import published, scale_new_medium, vertical_penetration
 from rftfit.model.shapes import estimate_map, grid
 from rftfit.page.live import profiles, references
 from rftfit.page.page import page
@@ -149,11 +149,11 @@ def test_calculator_equals_the_scaling_routine(
     numbers: Chromium, results: Results, which: str, se: float
 ) -> None:
     reference = published() if which == "print" else references(results)[0]
-    scaled = scale_new_medium(0.42, se, reference.chi, reference.m0, 0.95)
+    scaled = scale_new_medium(0.42, se, reference.chi, 0.95)
 
     def scale(of: Callable[[FloatArray], FloatArray]) -> Interval:
         each = np.stack([of(own) for own in reference.scaled])
-        return with_interval(scaled, of(reference.m0), each, 0.95)
+        return scaled.with_interval(of(reference.m0), each)
 
     beta, gamma = (
         grid.ravel()
@@ -198,9 +198,7 @@ def test_calculator_equals_rftfit_scale_for_any_error(numbers: Chromium) -> None
         "alpha, se, window.rftfit.data.references[1], level).zeta)"
     )
     reference = published()
-    scaled = [
-        scale_new_medium(one, se, reference.chi, reference.m0, level) for one, se, level in tests
-    ]
+    scaled = [scale_new_medium(one, se, reference.chi, level) for one, se, level in tests]
     wanted = [[one.zeta, one.zeta_lo, one.zeta_hi] for one in scaled]
     np.testing.assert_allclose(array(found), wanted, rtol=1e-9)
 
@@ -438,7 +436,7 @@ def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> No
     assert browser.evaluate(FOCUS) == "Push 1, α_z"
     browser.type_text("0.689")
     reference = references(results)[-1]
-    scaled = scale_new_medium(0.689, 0.0, reference.chi, reference.m0, 0.95)
+    scaled = scale_new_medium(0.689, 0.0, reference.chi, 0.95)
     ours = estimate_map(pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], column("z"): [0.689]}))
     text = browser.evaluate(RESULT)
     for value in (scaled.zeta, scaled.zeta_lo, scaled.zeta_hi, ours.zeta[0]):

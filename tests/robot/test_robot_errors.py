@@ -165,7 +165,7 @@ def claims(
     errors = speed_errors(published_speeds("poppy_LP", PLACES), simulated(factor, profile))
     runs = sweep(top)
     items = robot_claims(errors, optima(runs, [5.0]), runs if speed is None else speed)
-    return pd.DataFrame([item.row() for item in items]).set_index("item")
+    return pd.DataFrame(items).set_index("item")
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.errors import InputError
-from rftfit.lab.tracks import TRIALS, plan_trials, write_tracks
+from rftfit.lab.tracks import TRIALS, plan_trials, track_files
 from rftfit.model.profiles import FourierProfile, TableProfile
 from rftfit.results import Results, open_results
 from rftfit.robot.config import paper_robot
@@ -27,7 +27,7 @@ from rftfit.robot.intervals import SPEED
 from rftfit.robot.intervals import WIDTH_COLUMNS as WIDTHS
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import run_all, speed_table
-from rftfit.store import write_csv
+from rftfit.store import write_csv, write_text
 from rftfit.workflow import robot as stages
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.robot import (
@@ -64,7 +64,8 @@ def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     raw.mkdir(parents=True)
     (raw / "runs.csv").write_text(SHEET, encoding="utf-8")
     config = Config(**yaml.safe_load((root / "config" / "config.yaml").read_text("utf-8")))
-    write_tracks(config, raw, 2013)
+    for name, text in track_files(config, 2013).items():
+        write_text(raw / name, text)
     return root
 
 
@@ -99,11 +100,9 @@ def test_from_tracks_to_the_published_speeds(root: Path) -> None:
     assert ledger["rows"].sum() == lines
 
 
-def test_same_seed_same_tracks(root: Path, tmp_path: Path) -> None:
+def test_same_seed_same_tracks(root: Path) -> None:
     config = load_campaign(root / "config" / "config.yaml").config
-    first = write_tracks(config, tmp_path / "a", 1)
-    second = write_tracks(config, tmp_path / "b", 1)
-    assert [p.read_bytes() for p in first] == [p.read_bytes() for p in second]
+    assert track_files(config, 1) == track_files(config, 1)
     assert len({trial.run_id for trial in plan_trials(config, 1)}) == 42 * TRIALS
 
 

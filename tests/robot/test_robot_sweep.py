@@ -53,24 +53,19 @@ CONDITIONS = [
 
 
 def test_runs_do_not_depend_on_threads(robot: Robot, nine: FourierProfile) -> None:
-    told: list[int] = []
-
-    def note(index: int, run: RobotRun) -> None:
-        assert run.condition == CONDITIONS[index]
-        told.append(index)
-
-    two = run_all(robot, nine, CONDITIONS, threads=2, on_done=note)
+    told: list[RobotRun] = []
+    two = run_all(robot, nine, CONDITIONS, threads=2, on_done=told.append)
     one = run_all(robot, nine, CONDITIONS, threads=1)
-    assert sorted(told) == list(range(len(CONDITIONS)))
+    assert sorted(CONDITIONS.index(run.condition) for run in told) == list(range(len(CONDITIONS)))
     assert [run.condition for run in two] == CONDITIONS
     assert [run.speed_cm_per_s for run in two] == [run.speed_cm_per_s for run in one]
 
 
 def test_interrupting_keeps_what_is_done(robot: Robot, nine: FourierProfile) -> None:
-    done: list[int] = []
+    done: list[RobotRun] = []
 
-    def stop(index: int, _: RobotRun) -> None:
-        done.append(index)
+    def stop(run: RobotRun) -> None:
+        done.append(run)
         if len(done) == 3:
             raise KeyboardInterrupt
 

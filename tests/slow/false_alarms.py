@@ -24,7 +24,7 @@ from other_labs import CASES, GRIDS, SECTIONS
 from rftfit import reference
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
-from rftfit.lab import reenact
+from rftfit.lab.enact import reenact
 from rftfit.lab.plan import directions_of
 from rftfit.workflow.measure import check_logs
 

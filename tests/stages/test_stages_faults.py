@@ -14,7 +14,8 @@ from rftfit import reference
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.errors import RftfitError
-from rftfit.lab import FAULTS, reenact
+from rftfit.lab.enact import reenact
+from rftfit.lab.rig import FAULTS
 from rftfit.measure.checks import check_axes
 from rftfit.measure.ledger import check, join
 

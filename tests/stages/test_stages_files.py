@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 import pytest
+from result_tables import read_result
 from rigroom import Results, Room, digests, planned
 
 from rftfit import reference
 from rftfit.errors import InputError, OutputError, RftfitError
 from rftfit.measure.alpha import alpha_table
 from rftfit.results import UndeclaredInput, open_results
-from rftfit.store import read_csv, read_parquet
+from rftfit.store import read_parquet
 from rftfit.workflow.measure import ledger, legs, slopes
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.run_stage import run_stage
@@ -43,7 +44,7 @@ def through_files(room: Room, out: Path, config: Path) -> dict[str, Path]:
     files |= {f"ledger_{stage}": out / "ledger" / stage / "poppy_LP.csv" for stage in LEDGERS}
     files |= {name: out / name / "poppy_LP.csv" for name in ("tares", "legs", "runs")}
     files["ledger"] = out / "ledger.csv"
-    counted = read_csv(files["ledger"]).groupby("file")["rows"].sum().to_dict()
+    counted = read_result(files["ledger"]).groupby("file")["rows"].sum().to_dict()
     assert counted == room.counted
     return files
 
@@ -76,10 +77,10 @@ def test_files_hold_what_the_functions_give(some: Room, tmp_path: Path) -> None:
     config = some.write()
     p = through_files(some, tmp_path / "out", config)
     direct = some.chain()
-    close(read_csv(p["fits"]), direct.fits)
-    close(read_csv(p["alpha"]), direct.alpha)
-    close(read_csv(p["legs"]), direct.curves)
-    close(read_csv(p["tares"]), direct.tares)
+    close(read_result(p["fits"]), direct.fits)
+    close(read_result(p["alpha"]), direct.alpha)
+    close(read_result(p["legs"]), direct.curves)
+    close(read_result(p["tares"]), direct.tares)
     windows, tared = read_parquet(p["windows"]), read_parquet(p["tared"])
     assert windows["run_id"].tolist() == tared["run_id"].tolist()
     # the samples that the windows call good are the samples that were fitted
@@ -230,12 +231,12 @@ def test_one_run_of_each_kind_of_error_reaches_the_files(room: Room, tmp_path: P
     for name in list(room.logs):
         room.logs[name] = b""
     p = through_files(room, tmp_path / "out", room.write())
-    fits = read_csv(p["fits"])
+    fits = read_result(p["fits"])
     assert fits["alpha_z_N_per_cm3"].isna().all()
     assert "the file is empty" in str(fits.loc[0, "reason"])
     again = alpha_table(fits, "poppy_LP", 0.95, 3)
-    close(read_csv(p["alpha"]), again)
-    assert len(read_csv(p["legs"])) == 0
+    close(read_result(p["alpha"]), again)
+    assert len(read_result(p["legs"])) == 0
 
 
 def test_tables_are_read_without_a_warning(some: Room, tmp_path: Path) -> None:
@@ -290,7 +291,7 @@ def test_air_run_that_no_leg_names_is_in_the_ledger(some: Room, tmp_path: Path) 
     }
     some.logs["air/air_flat_leg_motion.csv"] = None
     p = through_files(some, tmp_path / "out", some.write())
-    book = read_csv(p["ledger"])
+    book = read_result(p["ledger"])
     rows = book[book["run_id"] == "air_flat_leg"]
     assert set(rows["fate"]) == {"dropped"}
     assert all("no leg" in reason for reason in rows["reason"])

@@ -14,8 +14,8 @@ from rigroom import CONFIG_TEXT, chain, paper
 
 from rftfit.campaign.config import Errors
 from rftfit.campaign.load import load_campaign
-from rftfit.lab import DISTURBANCES, reenact
-from rftfit.lab.disturb import REAL_LAB, sizes_of
+from rftfit.lab.disturb import DISTURBANCES, REAL_LAB, sizes_of
+from rftfit.lab.enact import reenact
 from rftfit.measure.alpha import column
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.run_stage import run_stage

@@ -22,6 +22,7 @@ import pytest
 import yaml
 from campaigns import FEW, PROJECT, make_campaign
 from page_inputs import NASTY, page_results
+from result_tables import read_result
 
 from rftfit.__main__ import main as stage
 from rftfit.campaign import rows
@@ -30,7 +31,6 @@ from rftfit.campaign.load import check_campaign, root_of
 from rftfit.figures.maps import draw_maps
 from rftfit.figures.style import content
 from rftfit.page.page import page as write
-from rftfit.store import read_csv
 
 CONFIG = """\
 title: Test
@@ -375,7 +375,7 @@ def test_no_cell_of_a_csv_is_a_formula(room: Room, name: str) -> None:
         cells = [cell for row in csv.reader(handle) for cell in row]
     assert f"'{name}" in cells
     assert [cell for cell in cells if cell[:1] in "=+-@\t\r" and cell] == []
-    assert name in set(read_csv(ledger)["file"])
+    assert name in set(read_result(ledger)["file"])
 
 
 # --- what is drawn and shown ------------------------------------------------------------------------
@@ -473,7 +473,7 @@ def test_odd_names_pass_through_the_workflow(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert folder.raw_digests() == before
     assert list(tmp_path.rglob("owned*")) == []
-    ledger = read_csv(folder.root / "results" / "ledger.csv")
+    ledger = read_result(folder.root / "results" / "ledger.csv")
     assert set(ledger.loc[ledger["fate"] == "used", "file"]) >= {
         row[column] for row, column in cells[: len(ODD)]
     }

@@ -27,7 +27,7 @@ from rftfit.measure.errors import (
     spread_of_beds,
 )
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.model.draws import Term, interval, interval_of_sum, typical_dof
+from rftfit.model.draws import interval, interval_of_sum, typical_dof
 from rftfit.model.scaling import published
 
 SPREAD = 0.005
@@ -154,12 +154,12 @@ def test_stated_spread_in_the_alpha_table() -> None:
 def test_interval_of_a_sum_has_more_degrees_of_freedom() -> None:
     random = np.random.default_rng(4)
     wide = float(student_quantile(0.95, 6)) / 1.959964
-    terms = [Term(wide * random.standard_normal((40000, 1)), 6.0) for _ in range(5)]
-    lo, hi = interval_of_sum(terms, 0.95)
+    terms = [wide * random.standard_normal((40000, 1)) for _ in range(5)]
+    lo, hi = interval_of_sum(terms, [6.0] * 5, 0.95)
     half = math.sqrt(5) * float(student_quantile(0.95, 30))
     assert (hi - lo)[0] / 2 == pytest.approx(half, rel=0.02)
     # alone it is the Student interval that the draws were made for
-    np.testing.assert_allclose(interval_of_sum(terms[:1], 0.95), interval(terms[0].draws, 0.95))
+    np.testing.assert_allclose(interval_of_sum(terms[:1], [6.0], 0.95), interval(terms[0], 0.95))
 
 
 def test_typical_dof() -> None:

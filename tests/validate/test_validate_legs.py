@@ -20,7 +20,7 @@ from rftfit.compare.legs import (
     predicted_curves,
     shape_errors,
 )
-from rftfit.compare.published import BY_CONSTRUCTION, leg_claims
+from rftfit.compare.published import FROM_LOGS, leg_claims
 from rftfit.measure.alpha import column
 from rftfit.model.draws import measured_profile
 from rftfit.model.outlines import model_leg
@@ -177,7 +177,7 @@ def test_the_papers_statements_are_met_or_named(config: Config, predicted: pd.Da
         {"medium": medium, "alpha_z_measured_N_per_cm3": slope, "zeta": results[medium].zeta}
         for medium, slope in slopes.items()
     )
-    claims = leg_claims(leg_errors(measured, everything), measured, scaled, BY_CONSTRUCTION)
+    claims = leg_claims(leg_errors(measured, everything), measured, scaled)
     items = {item.item: item for item in claims}
     by_table = "media with the reversed c-leg's predicted peak lift below the flat leg's (table)"
     assert items[by_table].verdict == "same"
@@ -213,7 +213,7 @@ def test_the_papers_statements_are_met_or_named(config: Config, predicted: pd.Da
         == "differs"
     )
     # what the logs hold, and what is predicted
-    logged = {item.item for item in claims if item.evidence == BY_CONSTRUCTION}
+    logged = {item.item for item in claims if item.evidence == FROM_LOGS}
     assert logged == {
         "media whose measured peak lift falls from c-leg to flat to reversed",
         "reversed c-leg: media with downward force (below -0.2 N) while it leaves",

@@ -14,6 +14,7 @@ import yaml
 from campaigns import make_campaign
 from matplotlib.text import Text
 from paper_grid import grid
+from result_tables import read_result
 
 from rftfit.figures.generic import generic_profile
 from rftfit.figures.legs import forces_over_zeta
@@ -22,7 +23,7 @@ from rftfit.measure.alpha import column
 from rftfit.model.scaling import PRINTED_NOTE, published
 from rftfit.reference import LEGS, alpha_grid
 from rftfit.results import open_results
-from rftfit.store import read_csv, write_csv
+from rftfit.store import write_csv
 from rftfit.workflow.profiles import fourier, scaling
 from rftfit.workflow.validate import legs_predicted
 
@@ -197,7 +198,7 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(
         for part in ("alpha", "legs"):
             (results / part).mkdir(parents=True, exist_ok=True)
             shutil.copy(folder.root / "results" / part / f"{medium}.csv", results / part)
-    table: Any = read_csv(results / "alpha" / "poppy_LP.csv")
+    table: Any = read_result(results / "alpha" / "poppy_LP.csv")
     # not at 90 degrees, where the mirror image fills it
     hole = (table["beta_deg"] == -30) & (table["gamma_deg"] == 45)
     assert hole.sum() == 1

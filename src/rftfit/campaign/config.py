@@ -711,6 +711,11 @@ class Config(Model):
             return {**_NOT_OF_TABLES, **data, "intruders": intruders}
         return data
 
+    @property
+    def legs(self) -> dict[str, Leg]:
+        """The intruders that are legs, by name."""
+        return {name: one for name, one in self.intruders.items() if isinstance(one, Leg)}
+
     def grid_of(self, medium: str) -> Grid:
         """Directions of one medium: a natural sand has none planned, but the same tolerance."""
         if self.media[medium].role == "laboratory":

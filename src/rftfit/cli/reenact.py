@@ -96,10 +96,10 @@ def reenact(
         say(faults_table())
         return
     from rftfit.campaign.load import read_layout
-    from rftfit.lab import reenact as enact
     from rftfit.lab.dialects import WRITERS, dialect_of
     from rftfit.lab.disturb import described, sizes_of
     from rftfit.lab.enact import planned as plan
+    from rftfit.lab.enact import reenact as enact
     from rftfit.lab.marker import MARKER, clear, find_earlier
     from rftfit.lab.plan import directions_of, media_of
     from rftfit.lab.protocols import PROTOCOLS
@@ -175,9 +175,9 @@ def _lacks_tracks(places: Campaign) -> bool:
 
 def faults_table() -> str:
     """List the faults: name, the run that gets it unless another is named, what it does."""
-    from rftfit.lab.rig import DEFAULT_RUNS, FAULTS
+    from rftfit.lab.rig import FAULTS
 
-    rows = [[name, DEFAULT_RUNS[name], what] for name, what in FAULTS.items()]
+    rows = [[name, *fault] for name, fault in FAULTS.items()]
     return table(["fault", "run of the first medium", "what it does"], rows, indent="")
 
 

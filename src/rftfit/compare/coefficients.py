@@ -9,7 +9,7 @@ import numpy as np
 from rftfit.measure.alpha import NO_PUSH, POOLED_PLATES, both, cell_at, column, directions
 from rftfit.measure.errors import shares
 from rftfit.model.draws import interval
-from rftfit.model.fourier import TERMS, TERMS_Z, evaluate, select_bic
+from rftfit.model.fourier import TERMS, TERMS_Z, evaluate
 from rftfit.model.scaling import (
     AS_PRINTED,
     GENERIC,
@@ -41,23 +41,16 @@ PENETRATION_COLUMNS = [
 ]  # fmt: skip
 
 
-def kept_by_bic(table: pd.DataFrame) -> dict[str, bool | None]:
-    """Tell which harmonics an information criterion keeps in an alpha table, where it can tell."""
-    return select_bic(*directions(table), *both(table))
-
-
-def coefficient_rows(
-    fit: MediumFit, table: pd.DataFrame, bic: dict[str, bool | None], config: Config
-) -> list[dict[str, object]]:
-    """One row per coefficient of one fit of an alpha table; `bic` is that of `kept_by_bic`.
+def coefficient_rows(fit: MediumFit, bic: dict[str, bool | None]) -> list[dict[str, object]]:
+    """One row per coefficient of one fit; `bic`: by term, whether an information criterion keeps it.
 
     A dropped term shows its value in the full fit and ``kept`` False; where it is used, it counts
     as 0.
     """
-    lo, hi = interval(fit.draws, config.fit.confidence)
-    published_as = config.media[fit.medium].published_as
+    lo, hi = interval(fit.draws, fit.config.fit.confidence)
+    published_as = fit.config.media[fit.medium].published_as
     published = coefficients(published_as) if published_as in MEDIA else {}
-    misfit_z, misfit_x = _misfit(fit, table)
+    misfit_z, misfit_x = _misfit(fit)
     return [
         {
             "method": fit.method,
@@ -79,22 +72,24 @@ def coefficient_rows(
     ]
 
 
-def _misfit(fit: MediumFit, table: pd.DataFrame) -> tuple[float, float]:
+def _misfit(fit: MediumFit) -> tuple[float, float]:
     """Root mean square of table minus fit, z and x: what no interval of a coefficient contains."""
     if fit.reason:
         return np.nan, np.nan
     z, x = (
-        float(np.sqrt(np.nanmean((table[column(c)].to_numpy(float) - part) ** 2)))
-        for c, part in zip("zx", evaluate(fit.used, *directions(table)), strict=True)
+        float(np.sqrt(np.nanmean((alpha - part) ** 2)))
+        for alpha, part in zip(
+            both(fit.table), evaluate(fit.used, *directions(fit.table)), strict=True
+        )
     )
     return z, x
 
 
-def generic_rows(group: list[MediumFit], config: Config) -> pd.DataFrame:
+def generic_rows(group: list[MediumFit]) -> pd.DataFrame:
     """Rows of M0, the mean of the scaled coefficients of several media fitted by one method."""
     import pandas as pd
 
-    method = group[0].method
+    method, config = group[0].method, group[0].config
     m0 = generic(np.stack([fit.used for fit in group]))
     draws = generic(np.stack([fit.draws for fit in group], axis=1))
     lo, hi = generic_interval(group, config.fit.confidence)
@@ -123,7 +118,7 @@ def generic_rows(group: list[MediumFit], config: Config) -> pd.DataFrame:
     )
 
 
-def penetration_row(fit: MediumFit, config: Config) -> dict[str, object]:
+def penetration_row(fit: MediumFit) -> dict[str, object]:
     """Vertical penetration of a medium as measured and as fitted, chi and zeta (as Table S3)."""
     row: dict[str, object] = {"method": fit.method, "medium": fit.medium}
     for name, unit, value, draws in (
@@ -133,7 +128,7 @@ def penetration_row(fit: MediumFit, config: Config) -> dict[str, object]:
          fit.alpha_z_draws / fit.zeta_draws),
         ("zeta", "", fit.zeta, fit.zeta_draws),
     ):  # fmt: skip
-        lo, hi = interval(draws, config.fit.confidence)
+        lo, hi = interval(draws, fit.config.fit.confidence)
         row |= {f"{name}{unit}": value, f"{name}_lo{unit}": lo, f"{name}_hi{unit}": hi}
     row["zeta_without_flagged"] = float(vertical_penetration(fit.without_flagged))
     row["zeta_errors"] = shares(fit.zeta_errors)
@@ -152,7 +147,7 @@ def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[
         row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
     level = config.fit.confidence
     try:
-        scaled = scale_new_medium(*test_of(cell, level), reference.chi, reference.m0, level)
+        scaled = scale_new_medium(*test_of(cell, level), reference.chi, level)
     except ValueError as error:
         return row | {"reason": str(cell["reason"]) or str(error)}
     names = ("chi", "chi_lo", "chi_hi", "zeta", "zeta_lo", "zeta_hi")

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.config import Leg
 from rftfit.measure.alpha import both, cell_at, column, directions, flagged
 from rftfit.measure.errors import shares
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.campaign.config import Config
+    from rftfit.campaign.config import Config, Leg
     from rftfit.conventions import FloatArray
     from rftfit.model.motion import Motion
     from rftfit.model.profiles import Profile
@@ -88,7 +87,8 @@ def shape_errors(
 ) -> dict[str, dict[str, FloatArray]]:
     """Change of the force against theta, N, by one standard deviation of hip height and arc.
 
-    `best`: By component, the force on the leg as stated. The surface that the axle stands above is as well known as that of the plates, where that is stated.
+    `best`: By component, the force on the leg as stated. The surface that the axle stands above is as
+    well known as that of the plates, where that is stated.
     """
     errors, arc = config.errors, arc_of(leg)
     surface = (errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0)
@@ -116,9 +116,8 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
     profile = medium.profile("table", draws=False)
     alpha = np.where(flagged(table), 0.0, both(table))
     sound = TableProfile(alpha[0], alpha[1], *directions(table))
-    legs = {name: one for name, one in config.intruders.items() if isinstance(one, Leg)}
     shown, rests = {}, {}
-    for name, leg in legs.items():
+    for name, leg in config.legs.items():
         motion = _turned(leg, config)
         best = forces_on(profile, leg_outline(leg), motion.poses)
         forces = {"z": best.force_z_N, "x": best.force_x_N}
@@ -158,7 +157,6 @@ def predicted_curves(medium: Medium) -> pd.DataFrame:
     import pandas as pd
 
     config, sand = medium.results.config, medium.name in medium.results.sands
-    legs = {name: one for name, one in config.intruders.items() if isinstance(one, Leg)}
     parts = []
     # a medium that was pushed in every direction has its table for a map
     whole = not sand and not medium.profile("table", draws=False).reason
@@ -168,7 +166,7 @@ def predicted_curves(medium: Medium) -> pd.DataFrame:
         profile = medium.profile(kind)
         if profile.reason and kind not in ("table", "depth_only"):
             continue
-        for name, leg in legs.items():
+        for name, leg in config.legs.items():
             curve = leg_prediction(profile, leg, config)
             parts.append(curve.assign(medium=medium.name, leg=name, profile=kind))
     if not parts:
@@ -273,9 +271,8 @@ def leg_errors(
     of the leg's readings, of their zero and of the parabola through its peak, and the spread of its
     bed: a leg is measured in one bed.
 
-    `measured`: Curves of the leg stage. `predicted`: Curves of the prediction stage. `bed_spread`:
-    By medium, relative (see `bed_spread`); 0 where not known. `confidence`: Level of the intervals
-    of predicted curves and peak errors. `behind`: By medium, leg and component: of `errors_of_peaks`.
+    `bed_spread`: By medium, of the function of this name. `behind`: By medium, leg and component: of
+    `errors_of_peaks`.
     """
     import pandas as pd
 

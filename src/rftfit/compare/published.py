@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -28,6 +27,9 @@ EVIDENCE = (MEASURED, CALIBRATED, BY_CONSTRUCTION, TEXT)
 """What a verdict rests on: a measurement that may come out otherwise, a model that was fitted to the number,
 logs that were made from it, or what the paper says of itself."""
 
+FROM_LOGS = "logs"
+"""Of a number that the logs hold: `BY_CONSTRUCTION` where they are re-enacted, else `MEASURED`."""
+
 
 class Tolerance(NamedTuple):
     """How far ours may lie from the paper's number, and why so far."""
@@ -41,8 +43,7 @@ _COUNT = Tolerance(0, "a count")
 _DIGIT = Tolerance(1, "printed to 1 %")
 
 
-@dataclass(frozen=True)
-class Item:
+class Item(NamedTuple):
     """A published number beside ours.
 
     `item`: What is compared, with its unit.
@@ -68,12 +69,8 @@ class Item:
     evidence: str
     why: str
 
-    def row(self) -> dict[str, float | str]:
-        """Return the item as a row of the table."""
-        return {name: getattr(self, name) for name in ITEM_COLUMNS}
 
-
-ITEM_COLUMNS = list(Item.__dataclass_fields__)
+ITEM_COLUMNS = list(Item._fields)
 
 
 def compare(
@@ -174,13 +171,10 @@ _CHI = Tolerance(0.02, "of two numbers that are printed to 0.01")
 _RECIPE = "by the transform inferred from the paper's own numbers, with the terms it prints"
 
 
-def compare_alpha(
-    tables: Mapping[str, pd.DataFrame], published: Mapping[str, str], logs: str
-) -> list[Item]:
+def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, str]) -> list[Item]:
     """Compare alpha tables by medium with Table S5: share within its repeatability, and worst point.
 
-    `published`: Medium to its key in the published tables. `logs`: Evidence of a number that the logs
-    hold: `BY_CONSTRUCTION` where they are re-enacted, else `MEASURED`.
+    `published`: Medium to its key in the published tables.
     """
     import pandas as pd
 
@@ -204,9 +198,9 @@ def compare_alpha(
         worst = float(np.nanmax(off)) if np.isfinite(off).any() else np.nan
         items += [
             compare(f"{medium}: alpha within {REPEATABILITY} N/cm^3, % of {off.size}", "Table S5",
-                    100.0, share, _WITHIN_REPEATABILITY, logs),
+                    100.0, share, _WITHIN_REPEATABILITY, FROM_LOGS),
             compare(f"{medium}: largest difference of alpha, N/cm^3", "Table S5", 0.0, worst,
-                    _WORST_ALPHA, logs),
+                    _WORST_ALPHA, FROM_LOGS),
         ]  # fmt: skip
         down, up = (cell_at(table, 0, gamma) for gamma in (90, -90))
         if down is not None and up is not None:
@@ -217,14 +211,12 @@ def compare_alpha(
     )
     return items + _counted(
         "media with alpha_z(0, 90 deg) of the way down above |alpha_z(0, -90 deg)| of the way up",
-        "text, Fig. 2", both["down"] > both["up"], logs, why,
+        "text, Fig. 2", both["down"] > both["up"], FROM_LOGS, why,
     )  # fmt: skip
 
 
-def compare_coefficients(
-    values: pd.DataFrame, published: Mapping[str, str], logs: str
-) -> list[Item]:
-    """Compare the table of Fourier coefficients, M0 and every zeta with Table S2; `logs` as above."""
+def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> list[Item]:
+    """Compare the table of Fourier coefficients, M0 and every zeta with Table S2."""
     items = []
     ours = values[values["method"] == AS_PRINTED]
     for medium in ours["medium"].unique():
@@ -240,15 +232,15 @@ def compare_coefficients(
         for term in TERMS:
             row = part.loc[term]
             if printed[term] == 0:
-                items.append(_printed_zero(medium, term, row, logs))
+                items.append(_printed_zero(medium, term, row))
                 continue
             items.append(
                 compare(f"{medium}: {term}{unit}", "Table S2", printed[term],
-                        float(row["value_N_per_cm3"]), tolerance, logs,
+                        float(row["value_N_per_cm3"]), tolerance, FROM_LOGS,
                         (float(row["lo"]), float(row["hi"])), _RECIPE)
             )  # fmt: skip
         if medium != "generic":
-            items.append(_zeta(medium, printed, part, logs))
+            items.append(_zeta(medium, printed, part))
     return items + _uneven_steps(values)
 
 
@@ -265,35 +257,35 @@ def _uneven_steps(values: pd.DataFrame) -> list[Item]:
                    INCONSISTENT, TEXT, _listed(change))]  # fmt: skip
 
 
-def _printed_zero(medium: str, term: str, row: pd.Series[float], logs: str) -> Item:
+def _printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
     """Entry that the paper prints as zero, though its stated rule may keep the term."""
     relative = float(row["relative_to_A00"])
     explained = relative <= 0.05
     why = f"{relative:.3f} A00; the stated rule keeps terms above 0.05 A00"
     return stated(
         f"{medium}: {term}, N/cm^3", "Table S2", 0.0, float(row["value_N_per_cm3"]),
-        SAME if explained else INCONSISTENT, logs,
+        SAME if explained else INCONSISTENT, FROM_LOGS,
         why if explained else f"{why}, yet the paper prints 0", _KEPT,
     )  # fmt: skip
 
 
-def _zeta(medium: str, printed: Mapping[str, float], part: pd.DataFrame, logs: str) -> Item:
+def _zeta(medium: str, printed: Mapping[str, float], part: pd.DataFrame) -> Item:
     """Zeta as printed, as the sum of the printed terms, and ours."""
     total = float(sum(printed[term] for term in TERMS_Z))
     kept = part[part["kept"].astype(bool)]
     ours = float(kept.loc[[t for t in TERMS_Z if t in kept.index], "value_N_per_cm3"].sum())
     consistent = abs(total - printed["zeta"]) <= 0.0025
-    verdict = compare("", "", printed["zeta"], ours, _ZETA, logs).verdict
+    verdict = compare("", "", printed["zeta"], ours, _ZETA, FROM_LOGS).verdict
     why = f"the printed terms add up to {total:.3f}"
     return stated(
         f"{medium}: zeta", "Table S2", printed["zeta"], ours,
-        verdict if consistent else INCONSISTENT, logs,
+        verdict if consistent else INCONSISTENT, FROM_LOGS,
         why if consistent else f"{why}, not to the printed zeta, which should be alpha_z fit(0, 90 deg)",
         _ZETA,
     )  # fmt: skip
 
 
-def compare_penetration(table: pd.DataFrame, published: Mapping[str, str], logs: str) -> list[Item]:
+def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> list[Item]:
     """Compare the table of vertical penetration with Table S3, and mean chi with the text."""
     printed = load("table_s3").set_index(["medium", "quantity"])["value"].astype(float)
     ours = table[table["method"] == AS_PRINTED]
@@ -311,14 +303,14 @@ def compare_penetration(table: pd.DataFrame, published: Mapping[str, str], logs:
             ends = (float(row[f"{stem}_lo{unit}"]), float(row[f"{stem}_hi{unit}"]))
             items.append(
                 compare(f"{row['medium']}: {label}", "Table S3", float(printed[key, stem + unit]),
-                        float(row[stem + unit]), tolerance, logs, ends)
+                        float(row[stem + unit]), tolerance, FROM_LOGS, ends)
             )  # fmt: skip
     if set(MEDIA) <= set(published.values()):
-        items += _mean_chi(table, printed, logs)
+        items += _mean_chi(table, printed)
     return items
 
 
-def _mean_chi(table: pd.DataFrame, printed: pd.Series[float], logs: str) -> list[Item]:
+def _mean_chi(table: pd.DataFrame, printed: pd.Series[float]) -> list[Item]:
     row = printed.xs("chi", level="quantity").to_numpy(float)
     items = [
         stated("chi, mean over the media as printed", "text beside Table S3", 1.26,
@@ -336,7 +328,7 @@ def _mean_chi(table: pd.DataFrame, printed: pd.Series[float], logs: str) -> list
             note += "; the default of all scaling, with its own M0: docs/theory/scaling.md"
         items.append(
             compare(f"chi, mean over the media, method {method}", "text beside Table S3", 1.26,
-                    float(chi.mean()), _CHI, logs, note=note)
+                    float(chi.mean()), _CHI, FROM_LOGS, note=note)
         )  # fmt: skip
     return items
 
@@ -352,13 +344,10 @@ _SIMILAR = Tolerance(25, "no number is given; measured, one is a fifth of the ot
 _FIGURE_S12 = Tolerance(5, "one number for three sands, and curves that were read from a figure")
 
 
-def leg_claims(
-    errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFrame, logs: str
-) -> list[Item]:
+def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
     """Compare the paper's statements on leg forces with this campaign, as far as its media can meet them.
 
-    `errors`: Of `compare.legs.leg_errors`. `measured`: Measured leg curves. `scaled`: The table of
-    vertical penetration, with zeta and alpha_z of natural sands. `logs`: As in `compare_alpha`.
+    `errors`: Of `compare.legs.leg_errors`. `scaled`: The table of vertical penetration.
     """
     known = errors[errors["peak_error_percent"].notna()]
     both = {str(name): part for name, part in known.groupby("profile")}
@@ -367,21 +356,19 @@ def leg_claims(
     laboratory = set(lift["table"]["medium"]) if "table" in lift else set()
     if "table" in lift:
         items += _within(both["table"])
-        items += _measured_order(lift["table"], logs)
+        items += _measured_order(lift["table"])
         items += _order(lift["table"], "table")
     if "fourier" in lift:
         items += _order(lift["fourier"], "nine terms")
     if "depth_only" in lift:
         items += _depth_only(lift["depth_only"])
-    items += _suction(measured, logs)
+    items += _suction(measured)
     if "generic" in lift:
         own = both["generic"]["medium"].isin(laboratory)
         items += _generic(both["generic"][own])
         sands = lift["generic"][~lift["generic"]["medium"].isin(laboratory)]
         rows = scaled.drop_duplicates("medium", keep="last").set_index("medium")
-        items += _sands(
-            sands, rows.loc[[m for m in sands["medium"].unique() if m in rows.index]], logs
-        )
+        items += _sands(sands, rows.loc[[m for m in sands["medium"].unique() if m in rows.index]])
     return items
 
 
@@ -422,13 +409,13 @@ def _peaks(lift: pd.DataFrame, of: str, legs: tuple[str, ...]) -> pd.DataFrame:
     return peaks.reindex(columns=list(legs)).dropna()
 
 
-def _measured_order(lift: pd.DataFrame, logs: str) -> list[Item]:
+def _measured_order(lift: pd.DataFrame) -> list[Item]:
     peaks = _peaks(lift, "measured", (C_LEG, FLAT, REVERSED))
     listed = "; ".join(f"{medium} {row[C_LEG]:.1f}, {row[FLAT]:.1f}, {row[REVERSED]:.1f} N"
                        for medium, row in peaks.iterrows())  # fmt: skip
     falls = (peaks[C_LEG] > peaks[FLAT]) & (peaks[FLAT] > peaks[REVERSED])
     name = "media whose measured peak lift falls from c-leg to flat to reversed"
-    return _counted(name, "Fig. 3, Fig. S5", falls, logs, listed)
+    return _counted(name, "Fig. 3, Fig. S5", falls, FROM_LOGS, listed)
 
 
 def _order(lift: pd.DataFrame, profile: str) -> list[Item]:
@@ -460,13 +447,13 @@ def _depth_only(lift: pd.DataFrame) -> list[Item]:
     return items
 
 
-def _suction(measured: pd.DataFrame, logs: str) -> list[Item]:
+def _suction(measured: pd.DataFrame) -> list[Item]:
     part = measured[(measured["leg"] == REVERSED) & (measured["theta_deg"] > 0)]
     least = part.groupby("medium")["force_z_N"].min()
     # four standard deviations of a degree's mean
     return _counted(
         "reversed c-leg: media with downward force (below -0.2 N) while it leaves", "text, Fig. 3",
-        least < -0.2, logs, f"least measured lift: {_listed(least, '+.2f', ' N')}",
+        least < -0.2, FROM_LOGS, f"least measured lift: {_listed(least, '+.2f', ' N')}",
     )  # fmt: skip
 
 
@@ -484,7 +471,7 @@ def _generic(laboratory: pd.DataFrame) -> list[Item]:
     ]  # fmt: skip
 
 
-def _sands(lift: pd.DataFrame, scaled: pd.DataFrame, logs: str) -> list[Item]:
+def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
     """Natural sands: forces by the scaled generic profile, and what sieving does.
 
     `scaled`: zeta and alpha_z by medium.
@@ -519,10 +506,10 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame, logs: str) -> list[Item]:
             "text, Fig. S12", (far.idxmin(axis=1) == FLAT) & (far.idxmax(axis=1) == REVERSED),
             MEASURED, listed,
         )  # fmt: skip
-    return items + _sieved(lift, scaled["alpha_z_measured_N_per_cm3"], logs)
+    return items + _sieved(lift, scaled["alpha_z_measured_N_per_cm3"])
 
 
-def _sieved(lift: pd.DataFrame, alpha: pd.Series[float], logs: str) -> list[Item]:
+def _sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
     items = []
     peaks = lift.pivot_table(index="medium", columns="leg", values="peak_measured_N")
     for medium in peaks.index:
@@ -531,12 +518,12 @@ def _sieved(lift: pd.DataFrame, alpha: pd.Series[float], logs: str) -> list[Item
             drop = 100 * (1 - float(alpha[sieved] / alpha[medium]))
             items.append(
                 compare(f"{medium}: drop of alpha_z(0, 90 deg) by sieving, %", "text, Fig. S11", 14,
-                        drop, _DIGIT, logs)
+                        drop, _DIGIT, FROM_LOGS)
             )  # fmt: skip
         if sieved in peaks.index and C_LEG in peaks.columns:
             by_leg = 100 * (1 - peaks.loc[sieved] / peaks.loc[medium])
             items.append(
                 compare(f"{medium}: drop of measured c-leg peak lift by sieving, %",
-                        "text, Fig. S12", 14, float(by_leg[C_LEG]), _DIGIT, logs, note=_listed(by_leg, ".0f"))
+                        "text, Fig. S12", 14, float(by_leg[C_LEG]), _DIGIT, FROM_LOGS, note=_listed(by_leg, ".0f"))
             )  # fmt: skip
     return items

@@ -17,7 +17,7 @@ from rftfit.compare.published import (
     compare,
     stated,
 )
-from rftfit.robot.intervals import BEST
+from rftfit.robot.intervals import BEST, half_widths
 from rftfit.robot.speeds import share_within
 from rftfit.robot.sweep import best_curvature
 
@@ -57,11 +57,7 @@ _NEAR_ONE = 0.8
 
 
 def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFrame) -> list[Item]:
-    """Compare the paper's statements on the robot with this campaign, as far as it can meet them.
-
-    `errors`: A row a condition and profile. `optimum`: Best curvature by profile and frequency.
-    `speed`: A row a run (`rftfit.robot.sweep.speed_table`).
-    """
+    """Compare the paper's statements on the robot with this campaign, as far as it can meet them."""
     items: list[Item] = []
     for profile, part in errors.groupby("profile", sort=False):
         items += _shares(part, str(profile))
@@ -196,14 +192,12 @@ def optima(
     never narrower than half a step of the curvatures to either side. Where the top is a grid point
     itself, it reaches to the neighbouring points.
 
-    `speed`: A row a run: `medium, profile`, and the columns of `rftfit.robot.sweep.speed_table`.
-    `calibrated`: Frequencies (Hz) whose optimum, on the profile ``table``, the robot was
-    calibrated on. `confidence`: Of the bootstrap. `widths`: Half widths of the intervals, columns
-    `rftfit.robot.intervals.WIDTH_COLUMNS`; without them the intervals are empty.
+    `speed`: A row a run. `calibrated`: Frequencies (Hz) whose optimum, on the profile ``table``, the
+    robot was calibrated on. `widths`: Half widths of the intervals; without them these are empty.
     """
     import pandas as pd
 
-    half = _half_widths(widths)
+    half = half_widths(widths, BEST)
     rows = []
     for (medium, profile), whole in speed.groupby(["medium", "profile"], sort=False):
         for frequency in sorted(set(whole["frequency_Hz"].tolist())):
@@ -215,14 +209,6 @@ def optima(
             wide = half.get((profile, frequency), math.nan)
             rows.append((medium, profile, frequency, *_optimum(part, confidence, told, wide)))
     return pd.DataFrame(rows, columns=COLUMNS)
-
-
-def _half_widths(widths: pd.DataFrame | None) -> dict[tuple[Any, float], float]:
-    if widths is None:
-        return {}
-    own = widths[widths["quantity"] == BEST]
-    keys = zip(own["profile"], own["frequency_Hz"], strict=True)
-    return dict(zip(keys, own["half_width"].astype(float), strict=True))
 
 
 def _optimum(

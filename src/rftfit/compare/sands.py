@@ -57,10 +57,10 @@ def bend_of(depth: FloatArray, stress: FloatArray) -> float:
     return float(slope * end + curve * end**2 - line) / line if line else float("nan")
 
 
-def linear_end(depth: FloatArray, stress: FloatArray, bend: float = BEND) -> float:
+def linear_end(depth: FloatArray, stress: FloatArray) -> float:
     """Find the depth, cm, to which a tared penetration curve is linear.
 
-    The regime grows from `SHALLOWEST_CM` as long as its bend stays within `bend`; NaN if even the
+    The regime grows from `SHALLOWEST_CM` as long as its bend stays within `BEND`; NaN if even the
     shallowest part is bent more, or there are too few samples.
     """
     good = np.isfinite(stress) & (depth > 0)
@@ -68,7 +68,7 @@ def linear_end(depth: FloatArray, stress: FloatArray, bend: float = BEND) -> flo
     found = float("nan")
     for end in np.arange(SHALLOWEST_CM, float(depth.max(initial=0.0)) + STEP_CM / 2, STEP_CM):
         part = depth <= end
-        if np.count_nonzero(part) < 8 or abs(bend_of(depth[part], stress[part])) > bend:
+        if np.count_nonzero(part) < 8 or abs(bend_of(depth[part], stress[part])) > BEND:
             return found
         found = float(end)
     return found
@@ -155,7 +155,7 @@ def _slope(
     row["nonlinear_z_ratio"] = float(fit["nonlinear_z_ratio"])
     se = half / float(student_quantile(confidence, GIVEN_DOF))
     try:
-        scaled = scale_new_medium(alpha, se, chi, np.zeros(9), confidence)
+        scaled = scale_new_medium(alpha, se, chi, confidence)
     except ValueError as error:
         return {**row, "reason": str(error)}
     ends = {"zeta": scaled.zeta, "zeta_lo": scaled.zeta_lo, "zeta_hi": scaled.zeta_hi}

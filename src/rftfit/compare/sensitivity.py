@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from rftfit.campaign.config import Leg
 from rftfit.compare.legs import COMPONENTS, extreme
 from rftfit.model.forces import forces_on
 from rftfit.model.motion import THETA_DEG, rotation
@@ -38,9 +37,7 @@ def leg_sensitivity(
 
     The arc of a curved leg is varied at its maximal length; the face is the middle line, or half the
     thickness ahead of it. By the measured table, in natural sands by the scaled generic profile.
-
-    `measured`: Curves of the leg stage, whose theta is compared. `errors`: Of `compare.legs.leg_errors`,
-    for the measured peaks.
+    `measured`: Curves of the leg stage, whose theta is compared. `errors`: Has the measured peaks.
     """
     import pandas as pd
 
@@ -53,8 +50,7 @@ def leg_sensitivity(
         profile = medium.profile(kind, draws=False)
         if profile.reason and kind != "table":
             continue
-        legs = {name: leg for name, leg in config.intruders.items() if isinstance(leg, Leg)}
-        for name, leg in legs.items():
+        for name, leg in config.legs.items():
             sweep = np.unique(np.asarray(theta.get((medium.name, name), THETA_DEG), float))
             arcs = [arc for arc in ARC_STEPS_DEG if arc_of(leg) + arc > 0] if arc_of(leg) else [0]
             for arc, hip, lead in product(arcs, HIP_STEPS_CM, [0.0, leg.thickness_cm / 2]):

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.campaign.config import Leg
 from rftfit.compare.sensitivity import shapes, told
 from rftfit.figures import captions, leg_panels, style
 from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, Columns, rows_of
@@ -60,7 +59,7 @@ Error of the predicted peak lift: {peaks}.""",
 def legs(results: Results, medium: str) -> Figure:
     """Draw F_z and F_x on each leg in one medium against theta, measured and predicted."""
     predicted, measured = (rows_of(table, medium=medium) for table in leg_panels.curves(results))
-    shapes = {n: leg for n, leg in results.config.intruders.items() if isinstance(leg, Leg)}
+    shapes = results.config.legs
     columns = Columns(list(shapes), left=1.05, gap=0.85)
     page = columns.page(_TOP_CM + _SKETCH_CM + 2 * _PANEL_CM + 2 * _BETWEEN_CM + 1.45)
     style.text_cm(page, 0.15, 0.12, style.plain(results[medium].title), va="top", weight="bold")

@@ -21,6 +21,12 @@ def _labels(columns: Sequence[Column]) -> list[str]:
     return [f"{column.name} [{column.unit}]" if column.unit else column.name for column in columns]
 
 
+def _numbers(columns: Sequence[Column]) -> dict[str, Any]:
+    """Arrays as a binary file holds them, rounded as in text, by label."""
+    arrays = [np.round(column.values, column.decimals) for column in columns]
+    return dict(zip(_labels(columns), arrays, strict=True))
+
+
 def _rows(columns: Sequence[Column]) -> str:
     return fixed([c.values for c in columns], [c.decimals for c in columns])
 
@@ -73,8 +79,8 @@ def _xlsx(columns: Sequence[Column], head: Sequence[str]) -> bytes:
         book.set_properties({"created": datetime(2013, 3, 22, tzinfo=UTC), "comments": head[0]})
         sheet = book.add_worksheet("log")
         sheet.write_row(0, 0, _labels(columns))
-        for place, column in enumerate(columns):
-            sheet.write_column(1, place, np.round(column.values, column.decimals).tolist())
+        for place, values in enumerate(_numbers(columns).values()):
+            sheet.write_column(1, place, values.tolist())
     return file.getvalue()
 
 
@@ -83,8 +89,7 @@ def _parquet(columns: Sequence[Column], head: Sequence[str]) -> bytes:  # noqa: 
     import pyarrow.parquet as pq
 
     file = io.BytesIO()
-    arrays = [np.round(c.values, c.decimals) for c in columns]
-    pq.write_table(pa.table(dict(zip(_labels(columns), arrays, strict=True))), file)
+    pq.write_table(pa.table(_numbers(columns)), file)
     return file.getvalue()
 
 
@@ -108,11 +113,7 @@ def _tdms(columns: Sequence[Column], head: Sequence[str]) -> bytes:
 
 def _arrays(columns: Sequence[Column], head: Sequence[str]) -> bytes:  # noqa: ARG001
     file = io.BytesIO()
-    arrays: dict[str, Any] = {
-        label: np.round(c.values, c.decimals)
-        for label, c in zip(_labels(columns), columns, strict=True)
-    }
-    np.savez(file, **arrays)
+    np.savez(file, **_numbers(columns))
     return file.getvalue()
 
 

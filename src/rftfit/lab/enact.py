@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rftfit import __version__
-from rftfit.errors import OutputError, RftfitError
+from rftfit.errors import RftfitError
 from rftfit.lab.dialects import WRITERS, dialect_of
 from rftfit.lab.disturb import NOTHING, described, sizes_of
-from rftfit.lab.marker import write_marker
+from rftfit.lab.marker import remove, write_marker
 from rftfit.lab.plan import media_of, plan_runs
-from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, in_one_log, with_files, without
+from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, in_one_log, with_files
 from rftfit.lab.rig import Fault, damage_bytes, damage_recording, record, resolve
-from rftfit.lab.tracks import track_files, write_tracks
+from rftfit.lab.tracks import track_files
 from rftfit.lab.write import force_columns, head_of, motion_columns, sheet_text
 from rftfit.store import write_bytes, write_text
 from rftfit.store.environment import child_environment
@@ -40,11 +40,7 @@ if TYPE_CHECKING:
 class Summary:
     """What was written.
 
-    `n_runs`: Rows of the run sheet.
-    `n_files`: Logs, the run sheet, and the robot's tracks with theirs.
-    `bytes`: Size of these files together.
-    `seconds`: Time that planning and writing took.
-    `faults`: Those put in, in the order asked for.
+    `n_runs`: Rows of the run sheet. `n_files`, `bytes`: Of logs, run sheet and the robot's tracks.
     """
 
     n_runs: int
@@ -58,11 +54,8 @@ class Summary:
 class Job:
     """Runs to write.
 
-    `raw`: Folder of the logs.
     `seed`: Of the random numbers; those of a run depend on it and on the run_id alone.
-    `runs`: Each run with the names of its faults.
-    `spread`: Standard deviation of alpha from one prepared bed to the next, N/cm^3.
-    `sizes`: Of the disturbances.
+    `runs`: Each run with the names of its faults. `spread`, `sizes`: As of `reenact`.
     """
 
     config: Config
@@ -95,15 +88,13 @@ def reenact(
     The granular force in them is the published measurement: Table S5 times depth times area for
     plates, Figs. S5 and S12 for legs, Fig. S11 for sand penetration.
 
-    `config`: Read for transducer, arm, container, intruders, media and horizontal depths. `raw`:
-    Folder of the logs: ``<raw>/<medium>/<run_id>_force.csv`` and ``_motion.csv``. `sheet`: The run
-    sheet, csv; its log paths are relative to `raw`. `seed`: The same seed gives the same bytes,
-    run by run, whatever `media`, `workers` and order. `media`: Only these media of the config (and
-    the legs in air). `directions`: (beta, gamma) of the plates, deg, of the paper's grid; all of it
-    by default. `faults`: ``NAME`` or ``NAME:run_id``, names from `FAULTS`. `workers`:
-    Processes that write at once. `spread`: Standard deviation of alpha from one prepared bed to
-    the next, N/cm^3. By default every bed is the same, so that Table S5 comes back as it is.
-    `disturb`: ``NAME``, ``NAME=SIZE`` or ``real-lab``, names from `DISTURBANCES`. `protocol`: One of `PROTOCOLS`. `tare`, `legs`: Whether there are any.
+    The same seed gives the same bytes, run by run, whatever `media`, `workers` and order.
+
+    `media`: Only these of the config, and the legs in air. `directions`: (beta, gamma) of the plates,
+    deg; default: of the paper. `faults`: ``NAME`` or ``NAME:run_id``, names from `FAULTS`. `workers`:
+    Processes that write at once. `spread`: Standard deviation of alpha from one prepared bed to the
+    next, N/cm^3; without it Table S5 comes back as it is. `disturb`: ``NAME``, ``NAME=SIZE`` or
+    ``real-lab``, names from `DISTURBANCES`.
     """
     began = time.perf_counter()
     raw, chosen = Path(raw).resolve(), media_of(config, media)
@@ -123,8 +114,9 @@ def reenact(
     logs = [
         raw / name for run in runs for name in (run.force_log, run.motion_log, run.zero_log) if name
     ]
-    if config.robot is not None and config.robot.medium in chosen:
-        logs += track_files(config, raw, seed)
+    robot = config.robot
+    tracks = track_files(config, seed) if robot is not None and robot.medium in chosen else {}
+    logs += [raw / name for name in tracks]
     facts = {
         "media": ", ".join(chosen), "faults": ", ".join(faults) or "none",
         "grid": ",".join(f"{beta:g}:{gamma:g}" for beta, gamma in directions or ()),
@@ -137,10 +129,9 @@ def reenact(
     made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, {made_by}"
     write_marker(raw, [*logs, sheet], made_by, complete=False)
     n_files, n_bytes = write_all(job, workers)
-    if config.robot is not None and config.robot.medium in chosen:
-        tracks = write_tracks(config, raw, seed)
-        n_files += len(tracks)
-        n_bytes += sum(path.stat().st_size for path in tracks)
+    for name, text in tracks.items():
+        write_text(raw / name, text)
+        n_files, n_bytes = n_files + 1, n_bytes + len(text.encode())
     tares = {fault.run_id: fault.other_tare for fault in found if fault.other_tare}
     text = sheet_text(runs, tares, described(sizes))
     # last, so that a sheet never names logs that were not written
@@ -166,7 +157,10 @@ def planned(
     legs: bool,
 ) -> list[Run]:
     """Return the runs with their files; refuse what the config would not read."""
-    runs = without(plan_runs(config, media, directions), tare=not tare, legs=not legs)
+    there = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
+    runs = [run for run in plan_runs(config, media, directions) if there[run.kind]]
+    if not tare:
+        runs = [replace(run, tare_run="", tare_shared=False) for run in runs]
     check_protocol(protocol, config, runs)
     suffix = WRITERS[dialect_of(config)].suffix
     return [replace(run, suffix=suffix) for run in with_files(runs, protocol)]
@@ -214,7 +208,7 @@ def write_runs(job: Job) -> tuple[int, int]:
         logs = run_logs(run, job.config, job.seed, faults, job.spread, job.protocol, job.sizes)
         for name, content in logs.items():
             if content is None:
-                _remove(job.raw / name)
+                remove(job.raw / name)
                 continue
             write_bytes(job.raw / name, content)
             files += 1
@@ -260,16 +254,6 @@ def run_logs(
         logs[run.zero_log] = written(force_columns(unloaded, unit), head)
     logs[run.force_log] = damage_bytes(faults, written(forces, head), dialect)
     return logs | ({run.motion_log: None} if "missing_tare" in faults else {})
-
-
-def _remove(path: Path) -> None:
-    try:
-        path.unlink(missing_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"{path}: cannot be removed: {error.strerror or error}; allow writing there or close it in "
-            "other programs"
-        ) from error
 
 
 def main() -> None:

@@ -27,8 +27,8 @@ _MOST_SHOWN = 5
 def write_marker(raw: Path, names: Iterable[Path], made_by: str, *, complete: bool) -> None:
     """Say in the raw folder what its logs are, and which files belong to the re-enactment.
 
-    `names`: All files, the run sheet included. `made_by`: Version, seed, media and faults.
-    `complete`: False before the first log is written: the sizes are not known then.
+    `names`: All files, the run sheet included. `complete`: False before the first log is written: the
+    sizes are not known then.
     """
     lines = []
     for path in sorted(set(names)):
@@ -78,17 +78,22 @@ def find_earlier(raw: Path, sheet: Path) -> list[Path]:
 def clear(files: Sequence[Path]) -> None:
     """Remove the files of an earlier re-enactment, in their order, and folders left empty."""
     for path in files:
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"{path}: cannot be removed: {error.strerror or error}; allow writing there or close "
-                "it in other programs"
-            ) from error
+        remove(path)
     for folder in {path.parent for path in files}:
         # it refuses a folder that holds anything
         with contextlib.suppress(OSError):
             folder.rmdir()
+
+
+def remove(path: Path) -> None:
+    """Remove a file, if it is there."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"{path}: cannot be removed: {error.strerror or error}; allow writing there or close it in "
+            "other programs"
+        ) from error
 
 
 def _walk(raw: Path) -> list[Path]:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Leg, Plate
-from rftfit.campaign.problems import unknown_word
+from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -112,8 +112,8 @@ def legs_of(config: Config) -> dict[str, str]:
     """Return the config's legs whose forces are published (R/r = 1, 0, -1), with their published names."""
     return {
         name: LEG_OF_CURVATURE[leg.curvature_times_R]
-        for name, leg in config.intruders.items()
-        if isinstance(leg, Leg) and leg.curvature_times_R in LEG_OF_CURVATURE
+        for name, leg in config.legs.items()
+        if leg.curvature_times_R in LEG_OF_CURVATURE
     }
 
 
@@ -126,8 +126,7 @@ def media_of(config: Config, media: Sequence[str] | None = None) -> list[str]:
         in (reference.MEDIA if medium.role == "laboratory" else reference.SANDS)
     ]
     for name in media or ():
-        if name not in known:
-            raise InputError(unknown_word("medium with published measurements", name, known))
+        choose("medium with published measurements", name, known)
     return [name for name in known if media is None or name in media]
 
 

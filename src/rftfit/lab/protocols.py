@@ -28,20 +28,19 @@ PROTOCOLS = {
 }
 """Name and what is recorded."""
 
-_NEEDED = {
-    "stroke-only": ("clock: {method: same_clock}", "zero: {method: stated, sd_N: 0.02}"),
-    "separate-zero": ("clock: {method: same_clock}",),
-    "one-file": ("clock: {method: same_clock}",),
-    "cyclic": ("clock: {method: same_clock}",),
-    "constant-speed": ("clock: {method: same_clock}", "zero: {method: stated, sd_N: 0.02}"),
-}
+_SET_TO_ZERO = ("stroke-only", "constant-speed")
+"""Protocols whose transducer was set to zero before."""
+
 _CYCLES, _BETWEEN_S = 3, 5.0
 
 
 def check_protocol(protocol: str, config: Config, runs: Sequence[Run]) -> None:
     """Refuse a protocol whose logs the config would not read, or that cannot record all runs."""
-    wanted = _NEEDED.get(protocol, ())
-    missing = [line for line in wanted if not _has(line, config)]
+    missing = []
+    if protocol not in (PAPER, "no-pause") and config.clock.method != "same_clock":
+        missing.append("clock: {method: same_clock}")
+    if protocol in _SET_TO_ZERO and config.zero.method != "stated":
+        missing.append("zero: {method: stated, sd_N: 0.02}")
     if protocol == "constant-speed":
         others = [run.run_id for run in runs if run.gamma_deg != 90 or run.direction != "intrusion"]
         if others:
@@ -61,12 +60,6 @@ def check_protocol(protocol: str, config: Config, runs: Sequence[Run]) -> None:
         )
 
 
-def _has(line: str, config: Config) -> bool:
-    section, _, rest = line.partition(":")
-    method = rest.split("method:")[1].strip(" }").split(",")[0]
-    return str(getattr(config, section).method) == method
-
-
 def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recording | None]:
     """What a protocol records of a run, and its log without load where that is one of its own."""
     if protocol in (PAPER, "no-pause"):
@@ -76,7 +69,7 @@ def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recordi
     if protocol in ("one-file", "cyclic"):
         return _on_force_clock(one), None
     unloaded = _cut(one, one.in_air, np.zeros_like(one.motion_stroke))
-    if protocol in ("stroke-only", "constant-speed"):
+    if protocol in _SET_TO_ZERO:
         zero = one.channels_N[one.in_air].mean(axis=0)
         one = replace(one, channels_N=one.channels_N - zero)
     stroke = _cut(one, one.stroke, one.motion_stroke)
@@ -131,12 +124,3 @@ def with_files(runs: Sequence[Run], protocol: str) -> list[Run]:
     if protocol == "separate-zero":
         return [replace(run, own_zero=True) for run in runs]
     return [replace(run, one_file=protocol == "constant-speed") for run in runs]
-
-
-def without(runs: Sequence[Run], *, tare: bool, legs: bool) -> list[Run]:
-    """Leave out the tares, or the legs."""
-    kept = [
-        run for run in runs
-        if not (tare and run.kind in ("rod", "leg_air")) and not (legs and run.kind in ("leg", "leg_air"))
-    ]  # fmt: skip
-    return [replace(run, tare_run="", tare_shared=False) if tare else run for run in kept]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.problems import unknown_word
+from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.lab import disturb
 from rftfit.lab.plan import FloatArray, Motion, duration, motion_at, segments
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from rftfit.campaign.config import Config
-    from rftfit.lab.plan import Run
+    from rftfit.lab.plan import Run, Segment
     from rftfit.lab.truth import Forces
 
 
@@ -151,17 +151,12 @@ def bed_of(run: Run, seed: int, spread: float, sizes: disturb.Sizes, cycle: int 
 def ideal(
     run: Run,
     config: Config,
-    raised: bool = False,
+    parts: tuple[Segment, ...] = (),
     phase_s: float = 0.0,
     bed: disturb.Bed = disturb.AS_PUBLISHED,
-    pause: bool = True,
 ) -> Ideal:
-    """Noise-free forces of a run at the force log's sample times.
-
-    `raised`: The whole path stays above the surface. `phase_s`: Time of the first sample after the
-    start, s.
-    """
-    parts = segments(run, config, raised, pause)
+    """Noise-free forces of a run at the force log's sample times, the first `phase_s` after the start."""
+    parts = parts or segments(run, config)
     count = int((duration(parts) - phase_s) * FORCE_HZ) + 1
     motion = motion_at(parts, phase_s + np.arange(count) / FORCE_HZ)
     nothing = np.zeros(count)
@@ -219,13 +214,13 @@ def record(
 ) -> Recording:
     """Record a run the way the rig does.
 
-    `raised`: The whole path stays above the surface. `spread`: Standard deviation of alpha from
-    one prepared bed to the next, N/cm^3. `pause`: At the surface. `cycle`: Of several strokes in
-    one log, which; each has a bed of its own. `sizes`: Of the disturbances.
+    `raised`, `pause`: As of `segments`. `spread`: Of `bed_of`. `cycle`: Of several strokes in one log,
+    which; each has a bed of its own.
     """
     drawn = nuisance(run, seed)
     bed = bed_of(run, seed, spread, sizes, cycle)
-    true = ideal(run, config, raised, drawn.force_phase_s, bed, pause)
+    parts = segments(run, config, raised, pause)
+    true = ideal(run, config, parts, drawn.force_phase_s, bed)
     motion = true.motion
     stream = _streams(seed, run, cycle)
     count = motion.elapsed_s.size
@@ -244,7 +239,6 @@ def record(
     channels = np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 
     # the motion log: same run, other clock; e is s since the start on the force log's clock
-    parts = segments(run, config, raised, pause)
     rate = 1 + _DRIFT_PPM * 1e-6
     begin = drawn.start_s + drawn.motion_offset_s
     ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
@@ -269,43 +263,27 @@ def record(
     )
 
 
-FAULTS: dict[str, str] = {
-    "gap": "1.5 s in the middle of the stroke are missing from the force log",
-    "saturated": "one second of the stroke is stuck at the range of the vertical channel",
-    "missing_tare": "both logs of the run's tare are missing; the sheet still names them",
-    "truncated": "the force log is cut off in mid-row, after about two thirds",
-    "wrong_unit": "the force log is in lbf and says so, against the config (N where that has lbf)",
-    "never_touches": "the arm's path stays above the surface (plates and rods)",
-    "duplicated_rows": "60 rows of the force log's stroke appear twice each",
-    "time_reversed": "60 rows of the force log's stroke are in reverse order",
-    "nan_cells": "every second of 60 rows of the stroke has nan in all force columns",
-    "header_only": "the force log ends after its header row",
-    "empty": "the force log has no bytes",
-    "wrong_delimiter": "the force log has semicolons and decimal commas",
-    "missing_log": "the force log is missing; the sheet still names it",
-    "wrong_medium_tare": "the sheet's tare_run is the same run's tare in another medium",
-    "flipped_beta": "the motion log shows -beta instead of beta (beta not 0 or 90 degrees)",
-}
-"""Name and what it does. Each is put into the run named, or into its entry of `DEFAULT_RUNS`."""
+FAULTS: dict[str, tuple[str, str]] = {
+    "gap": ("bp00_g90_in", "1.5 s in the middle of the stroke are missing from the force log"),
+    "saturated": ("bp00_g72_in", "one second of the stroke is stuck at the range of the vertical channel"),
+    "missing_tare": ("bp30_g45_in", "both logs of the run's tare are missing; the sheet still names them"),
+    "truncated": ("bp30_g90_in", "the force log is cut off in mid-row, after about two thirds"),
+    "wrong_unit": ("bm30_g90_in", "the force log is in lbf and says so, against the config (N where that has lbf)"),
+    "never_touches": ("bp00_g45_in", "the arm's path stays above the surface (plates and rods)"),
+    "duplicated_rows": ("bp60_g45_in", "60 rows of the force log's stroke appear twice each"),
+    "time_reversed": ("bp60_g56_in", "60 rows of the force log's stroke are in reverse order"),
+    "nan_cells": ("bp60_g72_in", "every second of 60 rows of the stroke has nan in all force columns"),
+    "header_only": ("bm60_g34_in", "the force log ends after its header row"),
+    "empty": ("bm60_g45_in", "the force log has no bytes"),
+    "wrong_delimiter": ("bm60_g56_in", "the force log has semicolons and decimal commas"),
+    "missing_log": ("bm60_g72_in", "the force log is missing; the sheet still names it"),
+    "wrong_medium_tare": ("bp90_g45_in", "the sheet's tare_run is the same run's tare in another medium"),
+    "flipped_beta": ("bm30_g45_in", "the motion log shows -beta instead of beta (beta not 0 or 90 degrees)"),
+}  # fmt: skip
+"""By name: the run that gets it where none is named, and what it does.
 
-DEFAULT_RUNS: dict[str, str] = {
-    "gap": "bp00_g90_in",
-    "saturated": "bp00_g72_in",
-    "missing_tare": "bp30_g45_in",
-    "truncated": "bp30_g90_in",
-    "wrong_unit": "bm30_g90_in",
-    "never_touches": "bp00_g45_in",
-    "duplicated_rows": "bp60_g45_in",
-    "time_reversed": "bp60_g56_in",
-    "nan_cells": "bp60_g72_in",
-    "header_only": "bm60_g34_in",
-    "empty": "bm60_g45_in",
-    "wrong_delimiter": "bm60_g56_in",
-    "missing_log": "bm60_g72_in",
-    "wrong_medium_tare": "bp90_g45_in",
-    "flipped_beta": "bm30_g45_in",
-}
-"""Run of the first medium that gets the fault where none is named; its first plate run if absent."""
+The run is one of the first medium; where that has no such run, it is its first plate run.
+"""
 
 _ROWS = 60
 
@@ -329,12 +307,7 @@ class Fault:
 
     def __str__(self) -> str:
         where = self.run_id if self.changed == self.run_id else f"{self.run_id} (in {self.changed})"
-        return f"{self.name}: {where}: {FAULTS[self.name]}"
-
-
-def _known(word: str, what: str, allowed: Sequence[str]) -> None:
-    if word not in allowed:
-        raise InputError(unknown_word(what, word, allowed))
+        return f"{self.name}: {where}: {FAULTS[self.name][1]}"
 
 
 def _other_tare(run: Run, runs: Mapping[str, Run]) -> str:
@@ -356,13 +329,13 @@ def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) ->
     found = []
     for text in asked:
         name, _, run_id = text.partition(":")
-        _known(name, "fault", list(FAULTS))
+        choose("fault", name, list(FAULTS))
         if not run_id:
-            run_id = f"{first_medium}_{DEFAULT_RUNS[name]}"
+            run_id = f"{first_medium}_{FAULTS[name][0]}"
             if run_id not in runs:
                 own = (r for r in runs.values() if r.medium == first_medium and r.kind == "plate")
                 run_id = next((run.run_id for run in own), run_id)
-        _known(run_id, f"run for the fault {name}", list(runs))
+        choose(f"run for the fault {name}", run_id, list(runs))
         run = runs[run_id]
         if name == "flipped_beta" and run.beta_deg in (None, 0.0, 90.0):
             raise InputError(f"fault flipped_beta: {run_id} looks the same with -beta")

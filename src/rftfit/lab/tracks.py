@@ -7,17 +7,15 @@ import hashlib
 import io
 import math
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit import reference
 from rftfit.lab.write import fixed
-from rftfit.store import write_text
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from rftfit.campaign.config import Config
     from rftfit.lab.plan import FloatArray
 
@@ -53,10 +51,7 @@ class RobotTrial:
 
 
 def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
-    """List the trials of every published condition in which the robot moved.
-
-    None where the config has no robot with a sheet of tracks on the published medium.
-    """
+    """List the trials in which the robot moved; none without a sheet of tracks on the published medium."""
     robot = config.robot
     if robot is None or robot.runs is None or config.media[robot.medium].published_as != MEDIUM:
         return []
@@ -99,36 +94,27 @@ def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatAr
     return time, x + noise[0], z + noise[1]
 
 
-def write_tracks(config: Config, raw: Path, seed: int) -> list[Path]:
-    """Write the tracks and their sheet, whose name is relative to `raw`; all files, the sheet last."""
+def track_files(config: Config, seed: int) -> dict[str, str]:
+    """Make the tracks and, last, their sheet: text by path relative to raw; none without trials."""
     trials = plan_trials(config, seed)
-    paths = track_files(config, raw, seed)
-    for trial, path in zip(trials, paths, strict=False):
+    if not trials or config.robot is None or config.robot.runs is None:
+        return {}
+    folder, files = PurePosixPath(config.robot.runs).parent, {}
+    buffer = io.StringIO()
+    sheet = csv.writer(buffer, lineterminator="\n")
+    sheet.writerow(_COLUMNS)
+    for trial in trials:
         head = (
             f"# marker track of trial {trial.run_id}, re-enacted from Fig. 4C\n"
             "# centre of the body, 60 frames/s; x forward, z up\ntime_s,x_cm,z_cm\n"
         )
-        write_text(path, head + fixed(list(track(trial, seed)), [4, 3, 3]))
-    if trials:
-        buffer = io.StringIO()
-        sheet = csv.writer(buffer, lineterminator="\n")
-        sheet.writerow(_COLUMNS)
-        for trial in trials:
-            sheet.writerow(
-                [trial.run_id, trial.condition, trial.medium, f"{trial.curvature_times_R:g}", "",
-                 trial.track, "re-enacted from Fig. 4C"]
-            )  # fmt: skip
-        write_text(paths[-1], buffer.getvalue())
-    return paths
-
-
-def track_files(config: Config, raw: Path, seed: int) -> list[Path]:
-    """Name the files that `write_tracks` writes, the sheet last; none where there are no trials."""
-    trials = plan_trials(config, seed)
-    if not trials or config.robot is None or config.robot.runs is None:
-        return []
-    sheet = raw / config.robot.runs
-    return [*(sheet.parent / trial.track for trial in trials), sheet]
+        text = head + fixed(list(track(trial, seed)), [4, 3, 3])
+        files[(folder / trial.track).as_posix()] = text
+        sheet.writerow(
+            [trial.run_id, trial.condition, trial.medium, f"{trial.curvature_times_R:g}", "",
+             trial.track, "re-enacted from Fig. 4C"]
+        )  # fmt: skip
+    return files | {config.robot.runs: buffer.getvalue()}
 
 
 def _random(seed: int, name: str) -> np.random.Generator:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,9 +34,8 @@ def alpha_draws(
     move together. The same medium and seed give the same draws, so that stages which draw apart
     still agree.
 
-    `table`: Alpha table of one medium. `confidence`: Level of the table's intervals. `only`: One of
-    `SOURCES`, as if the others did not exist; default: all. Returns `alpha_z`, `alpha_x` of shape
-    (draws, n): N/cm^3, by cell of the table; NaN in cells without a run.
+    `only`: One of `SOURCES`, as if the others did not exist; default: all. Returns alpha_z and alpha_x
+    by cell of the table, shape (draws, n); NaN in cells without a run.
     """
     from scipy.special import ndtri
 
@@ -156,11 +154,7 @@ def errors_known(table: pd.DataFrame) -> bool:
 
 
 def typical_dof(table: pd.DataFrame, confidence: float) -> float:
-    """Degrees of freedom behind the intervals of an alpha table, their median over the cells.
-
-    `table`: Alpha table of one medium. `confidence`: Level of the table's intervals. Returns at
-    most 1e6; NaN in a table without numbers.
-    """
+    """Degrees of freedom behind the intervals of an alpha table, median over the cells, at most 1e6."""
     from scipy.special import ndtri, stdtridf
 
     upper = 0.5 + confidence / 2
@@ -179,34 +173,22 @@ def typical_dof(table: pd.DataFrame, confidence: float) -> float:
     return float(min(stdtridf(upper, middle), _MANY))
 
 
-@dataclass(frozen=True)
-class Term:
-    """One of several independent draws that are added up, here a medium's share of a mean.
+def interval_of_sum(
+    terms: Sequence[FloatArray], dofs: Sequence[float], confidence: float
+) -> tuple[FloatArray, FloatArray]:
+    """Percentile interval of a sum of terms that were measured apart, each of shape (draws, ...).
 
-    `draws`: shape (draws, ...).
-    `dof`: Of the errors behind them (`typical_dof`).
-    """
-
-    draws: FloatArray
-    dof: float
-
-
-def interval_of_sum(terms: Sequence[Term], confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Percentile interval of a sum of terms that were measured apart.
-
-    The draws of each term are as wide as the Student interval of its own few degrees of freedom. A
-    sum has more of them (Welch and Satterthwaite), so its interval is narrowed accordingly.
-
-    Returns `lo`, `hi` of shape (...).
+    The draws of each term are as wide as the Student interval of its own few degrees of freedom
+    (`typical_dof`). A sum has more of them (Welch and Satterthwaite), so its interval is narrowed.
     """
     from scipy.special import ndtri, stdtrit
 
     upper = 0.5 + confidence / 2
     normal = float(ndtri(upper))
-    lo, hi = interval(sum(term.draws for term in terms[1:]) + terms[0].draws, confidence)
-    widened = np.array([float(stdtrit(term.dof, upper)) / normal for term in terms])
-    dof = np.array([term.dof for term in terms])
-    drawn = np.stack([term.draws.var(axis=0) for term in terms])
+    lo, hi = interval(sum(terms[1:]) + terms[0], confidence)
+    dof = np.array(dofs)
+    widened = np.array([float(stdtrit(one, upper)) / normal for one in dofs])
+    drawn = np.stack([term.var(axis=0) for term in terms])
     shape = (-1, *[1] * (drawn.ndim - 1))
     variance = drawn / widened.reshape(shape) ** 2
     total = variance.sum(axis=0)
@@ -220,10 +202,7 @@ def interval_of_sum(terms: Sequence[Term], confidence: float) -> tuple[FloatArra
 
 
 def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Percentile interval along the first axis.
-
-    `draws`: shape (draws, ...). Returns `lo`, `hi` of shape (...).
-    """
+    """Percentile interval along the first axis: its lower and upper end."""
     tail = (1 - confidence) / 2
     lo, hi = np.quantile(draws, [tail, 1 - tail], axis=0)
     return lo, hi

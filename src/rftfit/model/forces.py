@@ -37,11 +37,7 @@ class Forces:
 
 
 def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
-    """Integrate the forces over an outline in each pose (Eq. 2).
-
-    `poses`: shape (p, 6); Reference point x, z (cm), angle (rad, from z toward x), and their rates
-    (per s). Returns arrays of shape (p,).
-    """
+    """Integrate the forces over an outline in each pose (Eq. 2); `poses` (p, 6) as of a `Motion`."""
     # the compiler is slow to import, and not everyone who makes poses needs it
     from rftfit.model.kernel import pose_forces
 
@@ -56,10 +52,7 @@ def force_draws(profile: Profile, outline: Outline, poses: FloatArray) -> Forces
     """Carry a stack of draws through the integral.
 
     Every profile is linear in its parameters: the geometry gives the weight of each parameter in
-    each pose once, all draws are then one matrix product.
-
-    `profile`: Parameters with leading axes (draws, ...); one without gives what `forces_on` gives.
-    `poses`: shape (p, 6). Returns arrays of shape (draws, ..., p).
+    each pose once, all draws are then one matrix product. Returns arrays of shape (draws, ..., p).
     """
     poses = _checked(poses)
     values_z, values_x = profile.parameters

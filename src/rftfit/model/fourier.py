@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -12,8 +11,6 @@ import numpy as np
 from rftfit.model.symmetry import WIDEST_DEG, rectangle, torus
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import numpy.typing as npt
 
     from rftfit.conventions import FloatArray
@@ -32,11 +29,7 @@ METHODS = ("lsq", "dft-index")
 
 
 def basis(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Values of the nine terms.
-
-    `beta`, `gamma`: rad; shapes broadcast to (...). Returns `terms_z` of shape (5, ...): In the
-    order of `TERMS_Z`. Returns `terms_x` of shape (4, ...): In the order of `TERMS_X`.
-    """
+    """Values of `TERMS_Z`, shape (5, ...), and `TERMS_X`, shape (4, ...); angles in rad."""
     b, g = np.broadcast_arrays(2 * np.asarray(beta, dtype=float), np.asarray(gamma, dtype=float))
     terms_z = np.stack([np.ones_like(b), np.cos(b), np.sin(b + g), np.sin(g), np.sin(g - b)])
     terms_x = np.stack([np.cos(b + g), np.cos(g), np.cos(g - b), np.sin(b)])
@@ -44,10 +37,7 @@ def basis(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatA
 
 
 def as_array(coefficients: Mapping[str, float] | npt.ArrayLike) -> FloatArray:
-    """Coefficients as an array in the order of `TERMS`.
-
-    `coefficients`: shape (9,). Returns shape (9,).
-    """
+    """Coefficients as an array in the order of `TERMS`, shape (9,)."""
     if isinstance(coefficients, Mapping):
         missing = [term for term in TERMS if term not in coefficients]
         if missing:
@@ -62,12 +52,7 @@ def as_array(coefficients: Mapping[str, float] | npt.ArrayLike) -> FloatArray:
 def evaluate(
     coefficients: Mapping[str, float] | npt.ArrayLike, beta: npt.ArrayLike, gamma: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Alpha of the nine-term model.
-
-    `coefficients`: shape (9,); N/cm^3 (dimensionless for the generic M0). `beta`, `gamma`: rad;
-    shapes broadcast to (...). Returns `alpha_z`, `alpha_x` of shape (...): Unit of the
-    coefficients.
-    """
+    """Alpha_z and alpha_x of the nine-term model, in the unit of the coefficients; angles in rad."""
     values = as_array(coefficients)
     terms_z, terms_x = basis(beta, gamma)
     return np.tensordot(values[:5], terms_z, 1), np.tensordot(values[5:], terms_x, 1)
@@ -86,25 +71,9 @@ def fit_lsq(
     and its mirror image count twice together, a push straight down with a level plate is its own
     mirror image, and the plates at beta = -90 and 90 degrees are one.
 
-    Parameters
-    ----------
-    beta, gamma : numpy.ndarray, shape (n,)
-        rad, any directions, one a cell.
-    alpha_z, alpha_x : numpy.ndarray, shape (..., n)
-        N/cm^3; NaN where not measured, the same cells in every leading index.
-    keep : numpy.ndarray of bool, shape (9,), optional
-        Terms to fit; the others come back as 0.
-
-    Returns
-    -------
-    numpy.ndarray, shape (..., 9)
-        N/cm^3, in the order of `TERMS`.
-
-    Raises
-    ------
-    ValueError
-        If fewer cells are measured than terms fitted, or those that are cannot tell the terms apart
-        (one attack angle alone, for example).
+    `beta`, `gamma`: shape (n,); rad, any directions. `alpha_z`, `alpha_x`: shape (..., n); N/cm^3, NaN
+    where not measured, the same cells in every leading index. `keep`: Terms to fit; the others come
+    back as 0. Returns shape (..., 9).
     """
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
     whole = torus(beta, gamma)
@@ -145,22 +114,7 @@ def fit_dft_index(
     kept and the true, uneven steps of gamma ignored. The recipe is inferred: it gives all non-zero
     entries of Table S2 within 0.0013 N/cm^3, and Table S3, which least squares does not.
 
-    Parameters
-    ----------
-    beta, gamma : numpy.ndarray, shape (n,)
-        rad, one a cell: a grid from -90 to 90 degrees, symmetric, with 0 in its middle.
-    alpha_z, alpha_x : numpy.ndarray, shape (..., n)
-        N/cm^3; a transform needs every cell, so NaN anywhere gives NaN.
-
-    Returns
-    -------
-    numpy.ndarray, shape (..., 9)
-        N/cm^3, in the order of `TERMS`.
-
-    Raises
-    ------
-    ValueError
-        If the directions are no such grid.
+    Shapes as of `fit_lsq`; a transform needs every cell, so NaN anywhere gives NaN.
     """
     grid = rectangle(beta, gamma)
     if grid is None or not _transformable(grid):
@@ -192,10 +146,7 @@ def _transformable(grid: Rectangle) -> bool:
 
 
 def kept_terms(coefficients: FloatArray, threshold: float) -> npt.NDArray[np.bool_]:
-    """Tell which terms matter: magnitude above `threshold` times A00 (the paper's rule, 0.05).
-
-    `coefficients`: shape (9,). Returns shape (9,): A00 itself is always kept.
-    """
+    """Tell which terms matter: A00, and those above `threshold` times A00 (the paper's rule, 0.05)."""
     keep: npt.NDArray[np.bool_] = np.abs(coefficients) > threshold * abs(coefficients[0])
     keep[0] = True
     return keep
@@ -208,55 +159,28 @@ ORDER_BETA = 2
 ORDER_GAMMA = 2
 
 
-@dataclass(frozen=True)
-class Harmonic:
-    """One term that the symmetry allows: function of m 2 beta + n gamma.
+def harmonics(component: str, beta: FloatArray, gamma: FloatArray) -> dict[str, FloatArray]:
+    """Terms up to second order in beta and gamma that obey the mirror symmetry, by name as in Table S2.
 
-    `name`: As in Table S2: letter, m, n; a leading minus of m written as m.
-    `component`: ``z`` or ``x``.
-    `m`, `n`: Multiples of 2 beta and of gamma.
-    `sine`: Sine or cosine.
+    Each is a sine or cosine of m 2 beta + n gamma, the constant first. Under (beta, gamma) to (-beta,
+    pi - gamma) alpha_z (`component` z) keeps its sign and alpha_x turns it: alpha_z takes cosines of
+    even and sines of odd n, alpha_x the others.
     """
-
-    name: str
-    component: str
-    m: int
-    n: int
-    sine: bool
-
-    def values(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-        """Value of the term.
-
-        `beta`, `gamma`: rad; shapes broadcast.
-        """
-        phase = 2 * self.m * beta + self.n * gamma
-        function: Callable[[FloatArray], FloatArray] = np.sin if self.sine else np.cos
-        return function(phase)
-
-
-def harmonics(component: str) -> list[Harmonic]:
-    """Terms up to second order in beta and gamma that obey the mirror symmetry.
-
-    Under (beta, gamma) to (-beta, pi - gamma) alpha_z keeps its sign and alpha_x turns it: alpha_z
-    takes cosines of even and sines of odd n, alpha_x the others.
-
-    `component`: ``z`` or ``x``. Returns the constant first.
-    """
-    found = []
+    letters = {("z", False): "A", ("z", True): "B", ("x", False): "C", ("x", True): "D"}
+    found = {}
     for n in range(ORDER_GAMMA + 1):
-        for m in range(-ORDER_BETA, ORDER_BETA + 1):
-            if n == 0 and m < 0:
-                continue
+        for m in range(-ORDER_BETA if n else 0, ORDER_BETA + 1):
             sine = (n % 2 == 1) == (component == "z")
             if sine and m == 0 and n == 0:
                 continue
-            letter = {("z", False): "A", ("z", True): "B", ("x", False): "C", ("x", True): "D"}
-            sign = f"m{-m}" if m < 0 else str(m)
-            name = f"{letter[component, sine]}{sign}{n}"
-            found.append(
-                Harmonic(name.replace("Bm11", "Bm1").replace("Cm11", "Cm1"), component, m, n, sine)
-            )
+            name = f"{letters[component, sine]}{f'm{-m}' if m < 0 else m}{n}"
+            phase = 2 * m * beta + n * gamma
+            found[_PRINTED.get(name, name)] = np.sin(phase) if sine else np.cos(phase)
     return found
+
+
+_PRINTED = {"Bm11": "Bm1", "Cm11": "Cm1"}
+"""Names that Table S2 shortens."""
 
 
 def select_bic(
@@ -264,9 +188,8 @@ def select_bic(
 ) -> dict[str, bool | None]:
     """Keep the harmonics that lower the Bayesian information criterion (forward and backward).
 
-    `beta`, `gamma`: shape (n,); rad, one a cell. `alpha_z`, `alpha_x`: shape (n,); N/cm^3; NaN where
-    not measured. Returns name of every candidate term to whether it is kept; None where fewer
-    directions were measured than there are candidates, which leaves nothing to choose by.
+    Returns by name of every candidate whether it is kept; None where fewer directions were measured
+    than there are candidates, which leaves nothing to choose by.
     """
     whole = torus(beta, gamma)
     # the cells themselves: their mirror images are no further measurements
@@ -275,15 +198,15 @@ def select_bic(
     b, g = whole.beta[one], whole.gamma[one]
     kept: dict[str, bool | None] = {}
     for component, alpha in zip("zx", complete, strict=True):
-        candidates = harmonics(component)
+        candidates = harmonics(component, b, g)
         values = alpha[one]
         there = np.isfinite(values)
-        columns = np.stack([term.values(b, g)[there] for term in candidates], axis=1)
+        columns = np.stack([term[there] for term in candidates.values()], axis=1)
         if len(columns) <= len(candidates):
-            kept.update(dict.fromkeys(term.name for term in candidates))
+            kept |= dict.fromkeys(candidates)
             continue
         chosen = _best_subset(columns, values[there])
-        kept.update({term.name: index in chosen for index, term in enumerate(candidates)})
+        kept |= {name: index in chosen for index, name in enumerate(candidates)}
     return kept
 
 

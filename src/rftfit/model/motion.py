@@ -65,13 +65,7 @@ def rotation_poses(
     hip_height_cm: float = HIP_HEIGHT_CM,
     rate_rad_per_s: float = RATE_RAD_PER_S,
 ) -> FloatArray:
-    """Poses of a leg on a fixed axle at x = 0.
-
-    `theta`: shape (p,); rad, from straight down to the direction from axle to tip: the tip lies at
-    2R (-sin theta, -cos theta), so negative theta is in front. `hip_height_cm`: Of the axle above
-    the free surface. `rate_rad_per_s`: Of theta. Forces depend on its sign alone. Returns shape
-    (p, 6).
-    """
+    """Poses (p, 6) of a leg on a fixed axle at x = 0; theta (rad) is that of `rotation`."""
     theta = np.asarray(theta, dtype=float)
     poses = np.zeros((theta.size, 6))
     poses[:, 1], poses[:, 2], poses[:, 5] = hip_height_cm, theta, rate_rad_per_s
@@ -131,13 +125,7 @@ _MOST_SHOWN = 20
 def path_poses(
     time_s: npt.ArrayLike, x_cm: npt.ArrayLike, z_cm: npt.ArrayLike, angle: npt.ArrayLike
 ) -> FloatArray:
-    """Poses along a path, with velocities by differences between neighbouring times.
-
-    `time_s`: shape (p,); Increasing, at least two. `x_cm`, `z_cm`: shape (p,); Reference point; z
-    = 0 is the free surface. `angle`: shape (p,); rad, from z toward x (beta of a plate along x,
-    theta of a leg). A step of more than half a turn is taken for the shorter way round. Returns
-    shape (p, 6).
-    """
+    """Poses (p, 6) along a path, as of `path` but with the angle in rad."""
     time = np.asarray(time_s, dtype=float)
     if time.size < 2 or not (np.diff(time) > 0).all():
         raise ValueError("a path needs at least two times, and time must increase")

@@ -190,20 +190,8 @@ def leg_outline(
 ) -> Outline:  # fmt: skip
     """Outline of a leg of the campaign's configuration.
 
-    Parameters
-    ----------
-    leg : Leg
-    name : str, optional
-    elements : int, optional
-    arc_deg : float, optional
-        Another angle that its arc spans, with the same maximal length, which is the diameter of more
-        than half a circle. A straight leg has none.
-    lead_cm : float, optional
-        How far the face lies ahead of the middle line, on the side that the leg sweeps toward.
-
-    Returns
-    -------
-    Outline
+    `arc_deg`: Another angle that its arc spans, with the same maximal length; a straight leg has none.
+    `lead_cm`: How far the face lies ahead of the middle line, on the side that the leg sweeps toward.
     """
     phi = float(np.arcsin(leg.curvature_times_R))
     if arc_deg is not None:
@@ -285,9 +273,6 @@ def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outli
 
     The reference point, about which the outline turns, is (0, 0) of the file. Where the last row
     repeats the first, the outline is the skin of a solid body. It is named after the file.
-
-    `width_cm`: Across the plane, positive. `elements`: About how many; every straight piece has at
-    least one.
     """
     rows, problems = read_rows(path, SCHEMA)
     if not problems:
@@ -328,11 +313,7 @@ def _faults(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
 
 
 def crossings(points: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of straight pieces that meet where they should not.
-
-    `points`: shape (m, 2); No two the same, except that the last may be the first. Returns numbers
-    i < j of pieces, piece i running from point i to i + 1.
-    """
+    """Pairs i < j of straight pieces that meet where they should not; piece i runs from point i to i + 1."""
     start, end = points[:-1], points[1:]
     closed = bool((points[0] == points[-1]).all())
     last = len(start) - 1

@@ -94,8 +94,7 @@ def _bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
 def combine(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Weighted sum of parameters; a missing one makes only those sums NaN that really contain it.
 
-    `values`: shape (draws, ..., p), NaN where missing. `weights`: shape (n, ..., p). Returns shape
-    (draws, ..., n, ...).
+    `values`: shape (draws, ..., p). `weights`: shape (n, ..., p). Returns shape (draws, ..., n, ...).
     """
     missing = np.isnan(values)
     if not missing.any():
@@ -336,11 +335,11 @@ class TableProfile(Profile):
     @classmethod
     def _of_nodes(
         cls, beta: FloatArray, gamma: FloatArray, alpha: tuple[FloatArray, FloatArray],
-        name: str = "", reason: str = "", spread: Profile | None = None,
+        name: str = "", reason: str = "",
     ) -> TableProfile:  # fmt: skip
         """Take a table that is complete: lines from -pi/2 to pi/2 and from -pi to pi, both ends."""
         made = cls.__new__(cls)
-        made.name, made.reason, made.spread, made.scattered = name, reason, spread, False
+        made.name, made.reason, made.spread, made.scattered = name, reason, None, False
         made.lines = made.beta, made.gamma = beta, gamma
         made.alpha_z, made.alpha_x = alpha
         return made

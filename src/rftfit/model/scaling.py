@@ -13,14 +13,8 @@ import numpy as np
 
 from rftfit.measure.alpha import both, cell_at, column, directions, flagged
 from rftfit.measure.checks import usable
-from rftfit.model.draws import (
-    Term,
-    draws_of,
-    errors_behind,
-    errors_known,
-    interval_of_sum,
-    typical_dof,
-)
+from rftfit.measure.slopes import student_quantile
+from rftfit.model.draws import draws_of, errors_behind, errors_known, interval_of_sum, typical_dof
 from rftfit.model.fourier import (
     TERMS,
     TERMS_Z,
@@ -54,10 +48,7 @@ _TEST_DOF = 1e3
 
 
 def vertical_penetration(coefficients: FloatArray) -> FloatArray:
-    """alpha_z of the fit at (beta, gamma) = (0, 90 deg): A00 + A10 + B11 + B01 + Bm1.
-
-    Its number in N/cm^3 is the scaling factor zeta.
-    """
+    """Zeta, alpha_z of the fit at (beta, gamma) = (0, 90 deg): A00 + A10 + B11 + B01 + Bm1."""
     result: FloatArray = coefficients[..., : len(TERMS_Z)].sum(axis=-1)
     return result
 
@@ -74,11 +65,7 @@ def generic(coefficients: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Scaled:
-    """A new medium by the scaling routine; each quantity with its interval.
-
-    `chi`: The ratio that was used; its interval is that for one further medium.
-    `coefficients`: shape (9,); zeta times M0, N/cm^3.
-    """
+    """The scaling factor of a new medium, and the chi that it follows from, with intervals."""
 
     zeta: float
     zeta_lo: float
@@ -86,26 +73,48 @@ class Scaled:
     chi: float
     chi_lo: float
     chi_hi: float
-    coefficients: FloatArray
+    confidence: float
+
+    def with_interval(self, generic: FloatArray, of_media: FloatArray) -> Interval:
+        """Scale a quantity of the generic profile; its interval is that for one further medium.
+
+        Two errors are joined as independent ones: that of zeta, and how far a medium's own profile
+        lies from the generic one, taken from the scatter of the reference media (Student).
+
+        Parameters
+        ----------
+        generic : numpy.ndarray, shape (...)
+            Of the generic profile, dimensionless.
+        of_media : numpy.ndarray, shape (media, ...)
+            The same of each reference medium, divided by its zeta.
+
+        Returns
+        -------
+        value, lo, hi : numpy.ndarray, shape (...)
+        """
+        media = of_media.shape[0]
+        spread = of_media.std(axis=0, ddof=1) * np.sqrt(1 + 1 / media)
+        shape = student_quantile(self.confidence, media - 1) * spread * self.zeta
+        value = self.zeta * generic
+        ends = np.stack([self.zeta_lo * generic, self.zeta_hi * generic])
+        below, above = value - ends.min(axis=0), ends.max(axis=0) - value
+        return value, value - np.hypot(below, shape), value + np.hypot(above, shape)
 
 
 def scale_new_medium(
-    alpha: float, alpha_se: float, chi: FloatArray, m0: FloatArray, confidence: float = 0.95
+    alpha: float, alpha_se: float, chi: FloatArray, confidence: float = 0.95
 ) -> Scaled:
-    """Turn one vertical penetration of a flat plate into a whole medium.
+    """Turn one vertical penetration of a flat plate into the scaling factor of a medium.
 
-    zeta = alpha_z(0, 90 deg) / chi with the mean chi of the reference media, alpha = zeta times the
-    generic profile (supplement, scaling routine). The interval joins the scatter of chi between
+    zeta = alpha_z(0, 90 deg) / chi with the mean chi of the reference media (supplement, scaling
+    routine). The interval joins the scatter of chi between
     media, taken for that of a further medium (Student, sample of the reference media), with the
     error of the test itself: half widths, each with its own quantile, add in quadrature. So it is
     never narrower for more error, and covers at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
 
-    `alpha`: Measured slope, N/cm^3. `alpha_se`: Its standard error, N/cm^3; NaN, not known, gives no interval. `chi`:
-    shape (media,); Of the reference media, at least two. `m0`: shape (9,); Generic coefficients.
-    `confidence`: Level of the intervals.
+    `alpha`, `alpha_se`: Measured slope and its standard error, N/cm^3; one that is not known (NaN)
+    gives no interval. `chi`: Of the reference media, at least two.
     """
-    from rftfit.measure.slopes import student_quantile
-
     if not (np.isfinite(alpha) and alpha > 0):
         raise ValueError(f"alpha_z(0, 90 deg) must be a positive number of N/cm^3, found {alpha:g}")
     if alpha_se < 0:
@@ -125,8 +134,7 @@ def scale_new_medium(
     zeta = alpha / centre
     return Scaled(
         zeta, zeta * np.exp(-half), zeta * np.exp(half),
-        centre, centre * np.exp(-half_chi), centre * np.exp(half_chi),
-        zeta * m0,
+        centre, centre * np.exp(-half_chi), centre * np.exp(half_chi), confidence,
     )  # fmt: skip
 
 
@@ -142,29 +150,6 @@ def test_of(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:
     alpha, se, lo, hi = (float(cell[column("z", end)]) for end in ("", "_se", "_lo", "_hi"))
     wide = (hi - lo) / 2 / float(student_quantile(confidence, _TEST_DOF))
     return alpha, float(np.maximum(se, wide))
-
-
-def with_interval(
-    scaled: Scaled, generic: FloatArray, of_media: FloatArray, confidence: float
-) -> Interval:
-    """Scale a quantity of the generic profile; its interval is that for one further medium.
-
-    Two errors are joined as independent ones: that of zeta, and how far a medium's own profile lies
-    from the generic one, taken from the scatter of the reference media (Student).
-
-    `generic`: shape (...); Of the generic profile, dimensionless. `of_media`: shape (media, ...);
-    The same of each reference medium, divided by its zeta. Returns `value`, `lo`, `hi` of shape
-    (...): N/cm^3.
-    """
-    from rftfit.measure.slopes import student_quantile
-
-    media = of_media.shape[0]
-    spread = of_media.std(axis=0, ddof=1) * np.sqrt(1 + 1 / media)
-    shape = student_quantile(confidence, media - 1) * spread * scaled.zeta
-    value = scaled.zeta * generic
-    ends = np.stack([scaled.zeta_lo * generic, scaled.zeta_hi * generic])
-    below, above = value - ends.min(axis=0), ends.max(axis=0) - value
-    return value, value - np.hypot(below, shape), value + np.hypot(above, shape)
 
 
 PRINTED_NOTE = (
@@ -299,14 +284,12 @@ class ScaledMedium(Scaled):
     chi, chi_lo, chi_hi : float
         Mean ratio of measured to fitted alpha_z(0, 90 deg) of the reference media; the interval is
         that for one further medium.
-    coefficients : numpy.ndarray, shape (9,)
-        zeta times M0, N/cm^3, in the order of Table S2.
+    confidence : float
+        Level of the intervals.
     alpha_z, alpha_z_se : float
         The test: alpha_z(0, 90 deg) and its standard error, N/cm^3.
     reference : Reference
         The media that it is scaled from.
-    confidence : float
-        Level of the intervals.
 
     Examples
     --------
@@ -319,7 +302,11 @@ class ScaledMedium(Scaled):
     alpha_z: float
     alpha_z_se: float
     reference: Reference = field(repr=False)
-    confidence: float
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """Zeta times M0, N/cm^3, in the order of Table S2."""
+        return self.zeta * self.reference.m0
 
     @property
     def profile(self) -> FourierProfile:
@@ -343,22 +330,6 @@ class ScaledMedium(Scaled):
         ScaledMedium
         """
         return scale(self.alpha_z, self.alpha_z_se, self.reference, confidence)
-
-    def with_interval(self, generic: FloatArray, of_media: FloatArray) -> Interval:
-        """Scale a quantity of the generic profile.
-
-        Parameters
-        ----------
-        generic : numpy.ndarray, shape (...)
-            Of the generic profile, dimensionless.
-        of_media : numpy.ndarray, shape (media, ...)
-            The same of each reference medium, divided by its zeta.
-
-        Returns
-        -------
-        value, lo, hi : numpy.ndarray, shape (...)
-        """
-        return with_interval(self, generic, of_media, self.confidence)
 
     def coefficients_with_interval(self) -> Interval:
         """The nine coefficients.
@@ -458,10 +429,8 @@ def scale(
     if not 0.5 < confidence < 1:
         raise ValueError(f"the level must be above 0.5 and below 1, found {confidence:g}")
     reference = published() if reference is None else reference
-    found = scale_new_medium(alpha, se, reference.chi, reference.m0, confidence)
-    return ScaledMedium(
-        **vars(found), alpha_z=alpha, alpha_z_se=se, reference=reference, confidence=confidence
-    )
+    found = scale_new_medium(alpha, se, reference.chi, confidence)
+    return ScaledMedium(**vars(found), alpha_z=alpha, alpha_z_se=se, reference=reference)
 
 
 AS_PRINTED = "dft-index, printed terms"
@@ -554,10 +523,7 @@ class MediumFit:
 
 
 def fit_media(tables: Sequence[pd.DataFrame], config: Config) -> list[MediumFit]:
-    """Fit the alpha table of every laboratory medium by every method, `AS_PRINTED` where published.
-
-    Returns by method, then in the order of the tables.
-    """
+    """Fit the alpha table of every laboratory medium by every method, `AS_PRINTED` where published."""
     return [
         fit_medium(table, config, method)
         for method in ALL_METHODS
@@ -617,14 +583,9 @@ def _transform(
 
 
 def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Interval of M0, the mean over media that were measured apart; each fit has coefficients.
-
-    Returns `lo`, `hi` of shape (9,).
-    """
+    """Interval of M0, the mean over media that were measured apart; each fit has coefficients."""
     shares = [fit.draws / fit.zeta_draws[:, None] / len(fits) for fit in fits]
-    return interval_of_sum(
-        [Term(share, fit.dof) for share, fit in zip(shares, fits, strict=True)], confidence
-    )
+    return interval_of_sum(shares, [fit.dof for fit in fits], confidence)
 
 
 def reference_of(fits: Sequence[MediumFit], config: Config, method: str | None = None) -> Reference:
@@ -645,11 +606,7 @@ def reference_of(fits: Sequence[MediumFit], config: Config, method: str | None =
 
 
 def routine(method: str, *, printed: bool = False) -> str:
-    """Name the method of a natural sand in the tables.
-
-    `method`: Of the fits, as the config has it. `printed`: Whether it is scaled with the published
-    media, not with the campaign's own.
-    """
+    """Name the method of a natural sand in the tables; `printed`: scaled with the published media."""
     return f"scaling routine ({method}{', published media' if printed else ''})"
 
 

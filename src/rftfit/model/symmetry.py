@@ -40,17 +40,7 @@ class Torus(NamedTuple):
     sign: FloatArray
 
     def complete(self, alpha_z: FloatArray, alpha_x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Alpha of every direction: the mean of the cells that tell of it, or the one that is known.
-
-        Parameters
-        ----------
-        alpha_z, alpha_x : numpy.ndarray, shape (..., n)
-            N/cm^3, by cell of the table; NaN where not measured.
-
-        Returns
-        -------
-        alpha_z, alpha_x : numpy.ndarray, shape (..., m)
-        """
+        """Alpha of every direction, shape (..., m): the mean of the cells (..., n) that are known of it."""
         return self._mean(alpha_z, np.ones_like(self.sign)), self._mean(alpha_x, self.sign)
 
     def _mean(self, alpha: FloatArray, sign: FloatArray) -> FloatArray:
@@ -66,16 +56,7 @@ def torus(beta: FloatArray, gamma: FloatArray) -> Torus:
 
     The experiment at (beta, gamma) seen from behind is that at (-beta, pi - gamma): alpha_z is the
     same there, alpha_x has the other sign. Plates at beta = -90 and 90 degrees are one and the same.
-
-    Parameters
-    ----------
-    beta, gamma : numpy.ndarray, shape (n,)
-        rad, one a cell.
-
-    Returns
-    -------
-    Torus
-        By beta, then gamma.
+    `beta`, `gamma`: shape (n,); rad, one a cell. Returns directions by beta, then gamma.
     """
     image_beta, image_gamma = mirror(beta, gamma)
     beta_deg = np.degrees(np.concatenate([beta, image_beta]))
@@ -148,8 +129,6 @@ def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
 
     Angles that differ by less than `AXIS_TOLERANCE_DEG` share a line. A table with fewer than two
     lines in either angle, or with more holes than values, is no grid.
-
-    `beta`, `gamma`: shape (n,); rad, one a cell.
     """
     size = _lined_up(np.abs(np.degrees(beta)), (0.0, 90.0))
     whole = torus(np.radians(np.copysign(size, beta)), np.radians(_lined_up(np.degrees(gamma))))

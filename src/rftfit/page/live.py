@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.campaign.config import Leg
 from rftfit.figures.captions import PROFILES, name_of, of_method
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.measure.alpha import column
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from rftfit.campaign.config import Leg
     from rftfit.conventions import FloatArray
     from rftfit.model.profiles import Profile
     from rftfit.model.shapes import Shapes
@@ -108,14 +108,13 @@ def references(results: Results) -> list[Reference]:
 def live_data(results: Results) -> dict[str, Any]:
     """Collect what the scripts of the page work on; NaN is None."""
     config = results.config
-    legs = {name: leg for name, leg in config.intruders.items() if isinstance(leg, Leg)}
     predicted = results.table("predicted.csv")
     return {
         "media": [
             {"key": one.name, "title": one.title, "role": one.settings.role} for one in results
         ],
         "terms": list(TERMS),
-        "legs": {name: _leg(leg) for name, leg in legs.items()},
+        "legs": {name: _leg(leg) for name, leg in config.legs.items()},
         "leg_names": {name: name_of(name) for name in config.intruders},
         "profile_names": PROFILES,
         "rate": config.arm.leg_speed_rad_per_s,

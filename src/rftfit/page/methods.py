@@ -301,7 +301,7 @@ def _trial(results: Results) -> str:
         f"{settings_digest(config)}) under Snakemake {found['snakemake']} (ref. 4) with "
         f"NumPy {found['numpy']} (ref. 5) and SciPy {found['scipy']} (ref. 6)."
     )
-    legs = {name: leg for name, leg in config.intruders.items() if isinstance(leg, Leg)}
+    legs = config.legs
     measured = results.joined("legs/{medium}.csv")
     if not legs or (measured.empty and results.table("predicted.csv").empty):
         return software

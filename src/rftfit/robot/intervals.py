@@ -11,21 +11,23 @@ from __future__ import annotations
 import math
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
-from rftfit.robot.run import Condition
-from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, best_curvature, run_all
+from rftfit.robot.sweep import BEST_CURVATURES, optimum, run_all
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import pandas as pd
+
     from rftfit.conventions import FloatArray
     from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
+    from rftfit.robot.run import Condition
 
 
 DRAWS = 8
@@ -45,6 +47,8 @@ WIDTH_COLUMNS = [
 
 SPEED, BEST = "speed", "best curvature"
 
+_KEYS = {SPEED: ["profile", "curvature_times_R", "frequency_Hz"], BEST: ["profile", "frequency_Hz"]}
+
 _OTHER_ARC = "with the arc of the legs off by its error there is no steady speed"
 _AT_END = "the fastest curvature lies at the end of those that were tried"
 
@@ -56,6 +60,15 @@ class Width:
     half: float
     draws: int
     reason: str = ""
+
+
+def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
+    """Half widths of a quantity by profile, curvature (of speeds) and frequency, from their table."""
+    if widths is None:
+        return {}
+    own = widths[widths["quantity"] == quantity]
+    keys = own[_KEYS[quantity]].itertuples(index=False, name=None)
+    return dict(zip(keys, own["half_width"].astype(float), strict=True))
 
 
 def each_draw(stack: Profile, count: int) -> list[Profile]:
@@ -162,9 +175,8 @@ def best_width(
 
     It is unknown where the fastest curvature is the first or the last that was tried.
     """
-    conditions = [Condition(BEST_AT_HZ, value) for value in BEST_CURVATURES]
-    found = speeds_of(coarser(robot), [profile, *draws], conditions, threads)
-    own, *others = (best_curvature(np.array(BEST_CURVATURES), row)[0] for row in found)
+    longer = coarser(robot)
+    own, *others = (optimum(longer, one, threads)[0] for one in (profile, *draws))
     if own in (BEST_CURVATURES[0], BEST_CURVATURES[-1]):
         return Width(math.nan, len(others), _AT_END)
     return half_width(np.array(others), own, confidence)

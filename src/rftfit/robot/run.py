@@ -251,30 +251,10 @@ def simulate(
     samples_per_stride: int = 0,
     strides: int = 0,
 ) -> RobotRun:
-    """Let a robot run until its speed is steady, or is seen not to become so.
+    """Let a robot run until its speed is steady, or is seen not to become so (`rftfit.simulate`).
 
     It starts at rest, level, its lowest point at the surface (``numerics.drop_cm`` above it).
-
-    Parameters
-    ----------
-    robot : Robot
-    profile : Profile
-        Of the medium.
-    frequency_Hz, curvature_times_R, phase_turns : float
-        See `Condition`.
-    samples_per_stride : int, optional
-        How often motion and forces are kept; 0 for not at all.
-    strides : int, optional
-        Run just so many, whatever happens; by default as many as are needed.
-
-    Returns
-    -------
-    RobotRun
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range, or the profile is a stack of draws.
+    `strides`: Run just so many, whatever happens; by default as many as are needed.
     """
     condition = Condition(frequency_Hz, curvature_times_R, phase_turns)
     parts = assemble(robot, curvature_times_R)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.robot.intervals import SPEED
+from rftfit.robot.intervals import SPEED, half_widths
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -39,13 +39,10 @@ _NEAR_HZ = 0.05
 def measured_speeds(
     trials: pd.DataFrame, calibrated: Collection[tuple[float, float]] = ()
 ) -> pd.DataFrame:
-    """Join the trials of each condition.
+    """Join the trials of each condition: columns `MEASURED`, means over trials and their deviations.
 
-    `trials`: `run_id, condition, medium, curvature_times_R, frequency_Hz, speed_cm_per_s, status,
-    reason`; a trial that could not be used has NaN for its speed. `calibrated`: Curvature and
-    frequency (Hz) of the conditions that the robot's free parameters were calibrated on; a
-    frequency within 0.05 Hz is the same. Returns columns `MEASURED`: means over trials and their
-    standard deviations (NaN for one trial).
+    `calibrated`: Curvature and frequency (Hz) of the conditions that the robot's free parameters were
+    calibrated on; a frequency within 0.05 Hz is the same.
     """
     import pandas as pd
 
@@ -63,18 +60,16 @@ def measured_speeds(
             (
                 name, part["medium"].iloc[0], curvature, middle, spread(frequency),
                 float(speed.mean()) if speed.size else math.nan, spread(speed), len(good),
-                yes_or_no(is_calibrated(curvature, middle, calibrated)), "marker tracks", reason,
+                told_calibrated(curvature, middle, calibrated), "marker tracks", reason,
             )
         )  # fmt: skip
     return pd.DataFrame(rows, columns=MEASURED)
 
 
 def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = ()) -> pd.DataFrame:
-    """Measured speeds of Fig. 4C, for a campaign without tracks of its own.
+    """Measured speeds of Fig. 4C, for a campaign without tracks of its own: as `measured_speeds`.
 
-    `medium`: Name of the paper's loosely packed poppy seeds in this campaign. `calibrated`: As for
-    `measured_speeds`. Returns columns `MEASURED`; standing still is left out. The figure shows
-    means of three trials; their scatter was not read from it.
+    Standing still is left out. The figure shows means of three trials; their scatter was not read.
     """
     import pandas as pd
 
@@ -91,7 +86,7 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
                 (
                     f"{here:+.2f}_{number}", medium, here, frequency, math.nan,
                     float(row["speed_cm_per_s"]), math.nan, 3,
-                    yes_or_no(is_calibrated(here, frequency, calibrated)), "Fig. 4C", "",
+                    told_calibrated(here, frequency, calibrated), "Fig. 4C", "",
                 )
             )  # fmt: skip
     return pd.DataFrame(rows, columns=MEASURED)
@@ -100,20 +95,15 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
 def speed_errors(
     measured: pd.DataFrame, speed: pd.DataFrame, widths: pd.DataFrame | None = None
 ) -> pd.DataFrame:
-    """Compare simulated speeds with measured ones.
+    """Compare simulated speeds (`mean_speed`, by profile) with measured ones: columns `ERRORS`.
 
     Every measured condition is simulated at its own curvature and frequency: nothing is
-    interpolated.
-
-    `measured`: Columns `MEASURED`. `speed`: Simulated mean speeds with a column ``profile``, as
-    `rftfit.robot.sweep.mean_speed` names them. `widths`: Half widths of the intervals, columns
-    `rftfit.robot.intervals.WIDTH_COLUMNS`. Returns columns `ERRORS`, by profile in the order of
-    `speed`; NaN with a reason where either speed is not known.
+    interpolated. NaN with a reason where either speed is not known.
     """
     import pandas as pd
 
     rows = []
-    half = _half_widths(widths)
+    half = half_widths(widths, SPEED)
     for profile, part in speed.groupby("profile", sort=False):
         keys = zip(part["curvature_times_R"], part["frequency_Hz"], strict=True)
         by_condition: dict[Any, Any] = dict(zip(keys, part.itertuples(), strict=True))
@@ -145,36 +135,22 @@ def speed_errors(
     return pd.DataFrame(rows, columns=ERRORS)
 
 
-def _half_widths(widths: pd.DataFrame | None) -> dict[tuple[Any, float, float], float]:
-    """Half widths of speeds by profile, curvature and frequency."""
-    if widths is None:
-        return {}
-    of_speed = widths[widths["quantity"] == SPEED]
-    keys = zip(
-        of_speed["profile"], of_speed["curvature_times_R"], of_speed["frequency_Hz"], strict=True
-    )
-    return dict(zip(keys, of_speed["half_width"].astype(float), strict=True))
-
-
 def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
-    """Count the conditions whose simulated speed is close to the measured one.
+    """Count conditions of one profile whose simulated speed is close to the measured one, and all.
 
-    `errors`: Of one profile. Returns `within`, `total`: A condition without a simulated speed is
-    not within; one that was not measured is not counted.
+    One without a simulated speed is not close; one that was not measured is not counted.
     """
     known = errors[np.isfinite(errors["measured_cm_per_s"].to_numpy(float))]
     off = np.abs(known["error_percent"].to_numpy(float))
     return int((np.nan_to_num(off, nan=np.inf) <= percent).sum()), len(known)
 
 
-def is_calibrated(
+def told_calibrated(
     curvature: float, frequency: float, calibrated: Collection[tuple[float, float]]
-) -> bool:
-    """Whether a condition is one of those that the robot was calibrated on."""
-    return any(
-        abs(curvature - one) < 1e-6 and abs(frequency - other) < _NEAR_HZ
-        for one, other in calibrated
-    )
+) -> str:
+    """Whether a condition is one of those that the robot was calibrated on: ``yes`` or ``no``."""
+    near = (abs(curvature - c) < 1e-6 and abs(frequency - f) < _NEAR_HZ for c, f in calibrated)
+    return "yes" if any(near) else "no"
 
 
 def rounded(value: float) -> float:
@@ -183,13 +159,5 @@ def rounded(value: float) -> float:
 
 
 def spread(values: np.ndarray) -> float:
-    """Return the standard deviation of a few trials; NaN where there are fewer than two.
-
-    `values`: shape (n,).
-    """
+    """Standard deviation of a few trials; NaN where there are fewer than two."""
     return float(values.std(ddof=1)) if values.size > 1 else math.nan
-
-
-def yes_or_no(value: bool) -> str:
-    """Write a truth as tables do."""
-    return "yes" if value else "no"

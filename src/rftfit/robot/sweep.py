@@ -90,13 +90,12 @@ def run_all(
     profile: Profile,
     conditions: Sequence[Condition],
     threads: int | None = None,
-    on_done: Callable[[int, RobotRun], None] | None = None,
+    on_done: Callable[[RobotRun], None] | None = None,
 ) -> list[RobotRun]:
     """Run every condition, several at a time; the stepper lets other threads run meanwhile.
 
     `threads`: by default as many as this process may use cores. `on_done`: called from this thread
-    with the index and the run as each ends, for a progress bar and to keep what is done. Returns
-    the runs in the order of the conditions, the same for any number of threads.
+    with each run as it ends. Returns the runs in the order of the conditions.
     """
     from concurrent.futures import ThreadPoolExecutor, as_completed
 
@@ -118,7 +117,7 @@ def run_all(
                 index = waiting[done]
                 runs[index] = done.result()
                 if on_done is not None:
-                    on_done(index, runs[index])
+                    on_done(runs[index])
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise

@@ -63,7 +63,6 @@ class Trial:
     `curvature_times_R`: R'/r of its legs.
     `frequency_Hz`: Stride frequency; NaN where it is to be taken from the track.
     `track`: Path relative to the folder of the sheet, with ``/``.
-    `row`: As a spreadsheet numbers it.
     """
 
     run_id: str
@@ -72,8 +71,6 @@ class Trial:
     curvature_times_R: float
     frequency_Hz: float
     track: str
-    note: str
-    row: int
 
 
 def read_trials(
@@ -125,7 +122,7 @@ def _trial(draft: DraftRow) -> Trial:
     text, number = draft.text, draft.number
     return Trial(
         text["run_id"], text["condition"], text["medium"], number["curvature_times_R"],
-        number.get("frequency_Hz", math.nan), text["track"], text["note"], draft.row,
+        number.get("frequency_Hz", math.nan), text["track"],
     )  # fmt: skip
 
 
@@ -150,11 +147,7 @@ _TRACK = Schema(
 
 
 class TrackError(InputError):
-    """A track that cannot be used.
-
-    `reason`: Why, without the file's name.
-    `rows`: Data lines of the file, so far as they could be counted.
-    """
+    """A track that cannot be used: why, and data lines of the file so far as they could be counted."""
 
     def __init__(self, reason: str, file: str = "", rows: int = 0) -> None:
         self.reason, self.rows = reason, rows
@@ -216,7 +209,7 @@ LONGEST_GAP_STRIDES = 0.25
 HARMONICS = 4
 STRIDE_SAMPLES = 50
 TRIPODS = 2
-"""Legs in two alternating groups: the body bobs twice a stride."""
+"""Groups of legs that take turns: so often the body bobs in a stride."""
 
 _FEWEST_ROWS = 30
 _FINER = 8
@@ -250,13 +243,10 @@ class Pace:
 
 
 def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -> Pace:
-    """Mean speed of a trial, over strides.
+    """Mean speed of a trial, over strides, whose frequency is found in the track where it is NaN.
 
     The speed is the slope of x against time, fitted together with four harmonics of the stride, so
     that it does not matter at which moments of a stride the track begins and ends.
-
-    `frequency_Hz`: Stride frequency; NaN where it is to be found in the track. `tripods`: Groups
-    of legs that take turns: how often the body bobs in a stride.
     """
     if len(track.time_s) < _FEWEST_ROWS:
         raise TrackError(
@@ -296,10 +286,8 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, str]:
 
     The highest peak of the periodogram of height (brought to even steps, which bridges small gaps;
     freed of its slow trend and of outliers); of x, likewise, where height shows no clear peak. It is
-    refined by least squares with one overtone.
-
-    `tripods`: How often the body bobs in a stride. Returns `doubt`: Empty, or why the frequency
-    may be wrong by a factor.
+    refined by least squares with one overtone. Returns it with a doubt, empty or why it may be wrong
+    by a factor.
     """
     time = track.time_s
     duration, step = time[-1], float(np.median(np.diff(time)))

@@ -31,10 +31,7 @@ State = tuple[int, int, int, int]
 
 
 def sha256_of(path: str | Path) -> str:
-    """Digest of the content of a file.
-
-    Returns 64 hexadecimal digits.
-    """
+    """Digest of the content of a file."""
     with open(path, "rb") as handle:  # noqa: PTH123 (a hot path: thousands of files)
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
@@ -57,11 +54,7 @@ class Seen:
             self._known = _recall(memory)
 
     def digests(self, paths: Iterable[str]) -> dict[str, str]:
-        """Digest many files.
-
-        `paths`: Absolute. Returns SHA-256 by path. What is no regular file, or cannot be read, has
-        an empty digest: pipes and devices are never opened.
-        """
+        """SHA-256 by absolute path; empty of what is no regular file (never opened) or cannot be read."""
         found: dict[str, str] = {}
         states: dict[str, State] = {}
         for path in paths:
@@ -165,10 +158,7 @@ _DATA = (".csv", ".mplstyle", ".html", ".css", ".js")
 
 
 def digest_of(*values: object) -> str:
-    """Digest of values that JSON can write, or that can say what they are.
-
-    Returns 16 hexadecimal digits.
-    """
+    """Digest of values that JSON can write, or that can say what they are."""
     text = json.dumps(values, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
 
@@ -178,8 +168,6 @@ def code_digest(*modules: str) -> str:
 
     Imports inside functions count. Data files beside an imported package (the published tables,
     the figures' style, the page's template and script) count as its source.
-
-    `*modules`: For example ``rftfit.workflow.measure``. Returns 16 hexadecimal digits.
     """
     total = hashlib.sha256()
     for name in closure(*modules):
@@ -190,10 +178,7 @@ def code_digest(*modules: str) -> str:
 
 @cache
 def closure(*modules: str) -> tuple[str, ...]:
-    """List modules of this package and all they import from it.
-
-    Returns sorted.
-    """
+    """Modules of this package and all they import from it, sorted."""
     seen: set[str] = set()
     waiting = list(modules)
     while waiting:
@@ -206,10 +191,7 @@ def closure(*modules: str) -> tuple[str, ...]:
 
 
 def module_digests(*modules: str) -> dict[str, str]:
-    """Digest of each module that `code_digest` looks at.
-
-    Returns 16 hexadecimal digits by module.
-    """
+    """Digest of each module that `code_digest` looks at."""
     return {name: _source_digest(name).hex()[:_LENGTH] for name in closure(*modules)}
 
 

@@ -17,8 +17,6 @@ def child_environment(**more: str) -> dict[str, str]:
 
     ``python -m`` and ``python -c`` would look for modules in the current folder first, and so does
     every Python for entries of PYTHONPATH that are empty or relative.
-
-    `**more`: Variables by name.
     """
     environment = {**os.environ, **more, "PYTHONSAFEPATH": "1"}
     paths = environment.pop("PYTHONPATH", "").split(os.pathsep)

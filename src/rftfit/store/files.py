@@ -28,11 +28,7 @@ _cleared: set[Path] = set()
 
 @contextlib.contextmanager
 def atomic_path(target: str | Path) -> Iterator[Path]:
-    """Yield a temporary path in the target's folder; move it over the target on success.
-
-    `target`: The file to appear. Its folder is made if need be. Yields write here. The suffix is
-    the target's own, for writers that look at it.
-    """
+    """Yield a temporary path in the target's folder, with its suffix; move it over the target on success."""
     target = Path(target)
     # the process id keeps two programs apart that write the same target
     temporary = target.with_name(f".{target.stem}.{os.getpid()}.part{target.suffix}")
@@ -62,10 +58,10 @@ def is_rest(name: str) -> bool:
 
 
 def clear_rests(folder: Path) -> int:
-    """Remove what processes that were killed have left of unfinished files.
+    """Remove what processes that were killed have left in a folder; returns how many files.
 
-    `folder`: Folders below it are left alone. Returns files removed. What a living process still
-    writes stays, and so does everything where the system or the disk has no locks that would tell.
+    What a living process still writes stays, and so does everything where the system or the disk has
+    no locks that would tell.
     """
     removed = 0
     with contextlib.suppress(OSError):
@@ -79,10 +75,7 @@ def clear_rests(folder: Path) -> int:
 
 
 def lock(handle: int) -> bool:
-    """Take the lock on an open file, which ends with this process or when the file is closed.
-
-    `handle`: File descriptor. Returns false where another holds it, or where there are no locks.
-    """
+    """Take the lock on an open file, which ends with it or this process; False where that cannot be."""
     try:
         fcntl: Any = import_module("fcntl")
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -27,10 +27,7 @@ _NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 
 def guarded(text: str) -> str:
-    """Return text as it is written into a csv.
-
-    Returns the same, or with an apostrophe in front.
-    """
+    """Return text as it is written into a csv: with an apostrophe in front where one is needed."""
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if _DANGEROUS.match(text) and not _NUMBER.fullmatch(text):
         return f"'{text}"
@@ -42,23 +39,8 @@ def unguarded(text: str) -> str:
     return text[1:] if _GUARDED.match(text) else text
 
 
-def guard_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Guard every text of a table.
-
-    Returns the same object where nothing needs it.
-    """
-    return _mapped(table, guarded)
-
-
-def unguard_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Take back what `guard_table` did.
-
-    Returns the same object where nothing needs it.
-    """
-    return _mapped(table, unguarded)
-
-
 def _mapped(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
+    """Change every text of a table: `guarded` or `unguarded`; the same object where none changes."""
     import pandas as pd
 
     changed: dict[str, pd.Series] = {}
@@ -80,42 +62,6 @@ def _mapped(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
 
 # --- Tables as csv for people and Parquet for traces; the same table gives the same bytes.
 
-
-TEXT_COLUMNS = frozenset(
-    [
-        "run_id",
-        "run_ids",
-        "medium",
-        "kind",
-        "status",
-        "direction",
-        "tare_run",
-        "tare_runs",
-        "zeta_errors",
-        "peak_errors",
-        "abscissa",
-        "leg",
-        "file",
-        "fate",
-        "flags",
-        "note",
-        "reason",
-        "method",
-        "coefficient",
-        "term",
-        "item",
-        "where",
-        "verdict",
-        "why",
-        "profile",
-        "condition",
-        "outcome",
-        "warning",
-        "calibrated",
-        "frequency_from",
-    ]
-)
-"""Columns of names and words in the tables of this program; all others are numbers or yes and no."""
 
 _YES_OR_NO = {"True": True, "False": False, "yes": True, "no": False}
 
@@ -141,34 +87,24 @@ def _rounded(table: pd.DataFrame) -> pd.DataFrame:
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
     r"""Write a table as csv: UTF-8, ``\\n``, six significant digits, NaN as an empty cell.
 
-    Text that a spreadsheet would calculate gets an apostrophe in front (`rftfit.store.tables`).
-
-    `table`: The index is not written.
+    Text that a spreadsheet would calculate gets an apostrophe in front. The index is not written.
     """
     buffer = io.StringIO()
-    _rounded(guard_table(table)).to_csv(
+    _rounded(_mapped(table, guarded)).to_csv(
         buffer, index=False, float_format=FLOAT_FORMAT, lineterminator="\n"
     )
     write_bytes(target, buffer.getvalue().encode("utf-8"))
 
 
-def read_csv(source: str | Path, kind_of: Callable[[str], str] | None = None) -> pd.DataFrame:
-    """Read a table written by `write_csv`.
-
-    `kind_of`: Kind of a column as the dictionary of outputs states it: ``text`` comes back as
-    strings, ``yes or no`` as booleans, everything else as numbers. Default: by `TEXT_COLUMNS`.
-    """
+def read_csv(source: str | Path, kind_of: Callable[[str], str]) -> pd.DataFrame:
+    """Read a table written by `write_csv`: columns of the kind ``text``, ``yes or no``, others numbers."""
     import pandas as pd
 
     try:
         content = Path(source).read_bytes().decode("utf-8-sig")
         names = next(csv.reader(io.StringIO(content, newline="")), [])
-        kinds = {name: kind_of(name) if kind_of else "" for name in names}
-        text = {
-            name
-            for name, kind in kinds.items()
-            if kind in ("text", "yes or no") or (not kind and name in TEXT_COLUMNS)
-        }
+        kinds = {name: kind_of(name) for name in names}
+        text = {name for name, kind in kinds.items() if kind in ("text", "yes or no")}
         table = pd.read_csv(
             io.StringIO(content, newline=""),
             # a run may be called 007 or NA: what is text stays the text it is
@@ -182,7 +118,7 @@ def read_csv(source: str | Path, kind_of: Callable[[str], str] | None = None) ->
         if table.empty:
             # without rows nothing tells numbers from words: in a join these would turn the others' type
             table = table.astype({name: float for name in names if name not in text})
-        return unguard_table(table) if "'" in content else table
+        return _mapped(table, unguarded) if "'" in content else table
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as a table: {error}") from error
 
@@ -194,15 +130,12 @@ def write_parquet(table: pd.DataFrame, target: str | Path) -> None:
         table.to_parquet(file, index=False, compression="zstd", write_page_checksum=True)
 
 
-def read_parquet(source: str | Path, columns: list[str] | None = None) -> pd.DataFrame:
-    """Read a table written by `write_parquet`.
-
-    `columns`: Only these.
-    """
+def read_parquet(source: str | Path) -> pd.DataFrame:
+    """Read a table written by `write_parquet`."""
     import pandas as pd
 
     try:
         with open(source, "rb") as file:  # noqa: PTH123
-            return pd.read_parquet(file, columns=columns, page_checksum_verification=True)
+            return pd.read_parquet(file, page_checksum_verification=True)
     except (OSError, ValueError) as error:
         raise InputError(f"{source}: cannot be read as Parquet: {error}") from error

@@ -56,7 +56,8 @@ def compare(first: Path, second: Path) -> tuple[list[Difference], list[Change], 
         {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")}
         for folder in (one, other)
     ]
-    compared = {name: keys for name in names[0] | names[1] if (keys := _keys(name))}
+    stems = {name: name.partition("/")[0].removesuffix(".csv") for name in names[0] | names[1]}
+    compared = {name: _KEYS[stem] for name, stem in stems.items() if stem in _KEYS}
     found: list[Difference] = []
     for name, keys in sorted(compared.items()):
         if name in names[0] and name in names[1]:
@@ -73,11 +74,6 @@ def _folder(folder: Path) -> Path:
         if (place / "provenance.json").is_file():
             return place.resolve()
     raise InputError(f"{folder}: no results of `rftfit run` there (no provenance.json)")
-
-
-def _keys(name: str) -> tuple[str, ...]:
-    stem = name.split("/", maxsplit=1)[0].removesuffix(".csv")
-    return _KEYS.get(stem, ())
 
 
 def _size(difference: Difference) -> float:

@@ -151,20 +151,20 @@ class Plan:
         return Task(
             stage.name, medium, stage.run, medium,
             self._filled(stage.reads, medium, written), self._filled(stage.writes, medium, None),
-            partial(self._stage_depends, stage, medium),
+            partial(self._depends, stage, medium),
         )  # fmt: skip
 
-    def _stage_depends(self, stage: Stage, medium: str) -> dict[str, str]:
+    def _depends(self, stage: Stage | Declared, medium: str) -> dict[str, str]:
         depends = {"code": self.code(stage.run, logs=stage.logs)}
         if stage.settings:
             sections = () if ALL in stage.settings else stage.settings
             depends["settings"] = settings_digest(self.campaign.config, sections)
-        if stage.rows:
+        if isinstance(stage, Stage) and stage.rows:
             depends["rows"] = self.rows(medium)
         if stage.logs:
             # a stage of the whole campaign reads the logs of runs that belong to no medium
             depends["logs"] = digest_of(sorted(self.logs(medium).items()))
-        if stage.robot:
+        if isinstance(stage, Stage) and stage.robot:
             depends["robot files"] = digest_of(sorted(self.robot_digests.items()))
         return depends
 
@@ -177,18 +177,10 @@ class Plan:
                     figure.group, name, figure.run, medium,
                     self._filled(("checks/{media}.csv", *figure.reads), medium, written),
                     tuple(f"{FOLDER}/{name}.{ending}" for ending in FORMATS),
-                    partial(self._figure_depends, figure, medium),
+                    partial(self._depends, figure, medium),
                 )  # fmt: skip
                 groups.setdefault(figure.group, []).append(task)
         return groups
-
-    def _figure_depends(self, figure: Declared, medium: str) -> dict[str, str]:
-        depends = {"code": self.code(figure.run)}
-        if figure.settings:
-            depends["settings"] = settings_digest(self.campaign.config, figure.settings)
-        if figure.logs:
-            depends["logs"] = digest_of(sorted(self.logs(medium).items()))
-        return depends
 
     def _filled(
         self, patterns: Sequence[str], medium: str, written: dict[str, str] | None
@@ -236,13 +228,9 @@ class Plan:
 
     def code(self, run: str, *, logs: bool = False) -> str:
         """Digest of the code of a function and all that it imports."""
-        modules = [run.partition(":")[0]]
-        if logs and self.dialects:
-            modules += [origin.module for origin in self.dialects.values()]
-        versions = (
-            [f"{one.package} {one.version}" for one in self.dialects.values()] if logs else []
-        )
-        return digest_of(code_digest(*modules), versions)
+        origins = [*self.dialects.values()] if logs else []
+        code = code_digest(run.partition(":")[0], *(one.module for one in origins))
+        return digest_of(code, [f"{one.package} {one.version}" for one in origins])
 
     @cached_property
     def dialects(self) -> dict[str, Origin]:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from rftfit.campaign.config import Config
+    from rftfit.campaign.config import AnyPlate, Config
     from rftfit.campaign.load import Campaign
     from rftfit.compare.sands import Estimate, PlateResult
     from rftfit.measure.ingest import Trace
@@ -38,7 +38,7 @@ class Penetration:
 
     `clock_s`: Offset of the clocks, motion minus force.
     `alpha`: alpha_z(0, 90 deg), N/cm^3.
-    `reason`: RowStatus there is no alpha.
+    `reason`: Why there is no alpha.
     """
 
     name: str
@@ -77,9 +77,9 @@ class _Chain(NamedTuple):
     """What the campaign's own stages made of a medium."""
 
     traces: list[Trace]
+    stress: dict[str, tuple[np.ndarray, np.ndarray]]
     status: pd.DataFrame
     fits: pd.DataFrame
-    stress: dict[str, tuple[np.ndarray, np.ndarray]]
     ledger: pd.DataFrame
 
 
@@ -102,7 +102,7 @@ def run_plates(config: Path, results: Path) -> Plates:
         reasons = "; ".join(f"{run.name}: {run.reason}" for run in runs)
         raise InputError(f"no run gives an alpha: {reasons}")
     level = campaign.config.fit.confidence
-    sizes = {run.plate: _size(campaign, run.plate) for run in good}
+    sizes = {run.plate: _plate(campaign, run.plate).length_cm for run in good}
     sizes = dict(sorted(sizes.items(), key=lambda item: item[1]))
     of_plate = {name: [run for run in good if run.plate == name] for name in sizes}
     alphas = {
@@ -143,31 +143,25 @@ def _chain(campaign: Campaign) -> _Chain:
     """Go through ingest, tare and slopes, as the workflow does."""
     import pandas as pd
 
-    parts: list[_Chain] = []
+    traces: list[Trace] = []
+    stress: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    tables: list[tuple[pd.DataFrame, ...]] = []
     for medium in campaign.media_with_runs:
-        traces, rows, first = ingest_traces(campaign, medium)
+        own, rows, first = ingest_traces(campaign, medium)
         status = pd.DataFrame(rows)
-        tared, tares, second = tare_medium(campaign, medium, samples_of(traces), status)
+        tared, tares, second = tare_medium(campaign, medium, samples_of(own), status)
         fits, windows, third = fit_medium(campaign, medium, status, tared, tares)
         good = windows["why"].to_numpy() == RowStatus.GOOD
-        stress = {}
         for name, place in split_runs(tared).items():
-            area = campaign.config.intruders[campaign.by_id[name].intruder]
+            plate = _plate(campaign, campaign.by_id[name].intruder)
             part = tared.iloc[place][good[place]]
-            assert area.shape != "leg"
-            stress[name] = (
-                part["depth_cm"].to_numpy(),
-                part["force_z_N"].to_numpy() / area.area_cm2,
-            )
+            pressure = part["force_z_N"].to_numpy() / plate.area_cm2
+            stress[name] = part["depth_cm"].to_numpy(), pressure
         book = join([first.table(), second.table(), third.table()])
-        parts.append(_Chain(traces, status, fits, stress, book))
-    return _Chain(
-        [trace for part in parts for trace in part.traces],
-        pd.concat([part.status for part in parts], ignore_index=True),
-        pd.concat([part.fits for part in parts], ignore_index=True),
-        {name: pair for part in parts for name, pair in part.stress.items()},
-        pd.concat([part.ledger for part in parts], ignore_index=True),
-    )
+        traces += own
+        tables.append((status, fits, book))
+    joined = (pd.concat(parts, ignore_index=True) for parts in zip(*tables, strict=True))
+    return _Chain(traces, stress, *joined)
 
 
 def _runs(campaign: Campaign, chain: _Chain) -> list[Penetration]:
@@ -193,10 +187,10 @@ def _runs(campaign: Campaign, chain: _Chain) -> list[Penetration]:
     return runs
 
 
-def _size(campaign: Campaign, name: str) -> float:
+def _plate(campaign: Campaign, name: str) -> AnyPlate:
     plate = campaign.config.intruders[name]
     assert plate.shape != "leg"
-    return plate.length_cm
+    return plate
 
 
 def _forces(scaled: dict[str, ScaledMedium], level: float) -> pd.DataFrame:

@@ -11,13 +11,12 @@ from rftfit.compare.coefficients import (
     PENETRATION_COLUMNS,
     coefficient_rows,
     generic_rows,
-    kept_by_bic,
     penetration_row,
     sand_row,
 )
 from rftfit.errors import InputError
 from rftfit.measure.alpha import both, column, directions
-from rftfit.model.fourier import TERMS
+from rftfit.model.fourier import TERMS, select_bic
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
 from rftfit.model.symmetry import torus
 
@@ -75,12 +74,9 @@ def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     import pandas as pd
 
     tables = {medium: results[medium].alpha for medium in results.laboratory}
-    bic = {medium: kept_by_bic(table) for medium, table in tables.items()}
-    rows = [
-        row
-        for fit in fit_media(list(tables.values()), results.config)
-        for row in coefficient_rows(fit, tables[fit.medium], bic[fit.medium], results.config)
-    ]
+    bic = {name: select_bic(*directions(one), *both(one)) for name, one in tables.items()}
+    fits = fit_media(list(tables.values()), results.config)
+    rows = [row for fit in fits for row in coefficient_rows(fit, bic[fit.medium])]
     terms = [
         (medium, term, kept, term in TERMS)
         for medium, selection in bic.items()
@@ -108,9 +104,9 @@ def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         if fit.counts:
             groups.setdefault(fit.method, []).append(fit)
     media = results.table("fourier/media.csv")
-    parts = [media, *(generic_rows(group, config) for group in groups.values())]
+    parts = [media, *(generic_rows(group) for group in groups.values())]
     reference = reference_of(fits, config)
-    rows = [penetration_row(fit, config) for fit in fits]
+    rows = [penetration_row(fit) for fit in fits]
     rows += [sand_row(results[medium].alpha, reference, config) for medium in results.sands]
     coefficients = pd.concat(parts, ignore_index=True)[list(media.columns)]
     return coefficients, results.marked(pd.DataFrame(rows, columns=PENETRATION_COLUMNS))

@@ -85,10 +85,7 @@ def robot_of(campaign: Campaign) -> tuple[RobotRuns, Robot]:
 
 
 def trials_of(campaign: Campaign) -> list[Trial]:
-    """Read the robot's run sheet.
-
-    Returns empty where the config names no sheet.
-    """
+    """Read the robot's run sheet; none where the config names no sheet."""
     section = campaign.config.robot
     if section is None or section.runs is None:
         return []
@@ -239,7 +236,7 @@ class Store:
     """A folder with one table for each curvature.
 
     `folder`: Its name carries a digest of all that the runs depend on but their conditions.
-    `rows`: Curvature, frequency (Hz) and phase (turns) of a finished run to its row of the table.
+    `rows`: Of the table, by curvature, frequency (Hz) and phase (turns) of a finished run.
     """
 
     folder: Path
@@ -247,14 +244,11 @@ class Store:
 
     @classmethod
     def load(cls, folder: Path) -> Store:
-        """Read what is finished.
-
-        `folder`: It need not exist. A damaged table counts as not finished.
-        """
+        """Read what is finished; a damaged table counts as not there, and so does the folder."""
         store = cls(folder)
         for path in sorted(folder.glob("*.csv")):
             try:
-                table = read_csv(path)
+                table = read_csv(path, lambda name: "text" if name in _TEXTS else "")
             except InputError:
                 continue
             if list(table.columns) == list(RUN_COLUMNS):
@@ -262,10 +256,7 @@ class Store:
         return store
 
     def add(self, table: pd.DataFrame) -> None:
-        """Take in finished runs.
-
-        `table`: Columns of `rftfit.robot.sweep.speed_table`.
-        """
+        """Take in finished runs, as `rftfit.robot.sweep.speed_table` writes them."""
         table = table.fillna(dict.fromkeys(_TEXTS, ""))
         for row in table.itertuples(index=False, name=None):
             self.rows[key_of(*row[:3])] = row
@@ -300,16 +291,13 @@ def fill(
     threads: int | None = None,
     on_done: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Run what is not finished yet, and keep it as it comes.
-
-    `on_done`: Told how many of how many runs are done, before the first and after each.
-    """
+    """Run what is not finished yet, and keep it as it comes; `on_done` is told how many of how many are."""
     waiting = [one for one in conditions if key(one) not in store.rows]
     done, unsaved, saved_at = len(conditions) - len(waiting), set[float](), time.monotonic()
     if on_done is not None:
         on_done(done, len(conditions))
 
-    def keep(_: int, run: RobotRun) -> None:
+    def keep(run: RobotRun) -> None:
         nonlocal done, saved_at
         store.rows[key(run.condition)] = row_of(run)
         unsaved.add(key(run.condition)[0])
@@ -329,10 +317,7 @@ def fill(
 
 
 def forget_others(folder: Path) -> None:
-    """Remove stores of the same profile that belong to another robot, profile or program.
-
-    `folder`: The store to keep; its name is ``<profile>-<digest>``.
-    """
+    """Keep this store, ``<profile>-<digest>``, of those of its profile: others are of another robot."""
     stem = folder.name.rpartition("-")[0]
     for other in folder.parent.glob(f"{stem}-*"):
         if other != folder and other.is_dir():
@@ -363,9 +348,6 @@ def conditions_of(sweep: str, measured: pd.DataFrame) -> list[Condition]:
     The full sweep has three starting phases. The reduced one has one (on the published measured
     table the others change the speed of no measured condition by 1 %), every fourth curvature and
     frequency, and at 5 Hz every curvature above 0.4, where the paper's best one lies.
-
-    `sweep`: One of `SWEEPS`. `measured`: Measured conditions. Returns each once, by curvature,
-    frequency and phase.
     """
     if sweep not in SWEEPS:
         raise InputError(f"sweep: found {sweep!r}; allowed: {', '.join(SWEEPS)}")
@@ -421,11 +403,10 @@ def swept(
     results: Results, profile: str, sweep: str, threads: int,
     on_done: Callable[[int, int], None] | None = None,
 ) -> pd.DataFrame:  # fmt: skip
-    """Run the robot at every condition of a sweep on one profile.
+    """Run the robot at every condition of a sweep on one profile: `profile, medium`, `RUN_COLUMNS`.
 
     Finished runs are kept in ``results/robot/parts``, so that an interrupted sweep goes on.
-    `on_done`: Told how many of how many runs are done; default: into the log of the job. Returns
-    `profile, medium`, then the columns of `rftfit.robot.sweep.speed_table`.
+    `on_done`: Told how many of how many runs are done; default: into the log of the job.
     """
     shown = -1
 
@@ -486,8 +467,7 @@ def widths(
 ) -> pd.DataFrame:
     """Half widths for every measured condition, and of the best curvature, on each profile.
 
-    `profiles`: By name; the spread of each is a stack of draws. `measured`: Measured conditions. `threads`: Default:
-    one for each core. `arc_percent`: Of `speed_widths`. Returns columns `rftfit.robot.intervals.WIDTH_COLUMNS` without the medium.
+    The spread of each profile is a stack of draws. Returns `WIDTH_COLUMNS` without the medium.
     """
     import pandas as pd
 
@@ -629,8 +609,7 @@ SAMPLES, STRIDES = 200, 2
 def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd.DataFrame:
     """Place every element, and the force on it, as the legs of phase 0 last hang straight down.
 
-    `run`: With a series. `samples`: In a stride. Returns a row an element; x counts from the centre
-    of mass.
+    A row an element; x counts from the centre of mass. `samples`: Of the run's series, in a stride.
     """
     import pandas as pd
 
@@ -645,35 +624,24 @@ def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd
         at_x, at_z, force_x, force_z = (
             values[0].ravel() for values in (one.at_x_cm, one.at_z_cm, one.force_x_N, one.force_z_N)
         )
-        along = {"x1_cm": x1, "x2_cm": x2, "at_x_cm": at_x}
-        columns = {key: value - shot.x_cm[0] for key, value in along.items()}
-        columns |= {"z1_cm": z1, "z2_cm": z2, "at_z_cm": at_z}
-        columns |= {"force_x_N": force_x, "force_z_N": force_z}
-        parts.append(pd.DataFrame(columns).assign(group=name))
-    table = pd.concat(parts, ignore_index=True)[
-        [
-            "group",
-            "x1_cm",
-            "z1_cm",
-            "x2_cm",
-            "z2_cm",
-            "at_x_cm",
-            "at_z_cm",
-            "force_z_N",
-            "force_x_N",
-        ]
-    ]
-    table.insert(0, "frequency_Hz", run.condition.frequency_Hz)
-    table.insert(0, "curvature_times_R", run.condition.curvature_times_R)
-    return table
+        x0 = shot.x_cm[0]
+        parts.append(
+            pd.DataFrame(
+                {
+                    "curvature_times_R": run.condition.curvature_times_R,
+                    "frequency_Hz": run.condition.frequency_Hz, "group": name,
+                    "x1_cm": x1 - x0, "z1_cm": z1, "x2_cm": x2 - x0, "z2_cm": z2,
+                    "at_x_cm": at_x - x0, "at_z_cm": at_z, "force_z_N": force_z, "force_x_N": force_x,
+                }
+            )
+        )  # fmt: skip
+    return pd.concat(parts, ignore_index=True)
 
 
 def tail_of(run: RobotRun, samples: int) -> pd.DataFrame:
-    """Cut the last two strides out of a run.
+    """Cut the last two strides out of a run with a series; time and x count from the first row.
 
-    `run`: With a series. `samples`: In a stride. Returns `curvature_times_R, frequency_Hz, stride`
-    (0 to 2; less where the run was shorter), and the columns of `rftfit.robot.run.Series.table`;
-    time and x count from the first row.
+    Columns `curvature_times_R, frequency_Hz, stride` (0 to 2), and those of `Series.table`.
     """
     assert run.series is not None
     table = run.series.table().iloc[-STRIDES * samples :].reset_index(drop=True)

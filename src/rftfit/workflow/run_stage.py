@@ -81,7 +81,7 @@ def _finished(
         return
     # where a fork is safe, the children have their imports already
     how = get_context("fork" if sys.platform == "linux" else "spawn")
-    pool = ProcessPoolExecutor(workers, how, initializer=_begin)
+    pool = ProcessPoolExecutor(workers, how, initializer=end_with_parent)
     # child processes are told which process to outlive not
     os.environ["RFTFIT_PARENT"] = str(os.getpid())
     with pool:
@@ -91,10 +91,6 @@ def _finished(
                 yield waiting[done], done.result()
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _begin() -> None:
-    end_with_parent()
 
 
 @cache

@@ -33,7 +33,6 @@ class Stage:
     `rows`, `logs`: Whether it reads the run sheet, and logs: of its medium where it has one, else of
         the runs that belong to no medium.
     `robot`: Whether it needs a robot, and reads its files.
-    `parallel`: Whether it uses all cores.
     """
 
     name: str
@@ -45,12 +44,11 @@ class Stage:
     rows: bool = False
     logs: bool = False
     robot: bool = False
-    parallel: bool = False
 
 
 STAGES = (
     Stage(
-        "ingest", f"{_MEASURE}:ingest", each="media", rows=True, logs=True, parallel=True,
+        "ingest", f"{_MEASURE}:ingest", each="media", rows=True, logs=True,
         writes=("traces/{medium}.parquet", "runs/{medium}.csv", "ledger/ingest/{medium}.csv"),
         settings=("raw", "dialect", "force_log", "motion_log", "transducer", "zero", "arm", "clock",
                   "surface", "rigid_contact", "intruders", "fit"),
@@ -119,14 +117,14 @@ STAGES = (
         writes=("robot/tracks.csv", "robot/measured.csv", "robot/strides.csv", "ledger/robot.csv"),
     ),
     Stage(
-        "robot_sweep", f"{_ROBOT}:robot_sweep", robot=True, parallel=True,
+        "robot_sweep", f"{_ROBOT}:robot_sweep", robot=True,
         settings=("fit", "errors", "fourier", "media", "robot"),
         reads=("checks/{media}.csv", "alpha/{laboratory}.csv", "robot/measured.csv"),
         writes=("robot/runs_table.csv", "robot/runs_map.csv", "robot/runs_generic.csv", "robot/runs_depth_only.csv",
                 "robot/intervals.csv", "robot/speed.csv", "robot/optimum.csv", "robot/errors.csv"),
     ),
     Stage(
-        "robot_full", f"{_ROBOT}:robot_full", robot=True, parallel=True,
+        "robot_full", f"{_ROBOT}:robot_full", robot=True,
         settings=("fit", "fourier", "maps", "media", "robot"),
         reads=("alpha/{laboratory}.csv", "coefficients.csv", "robot/measured.csv",
                "robot/intervals.csv", "checks/{media}.csv"),

@@ -15,6 +15,7 @@ from rftfit.compare.legs import (
 from rftfit.compare.published import (
     BY_CONSTRUCTION,
     EVIDENCE,
+    FROM_LOGS,
     ITEM_COLUMNS,
     MEASURED,
     VERDICTS,
@@ -112,20 +113,20 @@ def validate(results: Results) -> pd.DataFrame:
         return pd.DataFrame(columns=ITEM_COLUMNS)
     tables = {medium: results[medium].alpha for medium in results.laboratory}
     scaled = results.table("penetration.csv")
-    logs = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
-    items = compare_alpha(tables, published_as, logs)
-    items += compare_coefficients(results.table("coefficients.csv"), published_as, logs)
-    items += compare_penetration(scaled, published_as, logs)
-    items += leg_claims(
-        results.table("leg_errors.csv"), results.joined("legs/{medium}.csv"), scaled, logs
-    )
+    items = compare_alpha(tables, published_as)
+    items += compare_coefficients(results.table("coefficients.csv"), published_as)
+    items += compare_penetration(scaled, published_as)
+    legs = results.table("leg_errors.csv"), results.joined("legs/{medium}.csv")
+    items += leg_claims(*legs, scaled)
     if results.campaign.robot_medium:
         names = ("errors", "optimum", "speed")
         items += robot_claims(*(results.table(f"robot/{name}.csv") for name in names))
     if items:
         items += discrepancies()
+    logs = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
+    items = [one._replace(evidence=logs) if one.evidence == FROM_LOGS else one for one in items]
     items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
-    table = pd.DataFrame([item.row() for item in items], columns=ITEM_COLUMNS)
+    table = pd.DataFrame(items, columns=ITEM_COLUMNS)
     for medium, mark in results.marks.items():
         own = table["item"].str.contains(rf"\b{re.escape(medium)}\b")
         table.loc[own, "why"] = [f"{medium} {mark}; {why}" for why in table.loc[own, "why"]]

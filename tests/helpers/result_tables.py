@@ -1,0 +1,22 @@
+"""Tables of results in any copy of their folder, with the types that the dictionary states."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rftfit.outputs.dictionary import describe
+from rftfit.results import Tables
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+
+def read_result(path: Path) -> pd.DataFrame:
+    """Read a table of results; its name is the longest end of the path that the dictionary knows."""
+    names = {folder: path.relative_to(folder).as_posix() for folder in reversed(path.parents)}
+    folder, name = next(
+        (folder, name) for folder, name in names.items() if describe(f"results/{name}")
+    )
+    return Tables(folder).table(name)
