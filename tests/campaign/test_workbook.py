@@ -56,6 +56,35 @@ def test_a_workbook_is_known_by_its_content(room: Room) -> None:
     assert len(room.campaign(book_of(room), "runs.csv").runs) == 6
 
 
+def test_merged_cells_are_told_and_not_left_blank(room: Room) -> None:
+    """A spreadsheet keeps the value in the first; the others would pass for blank, that is for none."""
+    openpyxl: Any = importlib.import_module("openpyxl")
+    for row in room.rows.values():
+        row["surface_z_mm"] = "5"
+    book = openpyxl.load_workbook(io.BytesIO(book_of(room)))
+    place = address(room, "surface_z_mm", 2)
+    book.worksheets[0][place] = 12.5
+    book.worksheets[0].merge_cells(f"{place}:{address(room, 'surface_z_mm', 4)}")
+    out = io.BytesIO()
+    book.save(out)
+    problems = room.check(out.getvalue(), NAME)
+    assert [(one.code, one.place.row, one.found) for one in problems if one.severity == "error"] == [
+        ("sheet.merged-cell", 3, "12.5"), ("sheet.merged-cell", 4, "12.5")
+    ]  # fmt: skip
+
+
+def test_a_title_above_the_header_is_one_problem(room: Room) -> None:
+    openpyxl: Any = importlib.import_module("openpyxl")
+    book = openpyxl.load_workbook(io.BytesIO(book_of(room)))
+    book.worksheets[0].insert_rows(1, 2)
+    book.worksheets[0]["A1"] = "Summer"
+    out = io.BytesIO()
+    book.save(out)
+    (problem,) = room.check(out.getvalue(), NAME)
+    assert (problem.code, problem.found) == ("sheet.header-below", "Summer")
+    assert "row 3" in problem.allowed
+
+
 def test_row_numbers_are_those_of_the_spreadsheet(room: Room) -> None:
     room.rows["p1"]["medium"] = "popy_LP"
     openpyxl: Any = importlib.import_module("openpyxl")

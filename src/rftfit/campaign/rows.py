@@ -39,6 +39,8 @@ MAX_UNPACKED = 40_000_000
 MAX_TAGS = 3_000_000
 """Some four a cell of a workbook: enough for 45,000 runs, and read in seconds whatever they are."""
 
+_MOST_MERGED = 1000
+"""Ranges of merged cells, and rows of each, that are looked at."""
 MAX_COLUMNS = 64
 YES = ("yes", "true", "1")
 NO = ("no", "false", "0")
@@ -58,7 +60,10 @@ _BAD_CELLS = {
     "date": "what you typed; the spreadsheet made a date of it: set the cell's format to Text and "
     "type it again",
     "cell-error": "a value; the spreadsheet shows an error here",
+    "merged-cell": "a value of its own; this cell is merged with the one that has it: unmerge them "
+    "and fill each",
 }
+_MERGED = re.compile(rb'<mergeCell ref="([A-Z]+)([0-9]+):([A-Z]+)([0-9]+)"')
 
 Form = Literal["name", "choice", "number", "path", "flag", "text"]
 
@@ -224,6 +229,14 @@ def read_rows(
     except CampaignError as error:
         return [], list(error.problems)
     found, problems = _find_columns(table, schema, file)
+    if not found and (below := _header_below(table, schema)):
+        allowed = (
+            f"the names of the columns, which stand in row {below}: take out the rows above it"
+        )
+        header = next(filter(None, table.header))
+        return [], [
+            Problem(f"{schema.area}.header-below", Place(file, table.header_row), header, allowed)
+        ]
     if not table.rows:
         allowed = f"no {schema.rows} yet: below the header, one row for each is needed"
         problems.append(Problem(f"{schema.area}.empty", Place(file), None, allowed))
@@ -257,7 +270,7 @@ def _read_cell(
     name = column.name
     cell = cells.get(name, "")
     unused = column.unused(cells)
-    if bad is not None and (column.form, bad[0]) != ("text", "date"):
+    if bad is not None and (column.form != "text" or bad[0] not in ("date", "merged-cell")):
         draft.note(name, *bad, _BAD_CELLS[bad[0]])
     elif not cell:
         if column.needed and not unused:
@@ -420,6 +433,12 @@ def _find_columns(
     return found, problems
 
 
+def _header_below(table: _Table, schema: Schema) -> int:
+    """Row in which the names of the columns stand, below a title; 0: none has two of them."""
+    names = {column.name for column in schema.columns}
+    return next((row for row, cells in table.rows if len(names & set(cells)) > 1), 0)
+
+
 def _column_of(name: str, names: Mapping[str, Column]) -> tuple[Column | None, float | None]:
     """Column that a header names, and what its unit is in that of the column; None: no such unit."""
     column = names.get(name)
@@ -510,8 +529,10 @@ def _read_workbook(data: bytes, schema: Schema, file: str) -> _Table:
     """Read the first sheet: numbers as the shortest text that means them, true and false as words."""
     table = _Table()
     with _workbook_errors(schema, file):
-        has_formulas = _check_archive(data, schema, file)
+        has_formulas, has_merged = _check_archive(data, schema, file)
         _, rows = _sheets(data, schema)[0]
+        merged = _merged_cells(data) if has_merged else {}
+        firsts: dict[tuple[int, int], str] = {}
         sources = _sheets(data, schema, formulas=True)[0][1] if has_formulas else None
         for row, values in enumerate(rows, start=1):
             if row > schema.most_rows:
@@ -522,6 +543,11 @@ def _read_workbook(data: bytes, schema: Schema, file: str) -> _Table:
                 if bad := _bad_cell(value, source):
                     table.bad[row, at] = bad
                     texts[at] = texts[at] or bad[1]
+            for at, first in merged.get(row, {}).items() if any(texts) else ():
+                if first == (row, at):
+                    firsts[first] = texts[at] if at < len(texts) else ""
+                elif firsts.get(first):
+                    table.bad[row, at] = ("merged-cell", firsts[first])
             table.add(row, texts)
     return table
 
@@ -556,8 +582,8 @@ def _workbook_errors(schema: Schema, file: str) -> Iterator[None]:
         raise _refusal(schema, file, "not-a-workbook", allowed) from error
 
 
-def _check_archive(data: bytes, schema: Schema, file: str) -> bool:
-    """Refuse what no spreadsheet writes, before it is parsed; return whether there are formulas."""
+def _check_archive(data: bytes, schema: Schema, file: str) -> tuple[bool, bool]:
+    """Refuse what no spreadsheet writes, before it is parsed; tell whether there are formulas, merged cells."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         unpacked = sum(info.file_size for info in archive.infolist())
         if unpacked > MAX_UNPACKED:
@@ -574,7 +600,25 @@ def _check_archive(data: bytes, schema: Schema, file: str) -> bool:
             schema, file, "too-large", f"{tags / 1e6:.0f} million XML tags are too many; {limit}"
         )
     sheets = [part for name, part in parts.items() if name.startswith("xl/worksheets/")]
-    return any(b"<f>" in part or b"<f " in part for part in sheets)
+    formulas = any(b"<f>" in part or b"<f " in part for part in sheets)
+    return formulas, any(b"<mergeCell " in part for part in sheets)
+
+
+def _merged_cells(data: bytes) -> dict[int, dict[int, tuple[int, int]]]:
+    """By row and position the cells of the first sheet that are merged: which one has their value."""
+    openpyxl: Any = import_module("openpyxl")
+    sheet: Any = openpyxl.load_workbook(io.BytesIO(data), read_only=True).worksheets[0]
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        # the library's quick reader passes over them
+        ranges = _MERGED.findall(archive.read(sheet._worksheet_path))
+    number = openpyxl.utils.column_index_from_string
+    found: dict[int, dict[int, tuple[int, int]]] = {}
+    for left, top, right, bottom in ranges[:_MOST_MERGED]:
+        first, last = number(left.decode()) - 1, number(right.decode()) - 1
+        for row in range(int(top), min(int(bottom), int(top) + _MOST_MERGED) + 1):
+            places = range(first, min(last, MAX_COLUMNS - 1) + 1)
+            found.setdefault(row, {}).update(dict.fromkeys(places, (int(top), first)))
+    return found
 
 
 def _sheets(
