@@ -330,3 +330,9 @@ def test_the_raw_folder_is_not_written(room: Room, tmp_path: Path) -> None:
     before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*"))
     check_campaign(room.path)
     assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*")) == before
+
+
+def test_a_medium_without_a_plate_run_is_told(room: Room) -> None:
+    room.rows = {name: row for name, row in room.rows.items() if row["kind"] in ("leg", "leg_air")}
+    problem = room.only("sheet.no-plate")
+    assert (problem.severity, problem.found) == ("warning", "only legs")

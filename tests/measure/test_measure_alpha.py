@@ -51,6 +51,12 @@ def test_no_runs_at_all() -> None:
     assert (found["n_runs"] == 0).all()
 
 
+def test_a_medium_of_legs_alone_has_a_cell_that_says_so() -> None:
+    found = alpha_table(pd.DataFrame(columns=list(run("a", 0, 0, 0))), "m", 0.95, 3)
+    assert found[["beta_deg", "gamma_deg", "reason"]].to_numpy().tolist() == [[0, 90, "no run"]]
+    assert np.isnan(found[column("z")]).all()
+
+
 def test_one_run_with_its_interval() -> None:
     here = cell(table(run("a", 30, 45, 0.2, -0.1, se=0.003, dof=4)), 30, 45)
     assert (here["n_runs"], here["run_ids"], here["reason"]) == (1, "a", "")

@@ -195,6 +195,13 @@ def _only_straight_down(config: Config, sheet: str, runs: list[Run]) -> list[Pro
     found = []
     for name, medium in config.media.items():
         pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
+        if not pushes and any(run.medium == name and run.kind == "leg" for run in runs):
+            text = (
+                "a plate run of each medium; without one there is no alpha, and nothing to compare "
+                "the forces on its legs with"
+            )
+            place = Place(f"{sheet}, medium {name}")
+            found.append(Problem("sheet.no-plate", place, "only legs", text, severity="warning"))
         level = all((run.beta_deg, run.gamma_deg) == (0, 90) for run in pushes)
         if pushes and level and medium.role == "laboratory":
             text = (

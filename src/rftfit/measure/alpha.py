@@ -93,7 +93,8 @@ def alpha_table(
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
     angles = [(float(row["beta_deg"]), float(row["gamma_deg"])) for row in records]
     grid = grid or Grid()
-    directions = list(grid.planned) or distinct(angles, grid)
+    # a medium of legs alone has one cell, which says that there is no run
+    directions = list(grid.planned) or distinct(angles, grid) or [(0.0, 90.0)]
     own = [
         [run for run, angle in zip(records, angles, strict=True) if grid.same(cell, angle)]
         for cell in directions
