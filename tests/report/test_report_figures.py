@@ -260,6 +260,22 @@ def test_without_any_fit_the_reasons_are_drawn() -> None:
         assert f"poppy_LP: {why}" in words(figure(results))
 
 
+def test_captions_have_no_words_for_numbers_that_are_not_there() -> None:
+    """A table of alpha without errors has no interval; a medium of legs alone no alpha either."""
+    table = chain.alpha_table("poppy_LP")
+    bare = table.copy()
+    bare[[name for name in map(str, table) if "_lo_" in name or "_hi_" in name]] = np.nan
+    coefficients = chain.coefficient_table().assign(misfit_rms_N_per_cm3=np.nan)
+    for cells, ends in ((bare, " from "), (bare.assign(alpha_z_N_per_cm3=np.nan), "have a value")):
+        results = fitted(coefficients=coefficients)
+        results.tables["alpha/{medium}.csv"] = cells
+        for name in ("alpha_maps", "fit_maps"):
+            told = declared(name).caption_of(results)
+            assert "median half width" not in told
+            assert "no value" not in told
+            assert ends in told or name == "fit_maps"
+
+
 def test_without_a_usable_medium_there_is_no_generic_profile() -> None:
     """Each has its fit and its zeta; the mean of none is in no table."""
     why = "unusable: fails symmetry"

@@ -49,16 +49,21 @@ def _cell_numbers(results: Results, medium: str) -> dict[str, str]:
     for name in media:
         table = results[name].alpha
         alpha = table["alpha_z_N_per_cm3"]
-        half = captions.quantile(captions.half_widths(table), 0.5, 4)
-        told.append(
-            f"{results[name].title}: {alpha.notna().sum()} of {len(table)} cells have a value, "
-            f"\N{GREEK SMALL LETTER ALPHA}_z from {captions.quantile(alpha, 0, 3)} to "
-            f"{captions.quantile(alpha, 1, 3)}, median half width of its interval {half}"
-        )
+        text = f"{results[name].title}: {alpha.notna().sum()} of {len(table)} cells have a value"
+        if alpha.notna().any():
+            ends = (captions.quantile(alpha, end, 3) for end in (0, 1))
+            text += f", \N{GREEK SMALL LETTER ALPHA}_z from {' to '.join(ends)}"
+        told.append(text + _half_width(table, "its interval"))
     scattered = not all(lies_on_grid(results[name].alpha) for name in media)
     return {
         "cells": "; ".join(told), "dots": _DOTS if scattered else "", "plates": _PLATES if medium else "",
     }  # fmt: skip
+
+
+def _half_width(table: pd.DataFrame, of: str) -> str:
+    """Median half width of the intervals; nothing of a table that has none."""
+    half = captions.quantile(captions.half_widths(table), 0.5, 4)
+    return half and f", median half width of {of} {half}"
 
 
 _DOTS = """
@@ -262,12 +267,14 @@ def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG0
     own = table[table["medium"] != "generic"]
     told, titles = [], results.campaign.titles
     for name, rows in own.groupby("medium", sort=False):
-        misfit = style.number(float(rows["misfit_rms_N_per_cm3"].iloc[0]), 3)
-        half = captions.quantile(captions.half_widths(results[str(name)].alpha), 0.5, 4)
-        told.append(
-            f"{titles[str(name)]}: {rows['kept'].sum()} of 9 terms kept, root mean square misfit "
-            f"{misfit}, median half width of the interval of alpha {half}"
-        )
+        misfit = float(rows["misfit_rms_N_per_cm3"].iloc[0])
+        text = f"{titles[str(name)]}: no fit"
+        if np.isfinite(misfit):
+            text = (
+                f"{titles[str(name)]}: {rows['kept'].sum()} of 9 terms kept, root mean square misfit "
+                f"{style.number(misfit, 3)}"
+            )
+        told.append(text + _half_width(results[str(name)].alpha, "the interval of alpha"))
     return {"fits": greek("; ".join(told))}
 
 
