@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import rftfit
 from rftfit.conventions import mirror
+from rftfit.errors import InputError
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import (
     NOT_ALIKE,
@@ -302,3 +303,17 @@ def test_pushes_without_a_horizontal_component_can_belong() -> None:
     # and still they need not
     own.alpha[0] = 0.3
     assert estimate(own).belongs < NOT_ALIKE
+
+
+def test_a_medium_that_gives_energy_back_in_every_draw_is_told() -> None:
+    """A whole grid with z upside down: its own alpha is kept, what lies between takes no energy."""
+    angles = np.meshgrid([-45, 0, 45, 75], [-60, -30, 0, 30, 60, 90], indexing="ij")
+    beta, gamma = (part.ravel() for part in angles)
+    z, x = rftfit.scale(0.6).profile.alpha(np.radians(beta), np.radians(gamma))
+    pushes = pd.DataFrame({
+        "beta_deg": beta, "gamma_deg": gamma, "alpha_z_N_per_cm3": -z, "alpha_x_N_per_cm3": x,
+        "se_z": 0.01 * abs(z) + 0.002, "se_x": 0.01 * abs(x) + 0.002,
+    })  # fmt: skip
+    found = rftfit.estimate_map(pushes)
+    with pytest.raises(InputError, match=r"gives energy back .*: look at the signs"):
+        found.table()

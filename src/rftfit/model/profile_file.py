@@ -33,7 +33,7 @@ from rftfit.model.profile_schema import (
 )
 from rftfit.model.profiles import FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import PAPER_RULE, vertical_penetration
-from rftfit.model.shapes import LEAST_VARIANCE, Map, passive_draws, root
+from rftfit.model.shapes import FEWEST_DRAWS, LEAST_VARIANCE, Map, passive_draws, root
 from rftfit.store import write_text
 from rftfit.store.digests import digest_of
 
@@ -51,9 +51,6 @@ MARK = f'{{\n "format": "{FORMAT}"'
 _MOST_BYTES, _MOST_NODES, _MOST_KEYS = 8_000_000, 5_000, 100
 _AGREES = 1e-6
 """Numbers that should be the same differ less, as a share of the largest alpha."""
-
-_FEWEST = 100
-"""With fewer draws there are no intervals."""
 
 _SAMPLED = 7
 """Significant digits of errors that are known from draws."""
@@ -125,7 +122,7 @@ def _spread(content: ProfileFile, errors: Errors) -> TableProfile:
     judged = ~np.array(content.nodes.measured)[known] & errors.passive
     gamma = np.broadcast_to(table.gamma, known.shape)[known]
     draws, share = passive_draws(alpha[:, known], rows[..., known], gamma, judged)
-    if len(draws) < _FEWEST:
+    if len(draws) < FEWEST_DRAWS:
         raise InputError(f"errors: in {share:.1%} of the draws the medium gives energy back")
     every = np.full((len(draws), *alpha.shape), np.nan)
     every[..., known] = draws

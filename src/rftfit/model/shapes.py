@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from rftfit.conventions import mirror
+from rftfit.errors import InputError
 from rftfit.measure.alpha import SAME_DIRECTION_DEG, both, column, directions, flagged
 from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
@@ -41,6 +42,9 @@ if TYPE_CHECKING:
 
 DRAWS, SEED = 1000, 2013
 """Draws of a map behind its intervals, and their seed."""
+
+FEWEST_DRAWS = 100
+"""With fewer of them there are no intervals."""
 
 _MOST_DRAWN = 20
 """So many times the wanted draws are made at most to find enough that are passive."""
@@ -655,7 +659,13 @@ class Map:
     @cached_property
     def _drawn(self) -> tuple[FloatArray, float]:
         """Draws in which the medium takes energy at every node, and the share of those that do not."""
-        return passive_draws(self.alpha, self.factor, self.gamma, ~self.measured)
+        draws, share = passive_draws(self.alpha, self.factor, self.gamma, ~self.measured)
+        if len(draws) < FEWEST_DRAWS:
+            raise InputError(
+                f"in {share:.1%} of the draws the medium gives energy back where it was not pushed: look "
+                "at the signs of alpha and at the angles"
+            )
+        return draws, share
 
     @property
     def draws(self) -> FloatArray:

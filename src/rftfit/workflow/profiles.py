@@ -58,9 +58,10 @@ def maps(results: Results, medium: str) -> pd.DataFrame:
 
     try:
         found = results[medium].map()
+        table = found.table()
     except InputError:
         return pd.DataFrame(columns=MAP_COLUMNS)  # the table says why it has no number
-    return found.table().assign(
+    return table.assign(
         medium=medium, known_media=found.known, chance_if_it_belongs=found.belongs,
         horizontal=found.horizontal, checks=results.marks.get(medium, ""),
     )[MAP_COLUMNS]  # fmt: skip
