@@ -57,7 +57,7 @@ def test_half_of_the_rows_bad_is_refused(time: list[float]) -> None:
 
 def test_log_without_a_good_row() -> None:
     log = Log(Path("a.csv"), {"time": np.empty(0)}, {}, 7, {"bad": 7})
-    with pytest.raises(LogError, match="no usable row among 7") as caught:
+    with pytest.raises(LogError, match="no usable row among 7: bad") as caught:
         clean(log)
     assert caught.value.rows == 7
 

@@ -80,6 +80,12 @@ def test_a_surface_that_cannot_be_found(paper_config: Config) -> None:
         place_surface(config, run, motion, push.force_time, push.force, 0.0)
 
 
+def test_a_log_that_counts_downward(paper_config: Config) -> None:
+    upside_down = path(np.linspace(-3.0, -15.0, 100))
+    with pytest.raises(StrokeError, match=r"z = \+3.00 cm, where it begins; z points up .*factor"):
+        find_stroke(upside_down, np.empty((0, 2)), PUSH, paper_config.arm)
+
+
 def test_a_path_that_does_not_cross_the_surface(paper_config: Config) -> None:
     config = changed(paper_config, "arm", drive="uneven")
     below = path(np.linspace(1.0, 5.0, 100))

@@ -197,7 +197,12 @@ def clean(log: Log) -> Log:
     """Drop duplicated rows and rows whose time does not increase, and count them."""
     time = log.columns["time"]
     if time.size == 0:
-        raise LogError("no_good_row", f"{log.path}: no usable row among {log.rows}", log.rows)
+        why = ", ".join(log.dropped)
+        raise LogError(
+            "no_good_row",
+            f"{log.path}: no usable row among {log.rows}{why and f': {why}'}",
+            log.rows,
+        )
     if (time[1:] > time[:-1]).all():
         return log
     values = np.stack(list(log.columns.values()))

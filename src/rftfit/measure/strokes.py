@@ -77,10 +77,11 @@ def find_stroke(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[
         return _rotation(motion, spans)
     if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:
         return _uneven_push(motion)
-    if motion.z.min() > -UNDERGROUND_CM:
-        raise ValueError(
-            f"surface not reached: the lowest point of the path is z = {motion.z.min():+.2f} cm"
-        )
+    if (lowest := float(motion.z.min())) > -UNDERGROUND_CM:
+        why = f"surface not reached: the lowest point of the path is z = {lowest:+.2f} cm"
+        if motion.z[0] < min(lowest + 0.1, motion.z.max() - 1):
+            why += ", where it begins; z points up (factor: -1 where the log counts downward)"
+        raise ValueError(why)
     start, end = _longest_along(motion, spans, run, arm)
     _check_plate(motion, start, end, run, arm)
     return start, end
