@@ -89,3 +89,10 @@ def test_a_thick_plate_enters_gradually() -> None:
     passed_over = find_surface(depth, force, 1.5, 0.1, toe_cm=0.4)
     assert abs(naive.depth_cm - push.surface_cm) > 0.08
     assert abs(passed_over.depth_cm - push.surface_cm) < 0.03
+
+
+def test_a_force_of_the_wrong_sign_is_told() -> None:
+    push = make_push(1)
+    depth = np.interp(push.force_time, push.motion_time, push.depth)
+    with pytest.raises(SurfaceError, match=r"no ground, or the sign of z .* or of the force"):
+        find_surface(depth, -push.force, 1.5, 0.05)

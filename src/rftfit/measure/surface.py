@@ -123,7 +123,8 @@ def _onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float,
     if force[-1] - air < _RISE_TO_NOISE * noise:
         raise ValueError(
             f"surface not found: the force grows by {force[-1] - air:.2f} N on the way down, with a "
-            f"noise of {noise:.2f} N: the intruder met no ground"
+            f"noise of {noise:.2f} N: the intruder met no ground, or the sign of z (factor) or of the "
+            "force (transducer.axes) is turned"
         )
     quiet = np.flatnonzero(force < air + 4 * noise)
     if quiet.size < _MIN_AIR:
