@@ -82,7 +82,7 @@ def test_a_surface_that_cannot_be_found(paper_config: Config) -> None:
 
 def test_a_log_that_counts_downward(paper_config: Config) -> None:
     upside_down = path(np.linspace(-3.0, -15.0, 100))
-    with pytest.raises(StrokeError, match=r"z = \+3.00 cm, where it begins; z points up .*factor"):
+    with pytest.raises(ValueError, match=r"z = \+3.00 cm, where it begins; z points up .*factor"):
         find_stroke(upside_down, np.empty((0, 2)), PUSH, paper_config.arm)
 
 
