@@ -126,6 +126,16 @@ def test_one_file_of_two_runs_is_refused_on_one_clock_too(room: Room, *, both: b
     assert {problem.place.row for problem in found} == {3}
 
 
+def test_a_push_and_its_pull_back_may_be_one_file(room: Room) -> None:
+    """Both are the first stroke along their own path; without the stroke it is taken for a slip."""
+    room.add("p1_back", "p1", direction="extraction", tare_run="")
+    room.rows["p1_back"] |= {name: room.rows["p1"][name] for name in ("force_log", "motion_log")}
+    assert {problem.code for problem in room.check()} >= {"sheet.shared-file"}
+    for name in ("p1", "p1_back"):
+        room.rows[name]["stroke"] = "1"
+    assert {problem.code for problem in room.check()} == {"sheet.tare-missing"}
+
+
 def test_one_file_named_by_two_runs(room: Room) -> None:
     room.rows["t1"]["force_log"] = room.rows["p1"]["force_log"]
     problem = room.only("sheet.shared-file")

@@ -293,9 +293,9 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
 
 
 def _are_strokes(one: DraftRow, other: DraftRow) -> bool:
-    """Whether two rows name different strokes of one log."""
-    strokes = one.number.get("stroke"), other.number.get("stroke")
-    return None not in strokes and strokes[0] != strokes[1]
+    """Whether two rows name different strokes of one log: of a push and its pull back, 1 and 1."""
+    first, second = ((row.number.get("stroke"), row.text["direction"]) for row in (one, other))
+    return None not in (first[0], second[0]) and first != second
 
 
 def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
