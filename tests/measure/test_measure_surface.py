@@ -94,5 +94,5 @@ def test_a_thick_plate_enters_gradually() -> None:
 def test_a_force_of_the_wrong_sign_is_told() -> None:
     push = make_push(1)
     depth = np.interp(push.force_time, push.motion_time, push.depth)
-    with pytest.raises(SurfaceError, match=r"no ground, or the sign of z .* or of the force"):
+    with pytest.raises(ValueError, match=r"no ground, or the sign of z .* or of the force"):
         find_surface(depth, -push.force, 1.5, 0.05)

@@ -176,8 +176,8 @@ def _misfit(results: Results) -> Iterable[Finding]:
     shares = misfits(results)
     known = {name: share for name, share in shares.items() if name in usable(results, shares)}
     if known:
-        least, most = min(known.values()), max(known.values())
-        size = number(most, 0) if len(known) == 1 else f"{number(least, 0)} to {number(most, 0)}"
+        sizes = dict.fromkeys(number(end(known.values()), 0) for end in (min, max))
+        size = " to ".join(sizes)
         yield Finding(
             f"Nine Fourier terms miss {size} % of the largest alpha_z (root mean square over the "
             "directions); no interval of measurement contains this.",
