@@ -204,7 +204,8 @@ def bed_of_mean(
     n = alpha.size
     part = spread.part(float(share @ alpha))
     known = Part(part.sd * math.sqrt(float(share @ share)), part.dof)
-    if spread.source in (REPEATS, STATED) or n < 2 or not own:
+    # a table may state no errors: then none is made up of rows that stand in it twice
+    if spread.source in (REPEATS, STATED) or n < 2 or not own or math.isnan(noise.sd):
         return noise, known, spread.source
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
     if between <= math.hypot(noise.sd, known.sd):
