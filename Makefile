@@ -102,7 +102,7 @@ cluster: env ## run a campaign on a Slurm cluster of this machine that loses a n
 scale: env ## measure campaigns of 1,000 to 20,000 logs, a quarter of an hour and 7 GB
 	@$(BIN)/python benchmarks/scale.py $(ARGS)
 
-disturbed: env ## measure how often intervals hold under the disturbances of a real lab, fifteen minutes (ARGS=40: campaigns)
+disturbed: env ## measure how often intervals hold under the disturbances of a real lab, five minutes (ARGS=500: campaigns, half an hour)
 	@$(BIN)/python benchmarks/disturbed.py $(ARGS)
 
 benchmark: env ## measure the speeds that docs/performance.md states

@@ -1,7 +1,7 @@
 """Coverage and width of 95 % intervals under each disturbance of a real lab, and under all of them.
 
 ``python benchmarks/disturbed.py 40`` simulates 40 campaigns, eight of each published medium, for each
-disturbance of ``rftfit reenact --disturb`` at its default size, and for all together; fifteen minutes.
+disturbance of ``rftfit reenact --disturb`` at its default size, and for all together; five minutes.
 ``... 40 surface=2 power=1.2`` takes these instead, ``real-lab`` among them if wanted; ``repeats=3`` makes the
 straight pushes and pulls three times each, from which the spread is found. ``files`` writes each
 campaign's logs and reads them, with everything the measuring does. Three tables: every
