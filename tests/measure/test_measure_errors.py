@@ -11,17 +11,26 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import minimize
 
-from rftfit.campaign.config import Config, Errors
+from rftfit.campaign.config import Config, Errors, Table
 from rftfit.measure.alpha import alpha_table, column, flagged, window_of
 from rftfit.measure.errors import (
+    ASSUMED,
+    OF_CELL,
+    ONE_BED,
     PRIOR_CM,
+    REPEATS,
     SOURCES,
+    STATED,
     Part,
     SurfaceError,
+    bed_of_mean,
+    errors_of,
     gradient,
     half_width,
     shares,
+    spread_of_beds,
     surface_error,
 )
 from rftfit.measure.slopes import fit_slope
@@ -229,3 +238,114 @@ def test_curvature_is_no_noise_with_a_long_memory() -> None:
     # stress at 5 cm lies within the interval of the line there
     lo, hi = found.interval(0.95)
     assert lo[1] < 0.3 < hi[1]
+
+
+def drawn_groups(seed: int, a: tuple[float, float], b: float, cells: int) -> list[Any]:
+    """Repeats in beds that differ by sd^2 = a^2 + (b alpha)^2, one a each for z and x."""
+    random = np.random.default_rng(seed)
+    groups = []
+    for one in a:
+        levels = random.uniform(0.02, 0.5, cells)
+        part = []
+        for level, runs in zip(levels, random.integers(2, 5, cells), strict=True):
+            sd = math.hypot(one, b * level, 0.002)
+            part.append((level + sd * random.standard_normal(runs), np.full(runs, 0.002)))
+        groups.append(part)
+    return groups
+
+
+def test_spread_of_beds_is_the_most_likely_one() -> None:
+    """Against the likelihood of the sample variances (chi squared), by another optimiser."""
+    groups = drawn_groups(4, (0.006, 0.012), 0.08, 40)
+    found = spread_of_beds(groups)
+
+    def unlikely(logs: np.ndarray) -> float:
+        *squares, slope = np.exp(logs)
+        total = 0.0
+        for part, square in zip(groups, squares, strict=True):
+            for alpha, se in part:
+                dof, s2 = alpha.size - 1, alpha.var(ddof=1)
+                level = max(alpha.mean() ** 2 - s2 / alpha.size, 0.0)
+                variance = float(np.mean(se**2)) + square + slope * level
+                total += dof / 2 * (math.log(variance) + s2 / variance)
+        return total
+
+    start = np.log([0.006**2, 0.012**2, 0.08**2])
+    best = np.exp(minimize(unlikely, start, method="Nelder-Mead", tol=1e-10).x)
+    for place, spread in enumerate(found):
+        np.testing.assert_allclose(spread.size, [best[place], best[-1]], rtol=2e-3)
+        assert spread.source == REPEATS
+        assert spread.repeats == sum(alpha.size - 1 for alpha, _ in groups[place])
+        for level, known in ((0.3, spread.repeats), (0.02, None)):
+            terms = np.array([1.0, level**2])
+            variance = float(terms @ spread.size)
+            own = 2 * variance**2 / float(terms @ spread.covariance @ terms)
+            part = spread.part(level)
+            assert part.sd == pytest.approx(math.sqrt(variance))
+            # no more than the repeats have
+            assert part.dof == pytest.approx(known or own)
+            assert (own > spread.repeats) == (known is not None)
+
+
+def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells() -> None:
+    five, six = ([[(np.linspace(0.2, 0.3, runs), np.full(runs, 0.001))]] * 2 for runs in (5, 6))
+    assert {one.source for one in spread_of_beds(five)} == {ASSUMED}
+    assert {one.source for one in spread_of_beds(six)} == {REPEATS}
+    for one in spread_of_beds(five, (0.003, 0.1)):
+        assert (one.source, one.part(0.4).sd) == (STATED, pytest.approx(math.hypot(0.003, 0.04)))
+    assert spread_of_beds(five, (0.0, 0.0))[0].part(0.4).sd == 0
+    assert spread_of_beds(five)[0].part(0.4).sd == pytest.approx(0.02)
+
+
+def test_repeats_that_scatter_less_than_is_assumed_leave_what_is_assumed() -> None:
+    assumed = spread_of_beds([[], []])[0]
+    share, noise = np.array([0.5, 0.5]), Part(0.001, 12)
+    alike = bed_of_mean(np.array([0.300, 0.301]), share, noise, assumed)
+    assert alike[0] == noise
+    assert alike[1].sd == pytest.approx(0.05 * 0.3005 / math.sqrt(2))
+    assert alike[2] == ASSUMED
+    apart = bed_of_mean(np.array([0.2, 0.4]), share, noise, assumed)
+    assert (apart[0].sd, apart[1], apart[2]) == (0, Part(pytest.approx(0.1), 1), OF_CELL)
+    none = bed_of_mean(np.array([0.3, 0.3]), share, noise, ONE_BED)
+    assert (none[0], none[1].sd, none[2]) == (noise, 0, OF_CELL)
+
+
+def test_the_surface_of_few_runs_by_hand() -> None:
+    # five runs speak for themselves, by their median and its distances
+    offset, se = np.array([0.05, 0.1, 0.2, 0.35, 0.4]), np.full(5, 0.01)
+    five = surface_error(offset, se, UNKNOWN)
+    scatter = 1.4826 * 0.15
+    assert five.run == pytest.approx(math.sqrt(scatter**2 - 1e-4))
+    assert five.session == pytest.approx(math.sqrt(max(0.04 - math.pi / 2 * scatter**2 / 5, 0)))
+    assert five.dof == 3
+    many = surface_error(np.tile(offset, 8), np.full(40, 0.01), UNKNOWN)
+    assert many.session == pytest.approx(math.sqrt(0.04 - math.pi / 2 * scatter**2 / 40))
+    assert many.dof == pytest.approx(0.37 * 39)
+    # two are filled up with three of 1 mm
+    two = surface_error(np.array([0.3, 0.05]), np.array([0.1, 0.06]), UNKNOWN)
+    assert two.run == pytest.approx(math.sqrt((0.09 - 0.01 + 3 * 0.01) / 5))
+    assert (two.session, two.dof) == (0, 5)
+
+
+def test_errors_of_logs_and_of_a_table(paper_config: Config) -> None:
+    runs = pd.DataFrame({"offset_cm": [0.3, 0.2, 0.1], "offset_se_cm": [0.01, 0.02, 9.0]})
+    stated, surface = errors_of(runs, paper_config)
+    assert stated == paper_config.errors
+    by_hand = surface_error(np.array([0.3, 0.2]), np.array([0.01, 0.02]), stated)
+    assert surface == by_hand
+    found = paper_config.surface.model_copy(update={"method": "found"})
+    assert errors_of(runs, paper_config.model_copy(update={"surface": found}))[1].run == 0
+    # depths and angles of a table are what it says
+    held = {"table": Table(holds="alpha"), "errors": Errors(turn_deg=2, tare_percent=7)}
+    exact, surface = errors_of(runs, paper_config.model_copy(update=held))
+    assert surface == SurfaceError()
+    assert (exact.angle_deg, exact.turn_deg, exact.tare_percent, exact.bed) == (0, 0, 0, (0, 0))
+    held["errors"] = Errors(bed_percent=3)
+    assert errors_of(runs, paper_config.model_copy(update=held))[0].bed == (0, 0.03)
+
+
+def test_a_neighbour_is_up_to_45_degrees_away() -> None:
+    beta = np.zeros(2)
+    for apart, wanted in ((45.0, 0.01), (45.1, 0.0)):
+        found = gradient(beta, np.array([0.0, apart]), np.array([0.3, 0.3 + 0.01 * apart]))
+        np.testing.assert_allclose(found[:, 1], wanted, atol=1e-12)

@@ -57,3 +57,55 @@ def test_the_chosen_law_covers_what_the_line_misses(
         inside.append(lo[0] <= at <= hi[0])
         assert abs(line.alpha[0] - at) > 5 * line.se[0] or line.curvature[0] > 0
     assert 0.90 <= np.mean(inside) <= 0.995
+
+
+@pytest.mark.parametrize("exponent", [0.4, 0.7, 1.9, 2.8])
+def test_exponents_far_from_1_are_found_too(exponent: float) -> None:
+    found = other_laws(DEPTH, (0.3 * 5 * (DEPTH / 5) ** exponent)[None], 5.0)
+    assert found is not None
+    (power,) = found["power"]
+    assert power.exponent == pytest.approx(exponent, abs=1e-4)
+    assert power.alpha == pytest.approx(0.3, rel=1e-4)
+    np.testing.assert_allclose(power.rest, 0, atol=1e-4)
+    # stress changes with the size by its shape, with the exponent by its logarithm times the stress
+    log = np.log(DEPTH / 5)
+    np.testing.assert_allclose(power.design[0], np.exp(exponent * log), rtol=1e-3)
+    np.testing.assert_allclose(
+        power.design[1], 1.5 * log * np.exp(exponent * log), rtol=2e-3, atol=1e-6
+    )
+
+
+def test_a_component_that_is_not_felt_has_no_power() -> None:
+    found = other_laws(DEPTH, np.zeros((1, DEPTH.size)), 5.0)
+    assert found is not None
+    assert found["power"][0].alpha == 0
+    assert found["power"][0].exponent == pytest.approx(1.0)
+
+
+def test_a_stress_that_is_no_power_has_no_exponent() -> None:
+    for stress in (np.exp(-2 * DEPTH), np.exp(3 * DEPTH)):
+        found = other_laws(DEPTH, stress[None], 5.0)
+        assert found is not None
+        assert np.isnan(found["power"][0].exponent)
+
+
+@pytest.mark.parametrize("law", ["free_intercept", "power"])
+def test_errors_of_zero_and_tare_by_another_law(law: str) -> None:
+    """What moves all samples alike counts by the sum of the gains; half of the scatter is the tare's."""
+    noise = np.random.default_rng(3).normal(0, 0.01, DEPTH.size)
+    stress = (0.3 * DEPTH + noise)[None]
+    zero = np.array([[0.01**2], [0.02**2]])
+    line = fit_slope(DEPTH, stress, zero, np.full((2, 1), 30.0))
+    bare = fit_slope(DEPTH, stress, np.zeros((2, 1)), np.full((2, 1), 30.0))
+    laws = other_laws(DEPTH, stress, 5.0)
+    assert laws is not None
+    found, own = (by_law(one, laws, law) for one in (line, bare))  # type: ignore[arg-type]
+    gain = float(laws[law][0].gain.sum())
+    np.testing.assert_allclose(found.se**2 - own.se**2, (0.01**2 + 0.02**2) * gain**2, rtol=1e-6)
+    np.testing.assert_allclose(own.tare**2, own.se**2 / 2, rtol=1e-6)
+    np.testing.assert_allclose(found.tare**2, own.se**2 / 2 + 0.02**2 * gain**2, rtol=1e-6)
+    np.testing.assert_array_equal(found.curvature, [0])
+    assert found.lever == (0 if law == "free_intercept" else line.lever)
+    # of a single zero, that of the run, nothing is the tare's
+    alone = fit_slope(DEPTH, stress, zero[:1], np.full((1, 1), 30.0))
+    assert by_law(alone, laws, law).tare == 0  # type: ignore[arg-type]
