@@ -196,6 +196,16 @@ def test_errors_of_zero_and_depth_add_in_quadrature() -> None:
     zeroed = fit_slope(DEPTH, stress(), variance, NOTHING[1])
     expected = np.sqrt(plain.se**2 + variance.sum(axis=0) * lever**2)
     np.testing.assert_allclose(zeroed.se, expected, rtol=1e-12)
+    assert zeroed.lever == pytest.approx(lever)
+    # run and tare have the same noise, and each a zero of its own
+    of_noise = plain.se**2 / 2
+    np.testing.assert_allclose(zeroed.tare**2, of_noise + variance[1] * lever**2, rtol=1e-9)
+    alone = fit_slope(DEPTH, stress(), variance[:1], NOTHING[1][:1])
+    np.testing.assert_array_equal(alone.tare, [0, 0])
+    np.testing.assert_allclose(zeroed.shift, variance.sum(axis=0))
+    np.testing.assert_allclose(zeroed.shift_of_tare, variance[1])
+    grown = (zeroed.offset_se**2 - plain.offset_se**2) * zeroed.free_slope**2
+    np.testing.assert_allclose(grown, variance.sum(axis=0), rtol=1e-6)
     shifted = fit(DEPTH, stress(), depth_sd=0.01)
     expected = np.sqrt(plain.se**2 + (plain.alpha * 0.01 * lever) ** 2)
     np.testing.assert_allclose(shifted.se, expected, rtol=1e-12)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from rftfit.campaign.sheet import Run
-from rftfit.measure.ledger import DROPPED, Ledger, RowStatus
+from rftfit.measure.ingest import PHASES, SAMPLE_COLUMNS, samples_table
+from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.strokes import Samples
-from rftfit.measure.tare import Tare, _tare_of
+from rftfit.measure.tare import Tare, _tare_of, tare_medium
 
 DEPTH = np.linspace(0.5, 8.5, 801)
 
@@ -87,8 +92,93 @@ def test_too_few_samples(samples: int) -> None:
     ledger, reason, place = Ledger(), f"tare rod1: {samples} samples are no tare", np.arange(3.0)
     stroke = Samples(place, place, place, place, np.zeros((2, 3)), why)
     assert _tare_of(rod1, stroke, ledger) == reason
-    counted = ledger.table()[["fate", "reason", "rows"]]
-    assert counted.to_numpy().tolist() == [[DROPPED, reason, samples]]
+    counted = ledger.table()[["file", "fate", "reason", "rows"]]
+    assert counted.to_numpy().tolist() == [["a.csv", DROPPED, reason, samples]]
+
+
+def test_two_samples_are_a_tare() -> None:
+    tare = Tare.from_samples("depth_cm", np.array([2.0, 1.0]), np.array([[4.0, 3.0], [0.0, 1.0]]))
+    np.testing.assert_allclose(tare.at(np.array([1.5])), [[3.5], [0.5]])
+    # ten ordinary steps
+    assert tare.longest_step == 10
+    assert Tare.from_samples("depth_cm", DEPTH, rod(DEPTH)).longest_step == pytest.approx(0.1)
+
+
+def row(run_id: str, kind: str, tare_run: str = "", direction: str = "intrusion") -> Run:
+    return Run(
+        run_id, kind, "sand", "plate", direction, 0.0, 90.0, np.nan, f"{run_id}.csv", "b.csv",
+        tare_run, False, None, False, "", "", 2,
+    )  # fmt: skip
+
+
+def test_what_becomes_of_each_run_of_a_medium() -> None:
+    """Tared, without a tare in the sheet, with one that is none, that was refused, that was never read."""
+    runs = [
+        row("rod", "rod"), row("short", "rod"), row("gone", "rod"), row("torn", "rod"),
+        row("air", "leg_air", direction="rotation"),
+        row("tared", "plate", "rod"), row("bare", "plate"), row("on_short", "plate", "short"),
+        row("on_gone", "plate", "gone"), row("on_torn", "plate", "torn"),
+        row("leg", "leg", "air", "rotation"), row("far", "leg", "air", "rotation"),
+    ]  # fmt: skip
+    place = np.linspace(1.0, 3.0, 21)
+    stroke = np.full(21, PHASES.index("stroke"))
+
+    def samples(
+        force_z: float, angle: float = 0.0, why: int = int(RowStatus.GOOD)
+    ) -> tuple[np.ndarray, ...]:
+        values = {"depth_cm": place, "angle_deg": place + angle, "force_z_N": force_z * place,
+                  "force_x_N": -force_z * place, "phase": stroke,
+                  "why": np.full(21, why, dtype=np.int8)}  # fmt: skip
+        return tuple(values.get(name, np.zeros(21)) for name in SAMPLE_COLUMNS)
+
+    logs = {
+        name: samples(5.0) for name in ("tared", "bare", "on_short", "on_gone", "on_torn", "leg")
+    }
+    logs |= {"rod": samples(2.0), "air": samples(1.0), "far": samples(5.0, angle=100.0)}
+    logs["short"] = samples(2.0, why=RowStatus.SATURATED)
+    read = samples_table({run.run_id: logs[run.run_id] for run in runs if run.run_id in logs})
+    why = {"gone": "", "torn": "its log is empty"}
+    status = pd.DataFrame(
+        [(run.run_id, why.get(run.run_id, "")) for run in runs], columns=["run_id", "reason"]
+    )
+    fit = SimpleNamespace(missing_tare="flag")
+    campaign: Any = SimpleNamespace(
+        runs_of=lambda _: runs, numbers={}, config=SimpleNamespace(fit=fit)
+    )
+    tared, tares, ledger = tare_medium(campaign, "sand", read, status)
+    told: Any = tares.set_index("run_id")
+    assert dict(told["reason"]) == {
+        "short": "tare short: 0 samples are no tare", "tared": "", "bare": "", "leg": "",
+        "on_short": "no tare: tare short: 0 samples are no tare",
+        "on_gone": "no tare: gone cannot be used: it has no stroke",
+        "on_torn": "no tare: torn cannot be used: its log is empty",
+        "far": f"no sample of the stroke can be used: {RowStatus.NO_TARE.text}",
+    }  # fmt: skip
+    assert told.loc["tared", ["abscissa", "valid_from", "valid_to"]].tolist() == ["depth_cm", 1, 3]
+    assert told.loc["leg", "abscissa"] == "angle_deg"
+    assert told.loc["short"].isna().sum() == 4
+    square = float(np.sqrt(np.mean(place**2)))
+    assert told.loc["tared", ["force_rms_N", "tare_rms_N"]].tolist() == pytest.approx(
+        [5 * square, 2 * square]
+    )
+    parts = {str(name): part for name, part in tared.groupby("run_id", observed=True)}
+    assert sorted(parts) == ["bare", "far", "leg", "tared"]
+    for name, left, taken in (("tared", 3.0, 2.0), ("bare", 5.0, 0.0), ("leg", 4.0, 1.0)):
+        for c, sign in (("z", 1), ("x", -1)):
+            np.testing.assert_allclose(parts[name][f"force_{c}_N"], sign * left * place)
+            np.testing.assert_allclose(parts[name][f"tare_{c}_N"], sign * taken * place)
+    assert (parts["far"]["why"] == RowStatus.NO_TARE).all()
+    counted = ledger.table().groupby(["file", "fate"])["rows"].sum()
+    assert dict(counted) == {
+        ("rod.csv", USED): 21, ("air.csv", USED): 21, ("short.csv", DROPPED): 0,
+        ("on_short.csv", DROPPED): 21, ("on_gone.csv", DROPPED): 21, ("on_torn.csv", DROPPED): 21,
+        ("far.csv", DROPPED): 21,
+    }  # fmt: skip
+    # a campaign that refuses runs without a tare
+    fit.missing_tare = "refuse"
+    refused: Any = tare_medium(campaign, "sand", read, status)[1].set_index("run_id")
+    assert refused.loc["bare", "reason"] == "no tare: the run sheet names none"
+    assert refused.loc["tared", "reason"] == ""
 
 
 def test_only_a_step_wider_than_the_longest_is_a_hole() -> None:
