@@ -451,3 +451,10 @@ def test_linearity_is_drawn_in_directions_of_the_campaign() -> None:
     assert len(set(found)) == len(found)
     assert found[0] == (-5.0, 80.0)
     assert nearest_cells(table[:1]) == own[:1]
+
+
+def test_the_dates_in_fonts_are_not_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+    figure = style.new_figure(8, 5)
+    figure.text(0.5, 0.5, r"$\alpha_z$ and $\zeta$")
+    style.content(figure, "pdf")
+    assert [one.name for one in caplog.records if one.name.startswith("fontTools")] == []

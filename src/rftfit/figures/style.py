@@ -7,6 +7,7 @@ must not wait for it.
 from __future__ import annotations
 
 import contextlib
+import logging
 import math
 import textwrap
 from functools import cache, wraps
@@ -306,10 +307,15 @@ def _lean_fonts() -> Iterator[None]:
         return font
 
     subset.load_font = lean
+    # it warns of the dates in the fonts, which nobody asks for, in the middle of what a command prints
+    words = logging.getLogger("fontTools")
+    level = words.level
+    words.setLevel(logging.ERROR)
     try:
         yield
     finally:
         subset.load_font = usual
+        words.setLevel(level)
 
 
 def content(figure: Figure, ending: str, about: str = "") -> bytes:
