@@ -29,11 +29,11 @@ from rftfit.model.scaling import (
     MediumFit,
     Reference,
     ScaledMedium,
+    alpha_of_test,
     fit_medium,
     generic,
     reference_of,
     scale,
-    test_of,
 )
 from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shapes, pushes_of
 from rftfit.outputs.dictionary import column_of, describe
@@ -465,7 +465,7 @@ class Medium:
         if cell is None:
             raise InputError(f"{self.name}: {NO_PUSH}")
         level = self.results.config.fit.confidence
-        alpha, se = test_of(cell, level)
+        alpha, se = alpha_of_test(cell, level)
         try:
             return scale(alpha, se, self.results.reference(method), level)
         except ValueError as error:

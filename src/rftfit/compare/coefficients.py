@@ -15,11 +15,11 @@ from rftfit.model.scaling import (
     GENERIC,
     MediumFit,
     Reference,
+    alpha_of_test,
     generic,
     generic_interval,
     routine,
     scale_new_medium,
-    test_of,
     vertical_penetration,
 )
 from rftfit.reference import MEDIA, coefficients
@@ -147,7 +147,7 @@ def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[
         row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
     level = config.fit.confidence
     try:
-        scaled = scale_new_medium(*test_of(cell, level), reference.chi, level)
+        scaled = scale_new_medium(*alpha_of_test(cell, level), reference.chi, level)
     except ValueError as error:
         return row | {"reason": str(cell["reason"]) or str(error)}
     names = ("chi", "chi_lo", "chi_hi", "zeta", "zeta_lo", "zeta_hi")

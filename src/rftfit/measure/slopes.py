@@ -188,8 +188,8 @@ class Slope:
     `tare`: Standard error from the tare alone, common to all runs that share it, N/cm^3; contained
         in `se`.
     `curvature`: Standard error from a curvature that is no noise, N/cm^3: by how much a parabola
-        leaves the line at the end of the window, as the limit of an even distribution; contained in
-        `se`.
+        leaves the line at the end of the window, less (in squares) what noise shows once in a hundred
+        times, as the limit of an even distribution; contained in `se`.
     `lever`: Change of alpha, relative, for a surface that lies lower by 1 cm than was taken, 1/cm.
     `offset`, `offset_se`: Depth at which the line with a free intercept has no stress, and its
         standard error, cm; NaN in a horizontal run.

@@ -138,7 +138,7 @@ def scale_new_medium(
     )  # fmt: skip
 
 
-def test_of(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:
+def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:
     """Alpha_z of a penetration test, N/cm^3, and the standard error that `scale_new_medium` makes its interval of.
 
     The interval of few runs is wider than their standard error says, which is known poorly.
