@@ -48,6 +48,8 @@ onstart:
     # so that the lock of a killed run can be told from that of a living one; jobs elsewhere may live on
     if workflow.local_exec:
         hold(Path(".snakemake"))
+        # jobs are few, and the timer of this limit keeps Snakemake for a second after the last one
+        workflow.scheduler.job_rate_limiter = None
 
 
 include: "workflow/rules/measure.smk"

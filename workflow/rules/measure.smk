@@ -9,6 +9,8 @@ rule ingest:
         update(PLAN.outputs("ingest")),
     log:
         "results/logs/ingest.log",
+    # on all cores: first, while all are free
+    priority: 2
     conda:
         "../envs/rftfit.yaml"
     threads: workflow.cores
@@ -78,7 +80,7 @@ rule legs:
         update(PLAN.outputs("legs")),
     log:
         "results/logs/legs.log",
-    # the figures wait for it, which take longest on one core
+    # the figures wait for it
     priority: 1
     conda:
         "../envs/rftfit.yaml"

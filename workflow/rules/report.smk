@@ -9,10 +9,9 @@ rule figures:
         update(PLAN.outputs("figures")),
     log:
         "results/logs/figures.log",
-    # longest on one core
-    priority: 1
     conda:
         "../envs/rftfit.yaml"
+    threads: workflow.cores
     params:
         stage="figures",
         state=PLAN.state("figures"),
@@ -30,6 +29,7 @@ rule quality:
         "results/logs/quality.log",
     conda:
         "../envs/rftfit.yaml"
+    threads: workflow.cores
     params:
         stage="quality",
         state=PLAN.state("quality"),
@@ -47,6 +47,7 @@ rule robot_figures:
         "results/logs/robot_figures.log",
     conda:
         "../envs/rftfit.yaml"
+    threads: workflow.cores
     params:
         stage="robot_figures",
         state=PLAN.state("robot_figures"),

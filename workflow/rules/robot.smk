@@ -26,7 +26,7 @@ rule robot_sweep:
         update(PLAN.outputs("robot_sweep")),
     log:
         "results/logs/robot_sweep.log",
-    # on all cores: first, while all are free, or they wait for the last to be free
+    # on all cores: first, while all are free
     priority: 2
     conda:
         "../envs/rftfit.yaml"

@@ -36,9 +36,9 @@ SAMPLE_HEAD = 9
 """Columns of a sample before those of the groups: state (6), turn, moment, drive moment."""
 
 LANES = 32
-# rows of a block at rest: centre, unit tangent, half-length, area; and of the box around it: middle
-# x, z, half its lengths
-_X, _Z, _TX, _TZ, _HALF, _AREA, _BOX, _AT_REST = range(0, 8 * LANES, LANES)
+# rows of a block at rest: centre, unit tangent, half-length, area, beta; and of the box around it:
+# middle x, z, half its lengths
+_X, _Z, _TX, _TZ, _HALF, _AREA, _BETA, _BOX, _AT_REST = range(0, 9 * LANES, LANES)
 # rows of a placed one: centre of the submerged part (relative to the reference point) and unit
 # tangent as above, velocity, depth times area of the submerged part, alpha
 _VX, _VZ, _LOAD, _ALPHA_Z, _ALPHA_X, _PLACED = range(4 * LANES, 10 * LANES, LANES)
@@ -133,35 +133,50 @@ def _angle(y: float, x: float) -> float:
 
 
 @_step
-def _interval(angle: float, nodes: FloatArray, bins: IntArray) -> tuple[np.uint64, float]:
-    """Find the node below an angle, and where between it and the next; any of NaN."""
-    guess = (angle - nodes[0]) * (bins.size / (nodes[-1] - nodes[0]))
-    guess = guess if guess > 0 else 0.0
-    node = bins[np.uint64(min(guess, bins.size - 1.0))]
+def _bin(angle: float, low: float, per_rad: float, last: float) -> float:
+    """Bin of an angle, from 0 to `last`, with a fraction; that of NaN is the first."""
+    place = (angle - low) * per_rad
+    place = place if place > 0 else 0.0
+    return min(place, last)
+
+
+@_step
+def _interval(
+    angle: float, place: float, nodes: FloatArray, bins: IntArray
+) -> tuple[np.uint64, float]:
+    """Find the node below an angle in a bin, and where between it and the next; any of NaN."""
+    node = bins[np.uint64(place)]
     node += (node + 2 < nodes.size) & (angle >= nodes[np.uint64(node + 1)])
     low = nodes[np.uint64(node)]
     return np.uint64(node), (angle - low) / (nodes[np.uint64(node + 1)] - low)
 
 
 @_step
-def _table(w: FloatArray, pack: Pack) -> None:
-    """Alpha interpolated in a table, of elements that bear a load."""
+def _table(w: FloatArray, block: FloatArray, angle: float, pack: Pack) -> None:
+    """Alpha interpolated in a table, of elements that bear a load; overwrites their tangents."""
+    beta0, beta_end, rows = pack.beta[0], pack.beta[-1], float(pack.beta_bins.size)
+    gamma0, gamma_end, columns = pack.gamma[0], pack.gamma[-1], float(pack.gamma_bins.size)
+    rows_per_rad, columns_per_rad = rows / (beta_end - beta0), columns / (gamma_end - gamma0)
+    # what can be found of several elements at a time: angles, and their bins
     for i in range(LANES):
-        tx, tz = w[_TX + i], w[_TZ + i]
-        # the element has two ends; take the one toward +x
-        w[_ALPHA_Z + i] = _angle(tz if tx < 0 else -tz, abs(tx))
-        w[_ALPHA_X + i] = _angle(-w[_VZ + i], -w[_VX + i])
+        beta = block[_BETA + i] + angle
+        beta -= math.pi * np.floor(beta / math.pi + 0.5)  # an element has two ends
+        gamma = _angle(-w[_VZ + i], -w[_VX + i])
+        w[_ALPHA_Z + i], w[_ALPHA_X + i] = beta, gamma
+        w[_TX + i] = _bin(beta, beta0, rows_per_rad, rows - 1)
+        w[_TZ + i] = _bin(gamma, gamma0, columns_per_rad, columns - 1)
     for i in range(LANES):
         if w[_LOAD + i] == 0:
             continue
-        row, u = _interval(w[_ALPHA_Z + i], pack.beta, pack.beta_bins)
-        column, v = _interval(w[_ALPHA_X + i], pack.gamma, pack.gamma_bins)
+        row, u = _interval(w[_ALPHA_Z + i], w[_TX + i], pack.beta, pack.beta_bins)
+        column, v = _interval(w[_ALPHA_X + i], w[_TZ + i], pack.gamma, pack.gamma_bins)
         corner = pack.cells[row, column]
-        a, b, c, d = (1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v
-        z = a * corner[0] + b * corner[1] + c * corner[2] + d * corner[3]
-        x = a * corner[4] + b * corner[5] + c * corner[6] + d * corner[7]
+        z1, z2 = corner[0] + v * (corner[1] - corner[0]), corner[2] + v * (corner[3] - corner[2])
+        x1, x2 = corner[4] + v * (corner[5] - corner[4]), corner[6] + v * (corner[7] - corner[6])
+        z, x = z1 + u * (z2 - z1), x1 + u * (x2 - x1)
         if math.isnan(z + x):  # a missing corner without weight does not count
             z, x = 0.0, 0.0
+            a, b, c, d = (1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v
             for k, weight in enumerate((a, b, c, d)):
                 idle_z = weight < _NEGLIGIBLE and math.isnan(corner[k])
                 idle_x = weight < _NEGLIGIBLE and math.isnan(corner[4 + k])
@@ -172,10 +187,13 @@ def _table(w: FloatArray, pack: Pack) -> None:
 
 @_step
 def _net(
-    pack: Pack, blocks: FloatArray, solid: bool, z0: float, c: float, s: float, vx0: float,
-    vz0: float, rate: float, w: FloatArray,
+    pack: Pack, blocks: FloatArray, solid: bool, z0: float, angle: float, c: float, s: float,
+    vx0: float, vz0: float, rate: float, w: FloatArray,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Force z, x and moment about the reference point of blocks that move as one."""
+    """Force z, x and moment about the reference point of blocks that move as one.
+
+    `c`, `s`: cosine and sine of their angle.
+    """
     force_z, force_x, moment = 0.0, 0.0, 0.0
     for b in range(len(blocks)):
         block = blocks[b]
@@ -186,7 +204,7 @@ def _net(
         if pack.kind == _FOURIER:
             _fourier(w, pack.values)
         elif pack.kind == _TABLE:
-            _table(w, pack)
+            _table(w, block, angle, pack)
         else:
             _depth_only(w, pack.values)
         for i in range(LANES):
@@ -211,6 +229,7 @@ def _fill(blocks: FloatArray, body: FloatArray, width_cm: float) -> None:
                 block[row * LANES + i] = element[row]
             x, z, half = element[0], element[1], element[4]
             block[_AREA + i] = 2.0 * half * width_cm
+            block[_BETA + i] = -math.atan2(element[3], element[2])
             wide, tall = half * abs(element[2]), half * abs(element[3])
             left, right = min(left, x - wide), max(right, x + wide)
             low, high = min(low, z - tall), max(high, z + tall)
@@ -236,8 +255,9 @@ def pose_forces(
     for p in range(len(poses)):
         c, s = math.cos(poses[p, 2]), math.sin(poses[p, 2])
         force_z, force_x, moment = _net(
-            pack, blocks, solid, poses[p, 1], c, s, poses[p, 3], poses[p, 4], poses[p, 5], w
-        )
+            pack, blocks, solid, poses[p, 1], poses[p, 2], c, s, poses[p, 3], poses[p, 4],
+            poses[p, 5], w,
+        )  # fmt: skip
         result[p, 0], result[p, 1] = force_z, force_x
         result[p, 2] = moment + 0.0 * poses[p, 0]  # none without a place, not even in the air
     return result
@@ -257,8 +277,8 @@ def _on_members(
         z = hips[m, 1] * cos_p - hips[m, 0] * sin_p
         c, s = (cos_t, sin_t) if hips[m, 2] else (cos_p, sin_p)
         force_z, force_x, moment = _net(
-            pack, blocks[group[m]], False, state[1] + z, c, s, state[3] + pitch_rate * z,
-            state[4] - pitch_rate * x, pitch_rate + hips[m, 2] * rate, w,
+            pack, blocks[group[m]], False, state[1] + z, pitch + hips[m, 2] * turn, c, s,
+            state[3] + pitch_rate * z, state[4] - pitch_rate * x, pitch_rate + hips[m, 2] * rate, w,
         )  # fmt: skip
         each[m, 0], each[m, 1], each[m, 3] = force_z, force_x, moment
         each[m, 2] = moment + z * force_x - x * force_z
