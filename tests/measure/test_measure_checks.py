@@ -21,6 +21,8 @@ from rftfit.measure.checks import (
     GIVES_BACK,
     NOT_CHECKED,
     check_axes,
+    check_channels,
+    check_logs,
     check_rods,
     check_size,
     check_steadiness,
@@ -30,6 +32,7 @@ from rftfit.measure.checks import (
     usable,
 )
 from rftfit.measure.ledger import RowStatus
+from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.results import open_results
 
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
@@ -176,6 +179,135 @@ def test_errors_decide_what_is_significant() -> None:
     assert axes(wide)["symmetry"].verdict == "passed"
 
 
+def few_cells(rows: list[tuple[float, ...]], **columns: Any) -> pd.DataFrame:
+    """A table of some cells: beta, gamma, alpha_z, alpha_x, and their standard errors; errors are known."""
+    names = ["alpha_z", "alpha_x", "alpha_z_se", "alpha_x_se"]
+    table = pd.DataFrame(
+        rows, columns=["beta_deg", "gamma_deg", *(f"{n}_N_per_cm3" for n in names)]
+    )
+    return table.assign(**{"medium": "m", "spread": "stated", "run_ids": "", "flags": ""} | columns)
+
+
+@pytest.mark.parametrize(
+    ("work", "verdict"), [(-0.0049, "passed"), (-0.0051, "passed"), (0.02, "passed")]
+)
+def test_work_is_what_the_force_does_along_the_motion(work: float, verdict: str) -> None:
+    """D = alpha_x cos gamma + alpha_z sin gamma; found and allowed are of the cell that misses most."""
+    gamma = 30.0
+    # any force whose part along the motion is the wanted one
+    z, x = np.array([[0.5, 0.866025], [0.866025, -0.5]]) @ [work, 0.4]
+    table = few_cells([(0, 90, 0.3, 0, 0.01, 0.01), (30, gamma, z, x, 0.001, 0.001)])
+    found = axes(table)["work"]
+    assert found.verdict == verdict
+    assert found.allowed.startswith("D of -0.005 N/cm^3 or more in all but 2 cells")
+    # the push has D = 0.3 and may have -0.02
+    assert (
+        found.found
+        == f"{int(work < -0.005)} of 2 cells give energy back, the lowest D = {work:.3g} N/cm^3"
+    )
+
+
+def test_how_far_noise_may_bring_the_work_below_zero() -> None:
+    """Three standard errors of D, of a push straight down two; none is asked to be below 0.005 N/cm^3."""
+
+    def counted(gamma: float, z: float, x: float, se_z: float, se_x: float) -> str:
+        return str(axes(few_cells([(0, gamma, z, x, se_z, se_x)]))["work"].found[0])
+
+    assert [counted(90, z, 0, 0.1, 9) for z in (-0.199, -0.201)] == ["0", "1"]
+    assert [counted(0, 0, x, 9, 0.1) for x in (-0.299, -0.301)] == ["0", "1"]
+    # cos^2 and sin^2 of the errors of x and z
+    limit = 3 * math.hypot(0.1 * math.cos(math.radians(30)), 0.2 * math.sin(math.radians(30)))
+    for share, said in ((0.99, "0"), (1.01, "1")):
+        z, x = -share * limit * 0.5, -share * limit * math.cos(math.radians(30))
+        assert counted(30, z, x, 0.2, 0.1) == said
+    # an error that is not known is none
+    assert counted(0, 0, -0.0051, math.nan, math.nan) == "1"
+
+
+def test_a_bed_adds_its_scatter_where_that_is_not_known() -> None:
+    """0.005 N/cm^3, or 2 % of the largest alpha of a weak medium, beside the stated errors."""
+
+    def limit(largest: float, spread: str) -> float:
+        rows = [(0, 90, largest, 0, 0.003, 0.004), (0, 0, 0, -1.0, 0.0, 0.004)]
+        found = axes(few_cells(rows, spread=spread))["work"].allowed
+        return float(found.split()[2])
+
+    assert limit(5.0, "stated") == pytest.approx(-3 * 0.004)
+    for spread in ("one bed as prepared", "repeats of the cell"):
+        assert limit(5.0, spread) == pytest.approx(-3 * math.hypot(0.004, 0.005), rel=0.01)
+    # 2 % of 1 N/cm^3, the size of the other cell's alpha_x
+    assert limit(0.1, "one bed as prepared") == pytest.approx(
+        -3 * math.hypot(0.004, 0.005), rel=0.01
+    )
+    weak = few_cells([(0, 90, 0.1, 0, 0.003, 0.004), (0, 0, 0, -0.1, 0.0, 0.004)])
+    found = axes(weak.assign(spread="one bed as prepared"))["work"].allowed
+    assert float(found.split()[2]) == pytest.approx(-3 * math.hypot(0.004, 0.002), rel=0.01)
+
+
+def test_how_much_a_level_plate_may_feel_sideways() -> None:
+    """4 % of alpha_z, and three standard errors."""
+    se = 0.002
+    limit = math.hypot(0.04 * 0.5, 3 * se)
+    for x, verdict in (
+        (0.99 * limit, "passed"),
+        (-0.99 * limit, "passed"),
+        (1.01 * limit, "failed"),
+    ):
+        found = axes(few_cells([(0, 90, 0.5, x, se, se)]))["symmetry"]
+        assert found.verdict == verdict
+        assert found.found == f"alpha_x/alpha_z at (0, 90) deg is {100 * x / 0.5:.1f} %"
+        assert found.allowed == f"{100 * limit / 0.5:.1f} % of either sign"
+
+
+@pytest.mark.parametrize(("angle", "named"), [(9.9, "The mount"), (10.1, "A level plate")])
+def test_a_mount_is_not_said_to_be_turned_by_more_than_ten_degrees(
+    angle: float, named: str
+) -> None:
+    a = math.radians(angle)
+    rows = [(0, 90, 0.5 * math.cos(a), -0.5 * math.sin(a), 0.001, 0.001)]
+    # the pull is filed turned, as all extractions are
+    rows.append((0, -90, -0.1 * math.cos(a), -0.1 * math.sin(a), 0.001, 0.001))
+    found = axes(few_cells(rows))["symmetry"]
+    assert found.verdict == "failed"
+    assert found.sentence.startswith(named)
+    if named == "The mount":
+        assert (
+            "turned by 9.9 deg more than stated (alpha_x/alpha_z at (0, 90) deg is -17.5 %"
+            in found.sentence
+        )
+        # a zero of either sign
+        assert ", 0.0 % with that put right)" in found.sentence.replace("-0.0", "0.0")
+
+
+def test_a_turn_is_measured_by_push_and_pull_as_they_are_large() -> None:
+    """A pull whose alpha_x says nothing of a turn takes its share of the angle."""
+    rows = [(0, 90, 0.5, -0.03, 0.001, 0.001), (0, -90, -0.5, 0.0, 0.001, 0.001)]
+    turn = math.degrees(math.atan2(0.5 * 0.03, 2 * 0.5**2))
+    assert f"turned by {turn:.1f} deg more" in axes(few_cells(rows))["symmetry"].sentence
+
+
+def test_how_much_harder_than_down_up_may_be() -> None:
+    """Three standard errors of the difference."""
+    limit = 3 * math.hypot(0.01, 0.02)
+    for more, verdict in ((0.99 * limit, "passed"), (1.01 * limit, "failed")):
+        rows = [(0, 90, 0.2, 0, 0.01, 0), (0, -90, -0.2 - more, 0, 0.02, 0)]
+        found = axes(few_cells(rows))["up_down"]
+        assert found.verdict == verdict
+        assert found.found == f"alpha_z(0, 90) = 0.2, alpha_z(0, -90) = {-0.2 - more:.3g} N/cm^3"
+    assert axes(few_cells(rows[:1]))["up_down"].verdict == "not checked"
+    assert axes(few_cells(rows[1:]))["up_down"].verdict == "not checked"
+
+
+def test_a_cell_without_alpha_is_left_out_whole() -> None:
+    """Also where only one of its components is missing; places of the others do not move."""
+    rows = [(0, 60, math.nan, -9, 0, 0), (0, 45, -9, math.nan, 0, 0), (0, 90, -0.5, 0, 0.01, 0.01)]
+    found = axes(few_cells(rows))
+    assert found["work"].found.startswith("1 of 1 cells give energy back, the lowest D = -0.5")
+    assert found["symmetry"].verdict == "passed"
+    nothing = axes(few_cells(rows[:2]))
+    assert {one.verdict for one in nothing.values()} == {"not checked"}
+
+
 def test_two_cells_are_no_verdict_and_three_are() -> None:
     table = on_grid("poppy_CP", "few")
     sure = table.index[(table["gamma_deg"] == 0) & (table["beta_deg"].isin([30.0, 60.0, -60.0]))]
@@ -232,6 +364,171 @@ def test_copies_are_told_from_runs_of_one_file() -> None:
     assert same_readings(by_id, table.assign(readings="")) == {}
 
 
+RANGE_N = (100.0, 50.0, 200.0)
+
+
+def channels_of(
+    *logs: tuple[dict[str, Any], dict[str, Any]], constant: tuple[str, ...] = ()
+) -> Any:
+    """Check the channels of some logs, each of its own run; F1 is x, F2 is y, F3 is z.
+
+    `logs`: What the sheet says of the run, and of its channels the lowest and the highest reading, the
+    share of the stroke at one reading, and that reading.
+    """
+    usual = {"kind": "plate", "direction": "intrusion", "beta_deg": 30.0, "gamma_deg": 60.0}
+    sheet, rows = {}, []
+    for number, (run, channels) in enumerate(logs):
+        name = f"r{number}"
+        sheet[name] = SimpleNamespace(**usual | {k: v for k, v in run.items() if k != "status"})
+        row: dict[str, Any] = {"run_id": name, "status": run.get("status", "read")}
+        for channel in ("F1", "F2", "F3"):
+            low, high, share, held = channels.get(
+                channel, (0.0, 5.0 if channel != "F2" else 0.2, 0.001, 1.0)
+            )
+            row |= {f"{channel}_low_N": low, f"{channel}_high_N": high}
+            row |= {f"{channel}_held": share, f"{channel}_held_N": held}
+        rows.append(row)
+    columns = {
+        name: SimpleNamespace(constant=0.0 if name in constant else None)
+        for name in ("F1", "F2", "F3")
+    }
+    config = SimpleNamespace(
+        transducer=SimpleNamespace(
+            axes=SimpleNamespace(x="+F1", y="-F2", z="-F3"), range_N=RANGE_N, precision_N=0.05
+        ),
+        force_log=SimpleNamespace(columns=columns),
+    )
+    facts = pd.DataFrame(rows or {"status": [], "F1_low_N": []})
+    return check_channels(config, sheet, facts)  # type: ignore[arg-type]
+
+
+FINE: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
+DEAD_Z = {"F3": (1.5, 1.5, 1.0, 1.5)}
+
+
+def test_channels_that_move_pass() -> None:
+    found = channels_of(FINE, FINE, FINE)
+    assert (found.verdict, found.found, found.runs) == ("passed", "3 logs", ())
+    assert found.allowed == "below 50% of a stroke at one reading, no end in common below the range"
+
+
+@pytest.mark.parametrize(
+    ("dead", "fine", "verdict"), [(2, 2, "passed"), (2, 0, "failed"), (3, 9, "failed")]
+)
+def test_a_dead_channel_shows_in_three_logs_or_in_all(dead: int, fine: int, verdict: str) -> None:
+    found = channels_of(*[({}, DEAD_Z)] * dead, *[FINE] * fine)
+    assert found.verdict == verdict
+    if verdict == "failed":
+        assert found.sentence == (
+            f"F3, along z, is constant in {dead} of {dead + fine} logs: look at its cable and its column."
+        )
+        assert found.runs == tuple((f"r{n}", "channel F3 does not move") for n in range(dead))
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.499, "passed"), (0.5, "failed")])
+def test_a_channel_that_stands_still_half_a_stroke(share: float, verdict: str) -> None:
+    found = channels_of(*[({}, {"F3": (0.0, 2.0, share, 1.0)})] * 3)
+    assert found.verdict == verdict
+    assert ("F3, along z, stands still in 3 of 3 logs" in found.found) == (verdict == "failed")
+
+
+def test_whose_channels_are_looked_at() -> None:
+    """Not those of rods, of logs that were not read; of strokes only what goes deeper has to move."""
+    for other in (
+        {"kind": "rod"},
+        {"status": "refused"},
+        {"direction": "horizontal"},
+        {"direction": "extraction"},
+    ):
+        assert channels_of(*[(other, DEAD_Z)] * 3, FINE).verdict == "passed"
+        assert channels_of(*[(other, DEAD_Z)] * 3).verdict == (
+            "passed" if "direction" in other else "not checked"
+        )
+    turning = {"kind": "leg", "direction": "rotation"}
+    assert channels_of(*[(turning, DEAD_Z)] * 3, FINE).verdict == "failed"
+    assert channels_of(*[({}, DEAD_Z)] * 3, constant=("F3",)).verdict == "passed"
+    assert channels_of().verdict == "not checked"
+
+
+def test_what_feels_nothing_sideways_by_symmetry_is_no_dead_x() -> None:
+    dead = {"F1": (0.0, 0.0, 1.0, 0.0)}
+    for beta in (0.0, 90.0):
+        assert channels_of(*[({"beta_deg": beta, "gamma_deg": 90.0}, dead)] * 3).verdict == "passed"
+    found = channels_of(*[({}, dead)] * 3)
+    assert found.sentence.startswith("F1, along x, is constant in 3 of 3 logs")
+    both = channels_of(*[({}, dead | DEAD_Z)] * 3)
+    assert both.found.startswith(
+        "F1, along x, is constant in 3 of 3 logs: look at its cable and its column; F3"
+    )
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "share", "held", "count", "verdict"),
+    [
+        (0.0, 80.0, 0.03, 80.0, 3, "failed"),
+        (0.0, 80.0, 0.03, 80.0, 2, "passed"),
+        (0.0, 80.0, 0.029, 80.0, 3, "passed"),
+        (-80.0, 0.0, 0.03, -80.0, 3, "failed"),
+        (0.0, 80.0, 0.03, 40.0, 3, "passed"),
+        (0.0, 99.1, 0.03, 99.1, 3, "passed"),
+        (0.0, 98.9, 0.03, 98.9, 3, "failed"),
+        (-99.1, 0.0, 0.03, -99.1, 3, "passed"),
+        (80.0, 80.0, 0.03, 80.0, 3, "passed"),
+    ],
+)
+def test_a_channel_that_ends_below_its_range(
+    low: float, high: float, share: float, held: float, count: int, verdict: str
+) -> None:
+    """The range of F1 is 100 N; what ends there is told by other words, run by run."""
+    clipped = {"F1": (low, high, share, held)}
+    # pulls and level paths are looked at too
+    ways: tuple[dict[str, Any], ...] = (
+        {},
+        {"direction": "extraction"},
+        {"direction": "horizontal"},
+    )
+    found = channels_of(*[(way, clipped) for way in ways[:count]], FINE)
+    assert found.verdict == verdict
+    if verdict == "failed":
+        assert found.found == (
+            f"F1, along x, stops at {held:g} N in 3 of 4 logs, below its range: look at the range of "
+            "amplifier and logger"
+        )
+        assert found.runs == tuple((f"r{n}", f"channel F1 stops at {held:g} N") for n in range(3))
+
+
+def test_ends_in_common_are_one_reading() -> None:
+    ends = [{"F3": (0.0, end, 0.1, end)} for end in (20.0, 20.0, 21.0, 21.0)]
+    assert channels_of(*[({}, end) for end in ends]).verdict == "passed"
+    assert channels_of(*[({}, end) for end in (*ends, ends[0])]).verdict == "failed"
+
+
+@pytest.mark.parametrize(
+    ("across", "along", "verdict"),
+    [(1.1, 0.5, "failed"), (0.9, 0.5, "passed"), (0.49, 0.1, "passed"), (0.51, 0.1, "failed")],
+)
+def test_x_and_y_exchanged(across: float, along: float, verdict: str) -> None:
+    """y, across the motion, feels more than twice what x does, and more than ten times the precision."""
+    facts = {"F1": (-1.0, along - 1, 0.001, 0.0), "F2": (2.0, 2 + across, 0.001, 0.0)}
+    level = {"beta_deg": 0.0, "gamma_deg": 90.0}
+    found = channels_of(*[({}, facts)] * 2, *[(level, {})] * 5)
+    assert found.verdict == verdict
+    if verdict == "failed":
+        assert found.found == (
+            f"x and y look exchanged: F2, across the motion, feels {across / along:.3g} times what F1, along "
+            "it, does: look at transducer.axes"
+        )
+    # not of strokes that feel nothing sideways by symmetry
+    assert channels_of(*[(level, facts)] * 3).verdict == "passed"
+
+
+def test_copies_are_listed_with_what_they_are_copies_of() -> None:
+    found = check_logs(runs("a", "b", "c"), {"c": ("b",), "b": ("c",)})
+    assert found.found == "2 runs have the readings of others: b and c"
+    assert found.runs == (("b", "same readings as c"), ("c", "same readings as b"))
+    assert check_logs(runs("a"), {}).verdict == "passed"
+
+
 GAMMAS = (45.0, 71.57, 90.0)
 
 
@@ -259,9 +556,9 @@ def strokes(
     return {"fits": pd.DataFrame(rows)}
 
 
-def settings(role: str = LABORATORY) -> Any:
+def settings(role: str = LABORATORY, speed: float = 1.0) -> Any:
     return SimpleNamespace(
-        media={"m": SimpleNamespace(role=role)}, arm=SimpleNamespace(speed_cm_per_s=1.0)
+        media={"m": SimpleNamespace(role=role)}, arm=SimpleNamespace(speed_cm_per_s=speed)
     )
 
 
@@ -311,6 +608,82 @@ def test_pushes_straight_down_alone_do_not_tell_what_is_off() -> None:
     assert check_surface(settings(), "m", tables).verdict == "not checked"
 
 
+def test_offset_and_lag_are_found_by_weighted_least_squares() -> None:
+    """Errors of a start: alpha's relative one times the end of the window, at least 0.1 mm."""
+    noise = np.random.default_rng(5)
+    fits = strokes(0.25, 0.35)["fits"]
+    fits["alpha_z_se_N_per_cm3"] = fits["alpha_z_N_per_cm3"].abs() * noise.uniform(
+        0.0005, 0.02, len(fits)
+    )
+    fits["intercept_z_N_per_cm2"] *= noise.normal(1, 0.05, len(fits))
+    start = -fits["intercept_z_N_per_cm2"] / fits["free_slope_z_N_per_cm3"]
+    error = fits["alpha_z_se_N_per_cm3"] / fits["alpha_z_N_per_cm3"].abs() * 7
+    late, off = np.polyfit(
+        np.sin(np.radians(fits["gamma_deg"])), start, 1, w=1 / error.clip(lower=0.01)
+    )
+    found = check_surface(settings(), "m", {"fits": fits})
+    pushes = start[fits["direction"] == "intrusion"]
+    assert found.found == (
+        f"stress begins {10 * pushes.median():+.1f} mm below the surface in pushes, "
+        f"{10 * (off - late):+.1f} mm in pulls straight up"
+    )
+    assert f"late against the motion log by about {late / 2:.1g} s" in (
+        check_surface(settings(speed=2.0), "m", {"fits": fits}).sentence
+    )
+
+
+def test_what_is_allowed_is_a_millimetre_or_what_scatter_explains() -> None:
+    def allowed(scatter: float) -> tuple[str, str]:
+        tables = strokes(0.2, ways=("intrusion",))
+        fits = tables["fits"].query("gamma_deg == 90").iloc[:3].copy()
+        fits["intercept_z_N_per_cm2"] = -0.4 * np.array([0.2 - scatter, 0.2, 0.2 + 5])
+        found = check_surface(settings(), "m", {"fits": fits})
+        return found.allowed, found.verdict
+
+    assert allowed(0.01) == ("1.0 mm of either sign", "failed")
+    # standard error of a median: 1.2533 * 1.4826 * median deviation / sqrt(3)
+    se = 1.2533 * 1.4826 / math.sqrt(3)
+    for scatter, verdict in ((0.19 / (3 * se), "failed"), (0.21 / (3 * se), "passed")):
+        assert allowed(scatter) == (f"{30 * se * scatter:.1f} mm of either sign", verdict)
+
+
+def test_which_strokes_tell_where_stress_begins() -> None:
+    """Steep ones, whose alpha is clear of zero, and whose line with a free intercept has a slope."""
+    for column, value in (
+        ("gamma_deg", 44.9), ("free_slope_z_N_per_cm3", 0.0), ("alpha_z_se_N_per_cm3", 0.14),
+    ):  # fmt: skip
+        fits = strokes(0.3, ways=("intrusion",))["fits"].assign(**{column: value})
+        assert check_surface(settings(), "m", {"fits": fits}).verdict == "not checked"
+    clear = strokes(0.3, ways=("intrusion",))["fits"].assign(alpha_z_se_N_per_cm3=0.13)
+    assert check_surface(settings(), "m", {"fits": clear}).verdict == "failed"
+    without = strokes(0.3)["fits"].assign(flags=f"{NO_TARE_FLAG}; slow")
+    assert check_surface(settings(), "m", {"fits": without}).verdict == "not checked"
+
+
+def test_pushes_at_one_angle_alone_name_no_lag() -> None:
+    tables = strokes(0.0, 0.4, ways=("intrusion",))
+    tables["fits"] = tables["fits"][tables["fits"]["gamma_deg"] == 90]
+    assert check_surface(settings(), "m", tables).sentence.startswith("The surface is wrong")
+
+
+@pytest.mark.parametrize(
+    ("curved", "named"),
+    [
+        (5, "Stress grows as about depth^1.10, not in proportion to it ("),
+        (6, "Stress grows as about depth^1.10, not in proportion to it, or"),
+        (19, "Stress grows as about depth^1.10, not in proportion to it, or"),
+        (20, "The surface is wrong"),
+    ],
+)
+def test_how_many_pushes_speak_for_a_curve(curved: int, named: str) -> None:
+    """At least four fifths no worse as a power of depth: a curve; at least four fifths worse: the surface."""
+    fits = strokes(0.3, ways=("intrusion",))["fits"]
+    fits = pd.concat([fits, fits, fits.iloc[:1]], ignore_index=True)
+    fits["power_misfit_z_ratio"] = np.where(np.arange(25) < curved, 1.01, 1.0)
+    said = check_surface(settings(), "m", {"fits": fits}).sentence
+    assert said.startswith(named)
+
+
 def test_the_surface_of_a_natural_sand_is_not_judged() -> None:
     found = check_surface(settings("natural_sand"), "m", strokes(0.5))
     assert found.verdict == "not checked"
@@ -334,6 +707,62 @@ def test_horizontal_runs_that_are_not_steady(rise: float, verdict: str) -> None:
     found = check_steadiness({"fits": fits, "tared": tared, "windows": windows})
     assert found.verdict == verdict
     assert float(found.found.split()[3]) == pytest.approx(100 * rise, abs=1.5)
+
+
+def level_runs(count: int, rises: tuple[float, ...] = (0.2, 0.2, 0.2)) -> dict[str, pd.DataFrame]:
+    """Horizontal runs of so many samples whose force grows by these shares of its mean."""
+    path = np.linspace(2, 8, count)
+    names = [f"r{n}" for n in range(len(rises))]
+    tared = pd.concat(
+        pd.DataFrame({"run_id": name, "path_cm": path, "force_z_N": -0.1,
+                      "force_x_N": -5 * (1 + rise * (path - 5) / 6)})
+        for name, rise in zip(names, rises, strict=True)
+    )  # fmt: skip
+    tared = tared.reset_index(drop=True)
+    fits = pd.DataFrame({"run_id": names, "direction": "horizontal", "n_points": count})
+    windows = pd.DataFrame({"run_id": tared["run_id"], "why": int(RowStatus.GOOD)})
+    return {"fits": fits, "tared": tared, "windows": windows}
+
+
+def test_a_trend_is_of_the_larger_force_over_the_good_part() -> None:
+    tables = level_runs(60)
+    assert (
+        check_steadiness(tables).found
+        == "stress changes by 20.0 % over the steady part (of 3 runs)"
+    )
+    # the largest on the whole, not at once
+    tables["tared"].loc[::60, "force_z_N"] = 99.0
+    assert check_steadiness(tables).found.startswith("stress changes by 20.0 %")
+    # what the fit leaves out is left out; what is left is half as long, and its mean larger
+    tables["windows"].loc[np.arange(180) % 60 < 30, "why"] = int(RowStatus.GOOD) + 1
+    path = np.linspace(2, 8, 60)[30:]
+    force = 1 + 0.2 * (path - 5) / 6
+    change = 100 * np.ptp(force) / force.mean()
+    assert check_steadiness(tables).found.startswith(f"stress changes by {change:.1f} %")
+
+
+@pytest.mark.parametrize(("samples", "verdict"), [(30, "failed"), (29, "not checked")])
+def test_a_trend_needs_thirty_samples(samples: int, verdict: str) -> None:
+    assert check_steadiness(level_runs(samples)).verdict == verdict
+
+
+def test_whose_trend_counts() -> None:
+    assert check_steadiness(level_runs(60, (0.2, 0.2))).verdict == "not checked"
+    tables = level_runs(60)
+    for column, value in (("direction", "intrusion"), ("n_points", 0), ("run_id", "another")):
+        one = tables["fits"].copy()
+        one.loc[0, column] = value
+        assert check_steadiness(tables | {"fits": one}).verdict == "not checked"
+
+
+def test_what_trend_is_allowed() -> None:
+    """A tenth, or three standard errors of the median."""
+    assert check_steadiness(level_runs(60, (0.101,) * 3)).verdict == "failed"
+    found = check_steadiness(level_runs(60, (0.099,) * 3))
+    assert (found.verdict, found.allowed) == ("passed", "10.0 % of either sign")
+    se = 1.2533 * 1.4826 * 0.1 / math.sqrt(3)
+    found = check_steadiness(level_runs(60, (0.1, 0.2, 0.3)))
+    assert (found.verdict, found.allowed) == ("passed", f"{300 * se:.1f} % of either sign")
 
 
 def test_marks_name_what_fails_and_why_it_is_accepted() -> None:

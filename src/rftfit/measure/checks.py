@@ -563,7 +563,7 @@ def _surface_or_curve(pushes: pd.DataFrame, found: str) -> str:
     curved = (
         f"Stress grows as about depth^{pushes['exponent_z'].median():.2f}, not in proportion to it"
     )
-    if share <= 1 - _SAME_MODEL:
+    if 1 - share >= _SAME_MODEL:
         return f"{curved} ({found}): a line through zero depends on its window."
     return f"{curved}, or {surface}. These logs do not tell the two apart."
 
