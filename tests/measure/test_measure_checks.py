@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -34,6 +34,9 @@ from rftfit.measure.checks import (
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.results import open_results
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
 
@@ -179,7 +182,7 @@ def test_errors_decide_what_is_significant() -> None:
     assert axes(wide)["symmetry"].verdict == "passed"
 
 
-def few_cells(rows: list[tuple[float, ...]], **columns: Any) -> pd.DataFrame:
+def few_cells(rows: Sequence[tuple[float, ...]], **columns: Any) -> pd.DataFrame:
     """A table of some cells: beta, gamma, alpha_z, alpha_x, and their standard errors; errors are known."""
     names = ["alpha_z", "alpha_x", "alpha_z_se", "alpha_x_se"]
     table = pd.DataFrame(

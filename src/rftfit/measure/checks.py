@@ -597,4 +597,5 @@ def check_steadiness(tables: Tables) -> Check:
 
 
 def _percent(ratio: float) -> str:
-    return f"{100 * ratio:.1f} %"
+    """A ratio in percent; one above 10, as of exchanged axes, as it is."""
+    return f"{100 * ratio:.1f} %" if abs(ratio) <= 10 else f"{ratio:.3g}"

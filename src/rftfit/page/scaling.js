@@ -1,4 +1,4 @@
-// The scaling routine: the same as rftfit.profile.scaling.scale_new_medium and new_medium.with_interval.
+// The scaling routine with its intervals: the same as rftfit.model.scaling.scale_new_medium.
 
 const TEST_DOF = 1e3;
 
