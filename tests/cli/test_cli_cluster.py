@@ -30,6 +30,7 @@ def snakefile(tmp_path: Path) -> Path:
 def installed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "find_spec", lambda name: ModuleSpec(name, None))
     monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
+    monkeypatch.setattr("sys.executable", "/usr/bin/python")
 
 
 @pytest.mark.usefixtures("installed")
@@ -58,6 +59,10 @@ def test_a_profile_that_cannot_be_read(
 
 
 def test_what_is_missing_is_named(snakefile: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.executable", "/home/my lab/.venv/bin/python")
+    with pytest.raises(InputError, match="make the environment in a folder without one"):
+        cluster_words("slurm", snakefile, None)
+    monkeypatch.setattr("sys.executable", "/usr/bin/python")
     monkeypatch.setattr(run, "find_spec", lambda _: None)
     with pytest.raises(InputError, match="pip install snakemake-executor-plugin-slurm"):
         cluster_words("slurm", snakefile, None)

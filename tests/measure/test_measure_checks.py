@@ -20,6 +20,7 @@ from rftfit.measure.checks import (
     COLUMNS,
     GIVES_BACK,
     NOT_CHECKED,
+    Check,
     check_axes,
     check_channels,
     check_logs,
@@ -301,6 +302,74 @@ def test_how_much_harder_than_down_up_may_be() -> None:
     assert axes(few_cells(rows[1:]))["up_down"].verdict == "not checked"
 
 
+def test_what_is_said_of_the_level_plate() -> None:
+    """Every word of what is not checked, failed and passed: these sentences are what a person reads."""
+    push = (0, 90, 0.5, 0.0, 0.001, 0.001)
+    assert check_axes(few_cells([]), "transducer.axes") == [
+        Check(name, "not checked", "no cell has alpha") for name in ("work", "symmetry", "up_down")
+    ]
+    without = axes(few_cells([(0, 0, 0.0, 0.3, 0.001, 0.001)]))
+    assert without["symmetry"] == Check("symmetry", "not checked", "no alpha at (0, 90) deg")
+    assert without["up_down"] == Check(
+        "up_down", "not checked", "no alpha at (0, 90) or at (0, -90) deg"
+    )
+    nothing = axes(few_cells([(0, 90, 0.0, 0.0, 0.001, 0.001)]))["symmetry"]
+    assert nothing == Check("symmetry", "not checked", "alpha_z at (0, 90) deg is 0")
+    slanted = axes(few_cells([(0, 90, 0.5, 0.25, 0.001, 0.001)]))["symmetry"]
+    assert slanted == Check(
+        "symmetry", "failed", "alpha_x/alpha_z at (0, 90) deg is 50.0 %", "4.0 % of either sign",
+        "A level plate pushed straight down feels a horizontal force (alpha_x/alpha_z at (0, 90) deg is "
+        "50.0 %): look at transducer.axes, at transducer.turn_deg and at the angle of the plate.",
+    )  # fmt: skip
+    a = math.radians(5)
+    turned = axes(few_cells([(0, 90, 0.5 * math.cos(a), 0.5 * math.sin(a), 0.001, 0.001)]))[
+        "symmetry"
+    ]
+    assert turned.sentence == (
+        "The mount looks turned by 5.0 deg less than stated (alpha_x/alpha_z at (0, 90) deg is 8.7 %, 0.0 % "
+        "with that put right): look at transducer.turn_deg, else for a bent plate or a slanted bed."
+    )
+    up = axes(few_cells([push, (0, -90, -0.6, 0.0, 0.001, 0.001)]))["up_down"]
+    assert up == Check(
+        "up_down", "failed", "alpha_z(0, 90) = 0.5, alpha_z(0, -90) = -0.6 N/cm^3",
+        "alpha_z(0, 90) above the size of alpha_z(0, -90)",
+        "Pulling a level plate up takes more than pushing it down (alpha_z(0, 90) = 0.5, alpha_z(0, -90) = "
+        "-0.6 N/cm^3): look whether intrusions and extractions are exchanged in the run sheet.",
+    )  # fmt: skip
+
+
+def test_one_cause_is_told_once() -> None:
+    """Axes that mend the work, and the level plate with it, are named by the check of the work alone."""
+    table = on_grid("poppy_LP", "few")
+    found = axes(measured_with(table, "+x", "+z"))
+    assert found["symmetry"].verdict == "failed"
+    assert found["symmetry"].sentence == "The same cause as of the check work."
+    assert check_axes(measured_with(table, "-z", "+x"), "here")[2].sentence in (
+        "", "The same cause as of the check work.",
+    )  # fmt: skip
+    # ratios of exchanged axes are no percentages
+    assert "%" not in found["symmetry"].found
+
+
+def test_axes_that_mend_nothing_are_not_named() -> None:
+    """Forces that give energy back whatever the axes are called."""
+    rows = [(0, 45, z, x, 0.001, 0.001) for z in (-0.2, 0.2) for x in (-0.2, 0.2)] * 3
+    said = axes(few_cells(rows))["work"].sentence
+    assert said.startswith(
+        "The signs of forces or motion are wrong (3 of 12 cells give energy back)"
+    )
+
+
+def test_runs_of_several_cells_that_give_energy_back_are_each_flagged() -> None:
+    rows = [
+        (0, 90, 0.5, 0, 0.001, 0.001),
+        (30, 0, 0, -0.1, 0.001, 0.001),
+        (60, 0, 0, -0.1, 0.001, 0.001),
+    ]
+    table = few_cells(rows, run_ids=["a", "b c", "d"])
+    assert axes(table)["work"].runs == tuple((run, GIVES_BACK) for run in "bcd")
+
+
 def test_a_cell_without_alpha_is_left_out_whole() -> None:
     """Also where only one of its components is missing; places of the others do not move."""
     rows = [(0, 60, math.nan, -9, 0, 0), (0, 45, -9, math.nan, 0, 0), (0, 90, -0.5, 0, 0.01, 0.01)]
@@ -338,8 +407,23 @@ def test_size_passes_what_nobody_expected_and_says_so() -> None:
         assert "0.4 to 0.6" in found.sentence
     for value in (0.005, 20.0):
         assert check_size(alpha_frame("poppy_CP", one_cell(value)), None).verdict == "failed"
-    nothing = table.assign(alpha_z_N_per_cm3=math.nan)
-    assert check_size(nothing, (0.4, 0.6)).verdict == "not checked"
+    nothing = Check("size", "not checked", "no alpha at (0, 90) deg")
+    assert check_size(table.assign(alpha_z_N_per_cm3=math.nan), (0.4, 0.6)) == nothing
+    assert check_size(few_cells([(0, 0, 0.0, 0.3, 0.001, 0.001)]), (0.4, 0.6)) == nothing
+    for value in (0.4, 0.6, -0.5):
+        assert check_size(few_cells([(0, 90, value, 0, 0, 0)]), (0.4, 0.6)) == Check(
+            "size", "passed", f"alpha_z(0, 90) = {value:g} N/cm^3", "0.4 to 0.6 N/cm^3"
+        )
+    assert silent.allowed == "0.01 to 10 N/cm^3"
+    for expected, whose, limits in (
+        ((0.4, 0.6), "expected_alpha", "0.4 to 0.6"), (None, "any granular medium", "0.01 to 10"),
+    ):  # fmt: skip
+        told = "alpha_z(0, 90) = 11 N/cm^3"
+        assert check_size(few_cells([(0, 90, 11.0, 0, 0, 0)]), expected) == Check(
+            "size", "failed", told, f"{limits} N/cm^3",
+            f"The scale of the force or the size of the plate looks wrong: {told}, {whose} has {limits} "
+            "N/cm^3: look at the unit of the force and at the size of the plate.",
+        )  # fmt: skip
 
 
 def runs(*names: str, **facts: Any) -> dict[str, Any]:
@@ -355,6 +439,41 @@ def test_rods_that_feel_more(rod: float, verdict: str) -> None:
     )
     assert check_rods(tares, runs(*names)).verdict == verdict
     assert check_rods(tares.assign(tare_run=""), runs(*names)).verdict == "not checked"
+
+
+def test_which_rods_are_compared() -> None:
+    """Of strokes that go down where there are any; of those whose forces are known."""
+    sheet = (
+        runs("a", "b", "c") | runs("up", "up2", direction="extraction") | runs("leg", kind="leg")
+    )
+    tares = pd.DataFrame(
+        {
+            "run_id": [*sheet],
+            "tare_run": "rod",
+            "force_rms_N": 2.0,
+            "tare_rms_N": [1.0, 1.0, 3.0, 9, 9, 9],
+        }
+    )
+    good = check_rods(tares, sheet)
+    assert good == Check(
+        "rods",
+        "passed",
+        "a rod alone feels 0.5 times what plate and rod feel (median of 3 runs)",
+        "less than 1",
+    )
+    # three runs of six have no tare force, or feel nothing themselves
+    some = tares.assign(
+        tare_rms_N=[1.0, math.nan, 3.0, 9, 9, 9], force_rms_N=[2.0, 2.0, 0.0, 2, 2, 2]
+    )
+    assert "0.5 times" in check_rods(some, sheet).found
+    assert "median of 1 runs" in check_rods(some, sheet).found
+    pulls = check_rods(tares[3:], sheet)
+    assert pulls == Check(
+        "rods", "failed", "a rod alone feels 4.5 times what plate and rod feel (median of 2 runs)", "less than 1",
+        "Logs of plates and rods look exchanged, or are the same (a rod alone feels 4.5 times what plate and rod "
+        "feel (median of 2 runs)): look at kind and tare_run of the run sheet.",
+    )  # fmt: skip
+    assert check_rods(tares[5:], sheet) == Check("rods", "not checked", "no plate run has a tare")
 
 
 def test_copies_are_told_from_runs_of_one_file() -> None:
@@ -450,7 +569,15 @@ def test_whose_channels_are_looked_at() -> None:
     turning = {"kind": "leg", "direction": "rotation"}
     assert channels_of(*[(turning, DEAD_Z)] * 3, FINE).verdict == "failed"
     assert channels_of(*[({}, DEAD_Z)] * 3, constant=("F3",)).verdict == "passed"
-    assert channels_of().verdict == "not checked"
+    assert channels_of() == Check("channels", "not checked", "no readings of channels")
+    # one push is all there is
+    assert channels_of(({}, DEAD_Z)).verdict == "failed"
+    dead_x = {"F1": (0.0, 0.0, 1.0, 0.0)}
+    assert channels_of(*[({}, dead_x | DEAD_Z)] * 3, constant=("F1",)).found.startswith(
+        "F3, along z"
+    )
+    level = {"beta_deg": 0.0, "gamma_deg": 90.0}
+    assert channels_of(*[(level, DEAD_Z)] * 3).verdict == "failed"
 
 
 def test_what_feels_nothing_sideways_by_symmetry_is_no_dead_x() -> None:
@@ -526,10 +653,20 @@ def test_x_and_y_exchanged(across: float, along: float, verdict: str) -> None:
 
 
 def test_copies_are_listed_with_what_they_are_copies_of() -> None:
-    found = check_logs(runs("a", "b", "c"), {"c": ("b",), "b": ("c",)})
-    assert found.found == "2 runs have the readings of others: b and c"
-    assert found.runs == (("b", "same readings as c"), ("c", "same readings as b"))
-    assert check_logs(runs("a"), {}).verdict == "passed"
+    logs = {"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")}
+    told = "3 runs have the readings of others: b and c, d"
+    assert check_logs(runs("a", "b", "c", "d"), logs) == Check(
+        "same_logs", "failed", told, "each log once",
+        f"Copies of a log are no repeats ({told}): look at force_log of these runs, and leave out the copies.",
+        (("b", "same readings as c, d"), ("c", "same readings as b, d"), ("d", "same readings as b, c")),
+    )  # fmt: skip
+    assert check_logs(runs("a"), {}) == Check(
+        "same_logs", "passed", "no log is there twice", "each log once"
+    )
+    # legs are runs too
+    turning = runs("a", "b", kind="leg")
+    table = pd.DataFrame({"run_id": ["a", "b"], "readings": "1"})
+    assert same_readings(turning, table) == {"a": ("b",), "b": ("a",)}
 
 
 GAMMAS = (45.0, 71.57, 90.0)
@@ -657,10 +794,32 @@ def test_which_strokes_tell_where_stress_begins() -> None:
     ):  # fmt: skip
         fits = strokes(0.3, ways=("intrusion",))["fits"].assign(**{column: value})
         assert check_surface(settings(), "m", {"fits": fits}).verdict == "not checked"
+    few = Check("surface", "not checked", "too few pushes with a slope of their own")
+    assert check_surface(settings(), "m", {"fits": strokes(0.3)["fits"][12:]}) == few
     clear = strokes(0.3, ways=("intrusion",))["fits"].assign(alpha_z_se_N_per_cm3=0.13)
     assert check_surface(settings(), "m", {"fits": clear}).verdict == "failed"
     without = strokes(0.3)["fits"].assign(flags=f"{NO_TARE_FLAG}; slow")
-    assert check_surface(settings(), "m", {"fits": without}).verdict == "not checked"
+    assert check_surface(settings(), "m", {"fits": without}) == Check(
+        "surface", "not checked", "the force on the rod, which begins elsewhere, is in it"
+    )
+    assert check_surface(settings("natural_sand"), "m", {"fits": without}) == Check(
+        "surface", "not checked", "stress is a line only near the surface of a natural sand"
+    )
+
+
+@pytest.mark.parametrize(("share", "late"), [(0.97, False), (1.03, True)])
+def test_scatter_of_the_starts_widens_what_is_allowed_for_a_lag(share: float, late: bool) -> None:
+    """Four pushes at two angles, off their line by as much to both sides: the misfit has two degrees of freedom."""
+    sine = np.sin(np.radians([45.0, 45.0, 90.0, 90.0]))
+    scatter, wide = 0.05, sine[2] - sine[0]
+    lag = share * 3 * math.sqrt(2) * scatter / wide
+    start = lag * sine + scatter * np.array([1, -1, 1, -1])
+    fits = strokes(0.0, ways=("intrusion",))["fits"].iloc[[0, 0, 8, 8]]
+    fits = fits.assign(intercept_z_N_per_cm2=-0.4 * start)
+    said = check_surface(settings(), "m", {"fits": fits}).sentence
+    assert ("force log is late" in said) == late
+    # three are too few for a line and its error
+    assert "late" not in check_surface(settings(), "m", {"fits": fits[1:]}).sentence
 
 
 def test_pushes_at_one_angle_alone_name_no_lag() -> None:

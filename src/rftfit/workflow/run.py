@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 from collections import Counter
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -267,6 +268,11 @@ def _check_installed(executor: str, folder: Path) -> None:
     """Say what is missing before Snakemake does, in more words."""
     if executor in ("local", "dryrun", "touch"):
         return
+    if " " in sys.executable:
+        raise InputError(
+            f"{sys.executable}: Snakemake cannot start jobs of a cluster with a Python whose path has "
+            "a space: make the environment in a folder without one"
+        )
     plugin = f"snakemake-executor-plugin-{executor}"
     if find_spec(plugin.replace("-", "_")) is None:
         raise InputError(
