@@ -28,6 +28,7 @@ from rftfit.measure.checks import (
     check_size,
     check_steadiness,
     check_surface,
+    marked,
     marks_of,
     same_readings,
     usable,
@@ -351,6 +352,17 @@ def test_one_cause_is_told_once() -> None:
     assert "%" not in found["symmetry"].found
 
 
+def test_errors_are_exchanged_with_the_axes() -> None:
+    """A cell that noise of its true alpha_x explains gives no energy back once the axes are put right."""
+    rows = [(0, 90, 0.0, 0.5, 0.001, 0.001), *[(0, 0, 0.3, -0.3, 0.001, 0.001)] * 3]
+    for se_z, said in ((0.01, "none"), (0.001, "1")):
+        noisy = few_cells([*rows, (30, 0, -0.02, 0.0, se_z, 0.0001)])
+        assert axes(noisy)["work"].sentence == (
+            f"X and z look exchanged (3 of 5 cells give energy back; {said} of them with that put right): look at "
+            "transducer.axes."
+        )
+
+
 def test_axes_that_mend_nothing_are_not_named() -> None:
     """Forces that give energy back whatever the axes are called."""
     rows = [(0, 45, z, x, 0.001, 0.001) for z in (-0.2, 0.2) for x in (-0.2, 0.2)] * 3
@@ -545,6 +557,13 @@ def test_a_dead_channel_shows_in_three_logs_or_in_all(dead: int, fine: int, verd
             f"F3, along z, is constant in {dead} of {dead + fine} logs: look at its cable and its column."
         )
         assert found.runs == tuple((f"r{n}", "channel F3 does not move") for n in range(dead))
+
+
+def test_runs_of_each_dead_channel_are_told() -> None:
+    dead_x = {"F1": (0.0, 0.0, 1.0, 0.0)}
+    found = channels_of(*[({}, dead_x)] * 3, *[({}, DEAD_Z)] * 3)
+    told = [f"channel {name} does not move" for name in ("F1", "F3") for _ in range(3)]
+    assert found.runs == tuple((f"r{n}", one) for n, one in enumerate(told))
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.499, "passed"), (0.5, "failed")])
@@ -919,7 +938,12 @@ def test_whose_trend_counts() -> None:
 
 def test_what_trend_is_allowed() -> None:
     """A tenth, or three standard errors of the median."""
-    assert check_steadiness(level_runs(60, (0.101,) * 3)).verdict == "failed"
+    told = "stress changes by 10.1 % over the steady part (of 3 runs)"
+    assert check_steadiness(level_runs(60, (0.101,) * 3)) == Check(
+        "steadiness", "failed", told, "10.0 % of either sign",
+        f"Horizontal runs are not steady ({told}): look at fit.horizontal_skip_cm, at the distance to the walls, "
+        "and whether the plate goes deeper or piles up the bed.",
+    )  # fmt: skip
     found = check_steadiness(level_runs(60, (0.099,) * 3))
     assert (found.verdict, found.allowed) == ("passed", "10.0 % of either sign")
     se = 1.2533 * 1.4826 * 0.1 / math.sqrt(3)
@@ -943,6 +967,19 @@ def test_marks_name_what_fails_and_why_it_is_accepted() -> None:
     assert usable(frame)
     assert not usable(frame.assign(checks="unusable: fails work (results/checks)"))
     assert usable(frame.assign(checks="accepted: fails work: unusable: I know"))
+
+
+def test_flags_of_single_runs_are_added_to_those_of_their_cells() -> None:
+    table = few_cells(
+        [(0, 90, 0.5, 0, 0, 0)] * 3, run_ids=["a b", "c", "d"], flags=["not linear", "", "old"]
+    )
+    checks = [
+        Check("channels", "failed", runs=(("b", "dead"), ("c", "cut"))),
+        Check("work", "passed"),
+    ]
+    made = marked(table, checks, "unusable: fails channels")
+    assert made["flags"].tolist() == ["not linear; b: dead", "c: cut", "old"]
+    assert set(made["checks"]) == {"unusable: fails channels"}
 
 
 def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path: Any) -> None:
