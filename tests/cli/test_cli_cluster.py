@@ -59,10 +59,12 @@ def test_a_profile_that_cannot_be_read(
 
 
 def test_what_is_missing_is_named(snakefile: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sys.executable", "/home/my lab/.venv/bin/python")
-    with pytest.raises(InputError, match="make the environment in a folder without one"):
-        cluster_words("slurm", snakefile, None)
-    monkeypatch.setattr("sys.executable", "/usr/bin/python")
+    for sign in " $'(":
+        monkeypatch.setattr("sys.executable", f"/home/my{sign}lab/.venv/bin/python")
+        with pytest.raises(InputError, match="cannot start a Python whose path has a"):
+            cluster_words("slurm", snakefile, None)
+    # letters of other languages are letters
+    monkeypatch.setattr("sys.executable", "/home/été/.venv/bin/python3.11")
     monkeypatch.setattr(run, "find_spec", lambda _: None)
     with pytest.raises(InputError, match="pip install snakemake-executor-plugin-slurm"):
         cluster_words("slurm", snakefile, None)

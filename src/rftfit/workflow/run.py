@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 from collections import Counter
@@ -268,10 +269,11 @@ def _check_installed(executor: str, folder: Path) -> None:
     """Say what is missing before Snakemake does, in more words."""
     if executor in ("local", "dryrun", "touch"):
         return
-    if " " in sys.executable:
+    # Snakemake does not quote it for the shell of a job
+    if found := re.search(r"[^\w@%+=:,./-]", sys.executable):
         raise InputError(
-            f"{sys.executable}: Snakemake cannot start jobs of a cluster with a Python whose path has "
-            "a space: make the environment in a folder without one"
+            f"{sys.executable}: a cluster's jobs cannot start a Python whose path has a {found[0]!r}: make "
+            "the environment in a folder with letters, digits, - and _ alone in its path"
         )
     plugin = f"snakemake-executor-plugin-{executor}"
     if find_spec(plugin.replace("-", "_")) is None:
