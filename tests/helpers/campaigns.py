@@ -49,7 +49,7 @@ class Folder:
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
     def run(self, *words: str, cores: int = 2) -> str:
-        """Run the workflow as a user does, each stage in a process of its own."""
+        """Run the workflow by Snakemake alone, each stage in a process of its own."""
         done = self.snakemake(*words, cores=cores)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr

@@ -152,8 +152,8 @@ class Workflow:
             self.on_job(progress, progress.feed(line))
 
         try:
-            # on a cluster jobs run elsewhere; a dry run has none
-            here = log is not None and self.cluster is None
+            # a dry run has no jobs; those of a cluster or of another workflow are not forked from here
+            here = log is not None and self.cluster is None and self.snakefile is None
             status = listen(command, log, on_line, warm=here)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
