@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rftfit.logs.base import Log
-from rftfit.logs.inspect import Clock, lacking, summaries, survey
+from rftfit.logs.inspect import Clock, lacking, survey
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -72,7 +72,7 @@ def test_numbers_by_hand() -> None:
     assert len(clock.gaps) == 1
     assert list(clock.gaps[0]) == pytest.approx([0.4, 1.0])
     assert (clock.repeated, clock.backwards) == (1, 1)
-    force = summaries(log)[1]
+    force = survey([log]).columns[1]
     assert (force.lowest, force.highest, force.resolution, force.unit) == (-2, 3, 0.25, "N")
 
 

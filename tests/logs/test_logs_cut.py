@@ -12,9 +12,9 @@ from fuzzing import check_rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rftfit.logs.base import Log, LogError
+from rftfit.logs.base import FINITE, Log, LogError
 from rftfit.logs.registry import DIALECTS
-from rftfit.logs.text import CELLS, CUT, FINITE, NUMBER
+from rftfit.logs.text import CELLS, CUT, NUMBER
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -11,10 +11,10 @@ from foreign_logs import daq, instron, lvm, netft, rostopic
 from rftfit.campaign.config import ForceLog, TextFormat
 from rftfit.errors import InputError
 from rftfit.logs import rosbag, tabular, tdms
-from rftfit.logs.base import LogError
+from rftfit.logs.base import FINITE, LogError
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect, source_reader
-from rftfit.logs.text import CELLS, CUT, FINITE, GROUPED, NUMBER
+from rftfit.logs.text import CELLS, CUT, GROUPED, NUMBER
 
 if TYPE_CHECKING:
     from pathlib import Path

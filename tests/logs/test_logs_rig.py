@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rftfit.errors import InputError
-from rftfit.logs.base import Log, LogError
+from rftfit.logs.base import FINITE, Log, LogError
 from rftfit.logs.registry import DIALECTS, claimants, dialect, head_of
 from rftfit.logs.rig import RigReader
-from rftfit.logs.text import CELLS, CUT, FINITE, NUMBER
+from rftfit.logs.text import CELLS, CUT, NUMBER
 
 FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 MOTION_HEADER = "time_s,x_mm,z_mm,angle_deg"

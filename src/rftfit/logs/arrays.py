@@ -15,7 +15,6 @@ from rftfit.logs.base import (
     ns_to_s,
     package_needed,
 )
-from rftfit.logs.text import FINITE
 from rftfit.logs.units import split_unit, unique, unit_word
 
 if TYPE_CHECKING:
@@ -94,8 +93,7 @@ class ArraysReader(RatedReader):
         if self._rate and "time" not in kept:
             kept, stated = {"time": np.arange(size) / self._rate, **kept}, {"time": "s", **stated}
             notes.append(f"time is the place in the array / {self._rate:g} Hz (the config)")
-        finite = np.all([np.isfinite(values) for values in kept.values()], axis=0)
-        return Log(path, kept, stated, size, notes=tuple(notes)).take(finite, FINITE)
+        return Log(path, kept, stated, size, notes=tuple(notes)).finite()
 
 
 def _columns(path: Path, head: bytes) -> Iterator[tuple[str, Column]]:

@@ -11,8 +11,7 @@ import numpy as np
 
 from rftfit.campaign.config import TextFormat
 from rftfit.errors import InputError
-from rftfit.logs.base import Log, LogError, add_counts
-from rftfit.logs.channels import MixedClocksError
+from rftfit.logs.base import Log, LogError, MixedClocksError, add_counts
 from rftfit.logs.delimited import DelimitedReader, encoding_of, first_lines, preview
 from rftfit.logs.registry import dialects, faults
 from rftfit.logs.units import DOWNWARD, MEANING, epoch_unit, guess, guesses
@@ -134,7 +133,9 @@ def survey(blocks: Iterable[Log]) -> Survey:
     missing: dict[str, int] = {}
     lines: set[float] = set()
     for log in blocks:
-        found = summaries(log)
+        found = [
+            _summary(name, values, log.units.get(name, "")) for name, values in log.columns.items()
+        ]
         if first is None:
             first, quantities = log, guesses(log)
             # what each column was guessed to be in the end
@@ -176,11 +177,6 @@ def together(surveys: Sequence[Survey]) -> Survey:
             moving=max(first.moving, other.moving),
         )
     return first
-
-
-def summaries(log: Log) -> list[ColumnSummary]:
-    """Describe every column, in the order of the file."""
-    return [_summary(name, values, log.units.get(name, "")) for name, values in log.columns.items()]
 
 
 def _summary(name: str, values: FloatArray, unit: str) -> ColumnSummary:

@@ -11,8 +11,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.campaign.config import QUANTITIES
-from rftfit.logs.base import Log, LogError, Reader, add_counts, parallel_map
-from rftfit.logs.channels import SAME_S, ChannelClock, MixedClocksError, common_clock
+from rftfit.logs.base import (
+    SAME_S,
+    ChannelClock,
+    Log,
+    LogError,
+    MixedClocksError,
+    Reader,
+    add_counts,
+    common_clock,
+    parallel_map,
+)
 from rftfit.logs.text import MAX_LINE, Kind, Layout, TextFile, lines_of, parse, text_head
 from rftfit.logs.units import split_unit, unique, unit_word
 

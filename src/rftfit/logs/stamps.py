@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.logs.base import ns_to_s
+
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
@@ -86,10 +88,7 @@ def seconds_of_column(cells: Any) -> FloatArray | None:
         stamps = cells.cast(pa.timestamp("ns", "UTC" if zoned else None))
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError):
         return None
-    counts = stamps.cast(pa.int64()).to_numpy()
-    whole = counts // 10**9
-    seconds: FloatArray = whole + (counts - whole * 10**9) / 1e9
-    return seconds
+    return ns_to_s(stamps.cast(pa.int64()).to_numpy())
 
 
 class RestartingClock:

@@ -17,7 +17,7 @@ import numpy as np
 from rftfit.logs.base import Log, LogError, Reader, ns_to_s
 from rftfit.logs.delimited import is_units_row
 from rftfit.logs.stamps import of_moment, seconds_of
-from rftfit.logs.text import FINITE, NUMBER
+from rftfit.logs.text import NUMBER
 from rftfit.logs.units import split_unit, unique, unit_word
 
 if TYPE_CHECKING:
@@ -51,13 +51,6 @@ def _checked(path: Path, what: str, blocks: Iterator[Log]) -> Iterator[Log]:
         raise LogError("unreadable", f"{text}stands at its end", rows) from None
     if rows == 0:
         raise LogError("header_only", f"{path}: a header and no data")
-
-
-def _finite(log: Log) -> Log:
-    keep = np.ones(log.size, dtype=bool)
-    for values in log.columns.values():
-        keep &= np.isfinite(values)
-    return log.take(keep, FINITE)
 
 
 class XlsxReader(Reader):
@@ -205,7 +198,8 @@ def _sheet_log(
     dropped = {NUMBER: len(rows) - len(kept)} if len(kept) < len(rows) else {}
     values = np.array(kept, dtype=float).reshape(-1, len(chosen)).T
     columns = {names[place]: values[index] for index, place in enumerate(chosen)}
-    return _finite(Log(path, columns, {names[p]: units[p] for p in chosen}, len(rows), dropped))
+    log = Log(path, columns, {names[p]: units[p] for p in chosen}, len(rows), dropped)
+    return log.finite()
 
 
 class ParquetReader(Reader):
@@ -238,7 +232,7 @@ def _batches(path: Path) -> Iterator[Log]:
         for batch in file.iter_batches(at_a_time, columns=list(chosen)):
             if batch.num_rows:
                 columns = {name: _numbers(batch.column(f)) for f, (name, _) in chosen.items()}
-                yield _finite(Log(path, columns, units, batch.num_rows))
+                yield Log(path, columns, units, batch.num_rows).finite()
 
 
 def _fields(schema: Any) -> dict[str, tuple[str, str]]:

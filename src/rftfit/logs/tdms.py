@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.logs.base import (
+    ChannelClock,
     Log,
     LogError,
     Reader,
     check_size,
+    common_clock,
     file_errors,
     package_needed,
     rate_option,
     text_option,
 )
-from rftfit.logs.channels import ChannelClock, common_clock
 from rftfit.logs.units import unit_word
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import zlib
 from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 import numpy as np
 
 from rftfit.logs.base import (
+    FINITE,
     HEAD_BYTES,
     Log,
     LogError,
@@ -41,7 +42,6 @@ CUT = "cut in mid-row"
 CELLS = "wrong number of cells"
 NUMBER = "not a number"
 NO_TIME = "not a time"
-FINITE = "NaN or infinite"
 GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
 """Why a line is left out."""
 
@@ -53,7 +53,7 @@ MAX_LINE = 1 << 16
 MAX_BYTES = 1 << 36
 GZIP = b"\x1f\x8b"
 
-_FEED, _RETURN, _TAB, _BLANK, _COMMA, _ZERO, _NINE = b"\n\r\t ,09"
+_FEED, _RETURN, _COMMA, _ZERO, _NINE = b"\n\r,09"
 
 
 # --- A file as blocks of whole lines
@@ -442,21 +442,12 @@ def _options(layout: Layout, width: int) -> dict[str, Any]:
 
 def _single_blanks(body: bytes) -> bytes:
     """Put one blank between cells, and none at either end of a line."""
-    text = np.frombuffer(body, dtype=np.uint8)
-    # the last blank of each run stays, if a cell follows
-    blank = (text == _BLANK) | (text == _TAB)
-    drop = np.ones(text.size, dtype=bool)
-    follows = text[1:]
-    np.logical_and(blank[:-1], blank[1:] | (follows == _FEED) | (follows == _RETURN), out=drop[:-1])
-    drop[-1] = blank[-1]
-    text = text[~drop]
-    if text.size:
-        # and goes, if no cell is before it
-        end = (text == _FEED) | (text == _RETURN)
-        drop = (text == _BLANK) | (text == _TAB)
-        drop[1:] &= end[:-1]
-        text = text[~drop]
-    return text.tobytes().replace(b"\t", b" ")
+    body = body.replace(b"\t", b" ")
+    while b"  " in body:
+        body = body.replace(b"  ", b" ")
+    for end in (b"\n", b"\r"):
+        body = body.replace(b" " + end, end).replace(end + b" ", end)
+    return body.strip(b" ")
 
 
 def _by_hand(layout: Layout, body: bytes) -> Rows:
@@ -601,7 +592,7 @@ class Plan:
     packets: PacketCount | None = None
     keep: frozenset[str] = frozenset()
     not_same: str = ""
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
     refusal: str = ""
 
 
