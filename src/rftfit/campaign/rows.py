@@ -11,7 +11,7 @@ import re
 import warnings
 import zipfile
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import islice, zip_longest
 from typing import TYPE_CHECKING, Any, Literal
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rftfit.campaign.files import Folder
+    from rftfit.campaign.problems import Severity
 
 MAX_BYTES = 50_000_000
 MAX_UNPACKED = 40_000_000
@@ -140,6 +141,7 @@ class Schema:
     `comments`: Whether lines that start with ``#`` are left out.
     `others`: Whether columns that are not in `columns` are left alone.
     `lenient`: Whether a bad cell is only marked in its row, without a problem.
+    `file`: The table's name in problems.
     """
 
     area: str
@@ -149,6 +151,14 @@ class Schema:
     others: bool = False
     lenient: bool = False
     most_rows: int = 200_000
+    file: str = ""
+
+    def refusal(
+        self, code: str, allowed: str, found: str | None = None, row: int | None = None
+    ) -> CampaignError:
+        """Say why nothing of the table can be read."""
+        place = Place(self.file, row)
+        return CampaignError([Problem(f"{self.area}.{code}", place, found, allowed)])
 
 
 @dataclass(slots=True, eq=False)
@@ -161,8 +171,7 @@ class DraftRow:
     `problems`: Those of the whole table, to which this row adds its own.
     """
 
-    area: str
-    file: str
+    schema: Schema
     row: int
     problems: MutableSequence[Problem]
     text: dict[str, str] = field(default_factory=dict)
@@ -176,15 +185,13 @@ class DraftRow:
         found: str | None,
         allowed: str,
         nearest: str | None = None,
-        severity: Literal["error", "warning"] = "error",
+        severity: Severity = "error",
     ) -> None:
         """Note a problem of one cell, whose column counts as bad if it is an error."""
         if severity == "error":
             self.bad.add(column)
-        place = Place(self.file, self.row, column)
-        self.problems.append(
-            Problem(f"{self.area}.{code}", place, found, allowed, nearest, severity)
-        )
+        code, place = f"{self.schema.area}.{code}", Place(self.schema.file, self.row, column)
+        self.problems.append(Problem(code, place, found, allowed, nearest, severity))
 
     def yes(self, column: str) -> bool:
         """Whether a flag is set; false also where the cell is blank or bad."""
@@ -223,30 +230,22 @@ def read_rows(
     `file`: Its name in problems; default: its path. Returns every row, with its good cells, and all
     problems.
     """
-    file = str(path) if file is None else file
+    schema = replace(schema, file=str(path) if file is None else file)
     try:
-        table = _read_table(path, schema, file)
+        table = _read_table(path, schema)
+        found, problems = _find_columns(table, schema)
     except CampaignError as error:
         return [], list(error.problems)
-    found, problems = _find_columns(table, schema, file)
-    if not found and (below := _header_below(table, schema)):
-        allowed = (
-            f"the names of the columns, which stand in row {below}: take out the rows above it"
-        )
-        header = next(filter(None, table.header))
-        return [], [
-            Problem(f"{schema.area}.header-below", Place(file, table.header_row), header, allowed)
-        ]
     if not table.rows:
         allowed = f"no {schema.rows} yet: below the header, one row for each is needed"
-        problems.append(Problem(f"{schema.area}.empty", Place(file), None, allowed))
+        problems += schema.refusal("empty", allowed).problems
     noted = deque[Problem](maxlen=0) if schema.lenient else problems
     columns = [(column, *found.get(column.name, (None, 1.0))) for column in schema.columns]
     drafts: list[DraftRow] = []
     for number, cells in table.rows:
         width = len(cells)
         named = {name: cells[at] if at < width else "" for name, (at, _) in found.items()}
-        draft = DraftRow(schema.area, file, number, noted)
+        draft = DraftRow(schema, number, noted)
         for column, at, scale in columns:
             draft.text[column.name] = ""
             bad = table.bad.get((number, at)) if table.bad and at is not None else None
@@ -392,19 +391,13 @@ class _Table:
 
 
 def _find_columns(
-    table: _Table, schema: Schema, file: str
+    table: _Table, schema: Schema
 ) -> tuple[dict[str, tuple[int, float]], list[Problem]]:
     """Position of each column, what its unit is in that of the schema, and what is wrong with it."""
     found: dict[str, tuple[int, float]] = {}
     problems: list[Problem] = []
+    note = DraftRow(schema, table.header_row, problems).note
     unknown: list[str] = []
-
-    def note(
-        name: str, code: str, found: str | None, allowed: str, nearest: str | None = None
-    ) -> None:
-        place = Place(file, table.header_row, name)
-        problems.append(Problem(f"{schema.area}.{code}", place, found, allowed, nearest))
-
     names = {name: column for column in schema.columns for name in (column.name, *column.also)}
     for at, name in enumerate(table.header):
         column, scale = _column_of(name, names)
@@ -418,6 +411,12 @@ def _find_columns(
             found[column.name] = (at, math.nan)
         else:
             found[column.name] = (at, scale)
+    if not found and (below := _header_below(table, schema)):
+        allowed = (
+            f"the names of the columns, which stand in row {below}: take out the rows above it"
+        )
+        header = next(filter(None, table.header))
+        raise schema.refusal("header-below", allowed, header, table.header_row)
     missing = [column for column in schema.columns if column.name not in found]
     for name in () if schema.others else unknown:
         # first among those that are not there yet, so that two misspellings get two answers
@@ -465,37 +464,26 @@ def _check_beyond(draft: DraftRow, header: Sequence[str], cells: Sequence[str]) 
 # --- text and workbooks
 
 
-def _refusal(
-    schema: Schema,
-    file: str,
-    code: str,
-    allowed: str,
-    found: str | None = None,
-    row: int | None = None,
-) -> CampaignError:
-    return CampaignError([Problem(f"{schema.area}.{code}", Place(file, row), found, allowed)])
-
-
-def _read_table(path: Path, schema: Schema, file: str) -> _Table:
-    data = read_bytes(path, file, schema.area, MAX_BYTES)
+def _read_table(path: Path, schema: Schema) -> _Table:
+    data = read_bytes(path, schema.file, schema.area, MAX_BYTES)
     suffix = path.suffix.lower()
     if data.startswith(_WORKBOOK):
-        return _read_workbook(data, schema, file)
+        return _read_workbook(data, schema)
     if data.startswith(_OLD_WORKBOOK):
         allowed = "csv, tsv or xlsx; this is an old or encrypted workbook: save it as .xlsx"
-        raise _refusal(schema, file, "not-a-workbook", allowed, "xls")
+        raise schema.refusal("not-a-workbook", allowed, "xls")
     if suffix in (".xlsx", ".xlsm") and data.strip():
         allowed = "a workbook, as the name says; this file is none: save it again as .xlsx or .csv"
-        raise _refusal(schema, file, "not-a-workbook", allowed)
-    return _read_csv(decode(data, file, schema.area), schema, file, suffix)
+        raise schema.refusal("not-a-workbook", allowed)
+    return _read_csv(decode(data, schema.file, schema.area), schema, suffix)
 
 
-def _too_many_rows(schema: Schema, file: str) -> CampaignError:
+def _too_many_rows(schema: Schema) -> CampaignError:
     allowed = f"at most {schema.most_rows} rows are read; delete empty rows below the last"
-    return _refusal(schema, file, "too-many-rows", allowed, row=schema.most_rows)
+    return schema.refusal("too-many-rows", allowed, row=schema.most_rows)
 
 
-def _read_csv(text: str, schema: Schema, file: str, suffix: str) -> _Table:
+def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     if schema.comments:
         text = re.sub(r"(?m)^[ \t]*#.*$", "", text)
     names = {name: column for column in schema.columns for name in (column.name, *column.also)}
@@ -512,31 +500,31 @@ def _read_csv(text: str, schema: Schema, file: str, suffix: str) -> _Table:
     try:
         for row, cells in enumerate(reader, start=1):
             if row > schema.most_rows:
-                raise _too_many_rows(schema, file)
+                raise _too_many_rows(schema)
             table.add(row, [cell.strip() for cell in cells])
     except csv.Error as error:
         allowed = f"this row cannot be taken apart into cells ({error}); look for a stray quote"
-        raise _refusal(schema, file, "not-csv", allowed, row=row + 1) from None
+        raise schema.refusal("not-csv", allowed, row=row + 1) from None
     # one long cell that names several columns: cut by something else
     several = min(3, len(names))
     if len(table.header) == 1 and sum(name in table.header[0] for name in names) >= several > 1:
         allowed = f"cells separated by {', '.join(_DELIMITERS.values())}"
-        raise _refusal(schema, file, "wrong-delimiter", allowed, table.header[0], table.header_row)
+        raise schema.refusal("wrong-delimiter", allowed, table.header[0], table.header_row)
     return table
 
 
-def _read_workbook(data: bytes, schema: Schema, file: str) -> _Table:
+def _read_workbook(data: bytes, schema: Schema) -> _Table:
     """Read the first sheet: numbers as the shortest text that means them, true and false as words."""
     table = _Table()
-    with _workbook_errors(schema, file):
-        has_formulas, has_merged = _check_archive(data, schema, file)
+    with _workbook_errors(schema):
+        has_formulas, has_merged = _check_archive(data, schema)
         _, rows = _sheets(data, schema)[0]
         merged = _merged_cells(data) if has_merged else {}
         firsts: dict[tuple[int, int], str] = {}
         sources = _sheets(data, schema, formulas=True)[0][1] if has_formulas else None
         for row, values in enumerate(rows, start=1):
             if row > schema.most_rows:
-                raise _too_many_rows(schema, file)
+                raise _too_many_rows(schema)
             texts = [_text(value) for value in values]
             formulas = next(sources, ()) if sources is not None else ()
             for at, (value, source) in enumerate(zip_longest(values, formulas)):
@@ -552,12 +540,10 @@ def _read_workbook(data: bytes, schema: Schema, file: str) -> _Table:
     return table
 
 
-def sheet_rows(
-    data: bytes, schema: Schema, file: str
-) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:
+def sheet_rows(data: bytes, schema: Schema) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:
     """Every sheet of a workbook: its name, and its rows that are not blank, by number, as text."""
-    with _workbook_errors(schema, file):
-        _check_archive(data, schema, file)
+    with _workbook_errors(schema):
+        _check_archive(data, schema)
         for name, rows in _sheets(data, schema):
             texts = enumerate(
                 ([_text(value) for value in row] for row in islice(rows, schema.most_rows)), start=1
@@ -566,7 +552,7 @@ def sheet_rows(
 
 
 @contextlib.contextmanager
-def _workbook_errors(schema: Schema, file: str) -> Iterator[None]:
+def _workbook_errors(schema: Schema) -> Iterator[None]:
     """Turn whatever the library raises on a damaged file into a problem."""
     try:
         with warnings.catch_warnings():
@@ -579,25 +565,25 @@ def _workbook_errors(schema: Schema, file: str) -> Iterator[None]:
     except Exception as error:
         why = str(error) or type(error).__name__
         allowed = f"this workbook cannot be read ({why}); save it again as .xlsx or .csv"
-        raise _refusal(schema, file, "not-a-workbook", allowed) from error
+        raise schema.refusal("not-a-workbook", allowed) from error
 
 
-def _check_archive(data: bytes, schema: Schema, file: str) -> tuple[bool, bool]:
+def _check_archive(data: bytes, schema: Schema) -> tuple[bool, bool]:
     """Refuse what no spreadsheet writes, before it is parsed; tell whether there are formulas, merged cells."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         unpacked = sum(info.file_size for info in archive.infolist())
         if unpacked > MAX_UNPACKED:
             size, most = unpacked / 1e6, MAX_UNPACKED / 1e6
             allowed = f"{size:.0f} MB when unpacked are too large; at most {most:g} MB are read"
-            raise _refusal(schema, file, "too-large", allowed)
+            raise schema.refusal("too-large", allowed)
         parts = {name: archive.read(name) for name in archive.namelist()}
     if any(b"<!DOCTYPE" in part or b"<!ENTITY" in part for part in parts.values()):
         allowed = "a workbook as a spreadsheet saves it; this one declares XML entities"
-        raise _refusal(schema, file, "not-a-workbook", allowed)
+        raise schema.refusal("not-a-workbook", allowed)
     if (tags := sum(part.count(b"<") for part in parts.values())) > MAX_TAGS:
         limit = f"at most {MAX_TAGS / 1e6:g} million are read"
-        raise _refusal(
-            schema, file, "too-large", f"{tags / 1e6:.0f} million XML tags are too many; {limit}"
+        raise schema.refusal(
+            "too-large", f"{tags / 1e6:.0f} million XML tags are too many; {limit}"
         )
     sheets = [part for name, part in parts.items() if name.startswith("xl/worksheets/")]
     formulas = any(b"<f>" in part or b"<f " in part for part in sheets)

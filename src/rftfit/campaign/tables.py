@@ -87,9 +87,9 @@ def read_pushes(
     stands for, by run_id, and everything that is wrong with it.
     """
     known = tuple(media)
-    schema = _named(STRESS if table.holds == "stress" else ALPHA, table)
+    schema = replace(_named(STRESS if table.holds == "stress" else ALPHA, table), file=file)
     problems: list[Problem] = []
-    drafts = _blocks(path, file, schema, known, problems) if table.holds == "alpha" else None
+    drafts = _blocks(path, schema, known, problems) if table.holds == "alpha" else None
     if drafts is None:
         drafts, problems = read_rows(path, schema, file)
     scale = {
@@ -222,7 +222,7 @@ _COMPONENT = re.compile(
 
 
 def _blocks(
-    path: Path, file: str, schema: Schema, media: tuple[str, ...], problems: list[Problem]
+    path: Path, schema: Schema, media: tuple[str, ...], problems: list[Problem]
 ) -> list[DraftRow] | None:
     """Rows of a table in blocks; None where the file is a long table.
 
@@ -232,7 +232,7 @@ def _blocks(
     """
     found: dict[tuple[str, float, float], DraftRow] = {}
     try:
-        grids = list(_grids(read_bytes(path, file, schema.area, MAX_BYTES), path, file, schema))
+        grids = list(_grids(path, schema))
     except CampaignError:
         return None  # the reader of long tables says why
     for sheet, rows in grids:
@@ -256,7 +256,7 @@ def _blocks(
                 name = f"alpha_{component}_N_per_cm3"
                 for i, gamma in gammas.items():
                     key, text, value = (medium, beta, gamma), texts[i], rest[i]
-                    draft = found.setdefault(key, DraftRow(schema.area, file, number, problems))
+                    draft = found.setdefault(key, DraftRow(schema, number, problems))
                     if name in draft.number:
                         allowed = f"each direction once; row {draft.row} has it"
                         draft.note(name, "twice", text, allowed)
@@ -285,11 +285,9 @@ def key_of(name: str) -> str:
 
 def media_of_table(path: Path, holds: str) -> list[tuple[str, str]]:
     """Keys and titles of the media that a table names, in its order; of the file where it names none."""
-    schema = STRESS if holds == "stress" else ALPHA
+    schema = replace(STRESS if holds == "stress" else ALPHA, file=path.name)
     found: dict[str, str] = {}
-    grids = list(
-        _grids(read_bytes(path, path.name, schema.area, MAX_BYTES), path, path.name, schema)
-    )
+    grids = list(_grids(path, schema))
     for sheet, rows in grids:
         heads = [row[0].strip() if row else "" for _, row in rows]
         blocks = holds == "alpha" and any(_COMPONENT.fullmatch(head) for head in heads)
@@ -312,13 +310,13 @@ def media_of_table(path: Path, holds: str) -> list[tuple[str, str]]:
     return list(found.items()) or [(key_of(path.stem) or "medium", path.stem)]
 
 
-def _grids(
-    data: bytes, path: Path, file: str, schema: Schema
-) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:
+def _grids(path: Path, schema: Schema) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:
+    """Name of each sheet of a table, and its rows that are not blank, by number."""
+    data = read_bytes(path, schema.file, schema.area, MAX_BYTES)
     if data.startswith(b"PK\x03\x04"):
-        yield from sheet_rows(data, schema, file)
+        yield from sheet_rows(data, schema)
         return
-    text = decode(data, file, schema.area)
+    text = decode(data, schema.file, schema.area)
     delimiter = max(",;\t", key=text.count)
     lines = csv.reader(io.StringIO(text), delimiter=delimiter)
     try:
