@@ -40,23 +40,19 @@ class Seen:
     """Digests of files, remembered with what a file system says about them.
 
     A file is read again only where its size, its times (of content and of inode, so that a date put
-    back does not deceive) or its inode differ from those it was read with.
-
-    `memory`: Where they are remembered from run to run. It may be deleted at any time; None
-        remembers nothing, so that every file is read.
+    back does not deceive) or its inode differ from those it was read with. They are remembered from
+    run to run in the file `memory`, which may be deleted at any time; None: in no file.
     """
 
     def __init__(self, memory: Path | None) -> None:
         self._memory = memory
-        self._known: dict[str, tuple[State, str]] = {}
+        self._known = {} if memory is None else _recall(memory)
         self._changed = False
-        if memory is not None:
-            self._known = _recall(memory)
 
     def digests(self, paths: Iterable[str]) -> dict[str, str]:
         """SHA-256 by absolute path; empty of what is no regular file (never opened) or cannot be read."""
         found: dict[str, str] = {}
-        states: dict[str, State] = {}
+        # one after the other: threads were twice as slow on files of 50 kB
         for path in paths:
             state = _state(path)
             if state is None:
@@ -64,33 +60,31 @@ class Seen:
             elif path in self._known and self._known[path][0] == state:
                 found[path] = self._known[path][1]
             else:
-                states[path] = state
-        if states:
-            # one after the other: threads were twice as slow on files of 50 kB
-            found |= {path: _try_sha256(path) for path in states}
-            self._keep(states, found)
+                found[path] = self._read(path, state)
         return found
 
-    def _keep(self, states: Mapping[str, State], found: Mapping[str, str]) -> None:
-        now = time.time_ns()
-        for path, state in states.items():
-            _, modified, changed, _ = state
-            # a clock may tick too slowly to tell a change right after reading from none
-            settled = max(modified, changed) < now - _SETTLED_NS
-            if found[path] and settled and _state(path) == state:
-                self._known[path] = (state, found[path])
-                self._changed = True
+    def _read(self, path: str, state: State) -> str:
+        try:
+            digest = sha256_of(path)
+        except OSError:
+            return ""
+        _, modified, changed, _ = state
+        # a clock may tick too slowly to tell a change right after reading from none
+        settled = max(modified, changed) < time.time_ns() - _SETTLED_NS
+        if settled and _state(path) == state:
+            self._known[path] = (state, digest)
+            self._changed = True
+        return digest
 
     def save(self) -> None:
         """Remember for the next run, where there is a folder to do so; failing is no error."""
         if self._memory is None or not self._changed or not self._memory.parent.parent.is_dir():
             return
-        lines = [_HEADING]
-        for path, (state, digest) in sorted(self._known.items()):
-            lines.append("\t".join((digest, *map(str, state), path)))
+        known = sorted(self._known.items())
+        rows = ["\t".join((digest, *map(str, state), path)) for path, (state, digest) in known]
         with contextlib.suppress(OutputError):
             # a path may hold bytes that are no text
-            data = ("\n".join(lines) + "\n").encode("utf-8", "surrogateescape")
+            data = "\n".join([_HEADING, *rows, ""]).encode("utf-8", "surrogateescape")
             write_bytes(self._memory, data)
             self._changed = False
 
@@ -103,13 +97,6 @@ def _state(path: str) -> State | None:
     if not stat.S_ISREG(found.st_mode):
         return None
     return (found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino)
-
-
-def _try_sha256(path: str) -> str:
-    try:
-        return sha256_of(path)
-    except OSError:
-        return ""
 
 
 def _recall(memory: Path) -> dict[str, tuple[State, str]]:
@@ -205,17 +192,16 @@ def _tops() -> tuple[Path, Path]:
 def _path(module: str) -> Path | None:
     """Source file of a module, found without importing it."""
     root = Path(__file__).resolve().parents[1]
-    path = root.joinpath(*module.split(".")[1:])
-    if module.split(".", maxsplit=1)[0] != root.name:
+    top, *parts = module.split(".")
+    if top != root.name:
         try:
             spec = find_spec(module)
         except (ImportError, ValueError):
             return None
         return Path(spec.origin) if spec and spec.origin and spec.has_location else None
-    for candidate in (path / "__init__.py", path.with_suffix(".py")):
-        if candidate.is_file():
-            return candidate
-    return None
+    path = root.joinpath(*parts)
+    files = (path / "__init__.py", path.with_suffix(".py"))
+    return next((file for file in files if file.is_file()), None)
 
 
 @cache
@@ -224,8 +210,7 @@ def _source_digest(module: str) -> bytes:
     assert path is not None
     total = hashlib.sha256(path.read_bytes())
     if path.name == "__init__.py":
-        beside: Iterable[Path] = sorted(path.parent.iterdir())
-        for other in beside:
+        for other in sorted(path.parent.iterdir()):
             if other.is_file() and other.suffix in _DATA:
                 total.update(other.read_bytes())
     for top in _tops() if module in _READS else ():
@@ -252,10 +237,6 @@ def _imports(module: str) -> frozenset[str]:
             # `from package import module` names a module, not a value
             names.update(f"{home}.{name}" for name in _NAME.findall(chosen))
     found: set[str] = set()
-    for name in names:
-        parts = name.split(".")
-        if parts[0] != package:
-            continue
-        around = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
-        found.update(part for part in around if _path(part) is not None)
-    return frozenset(found)
+    for parts in (name.split(".") for name in names if name.partition(".")[0] == package):
+        found.update(".".join(parts[:count]) for count in range(1, len(parts) + 1))
+    return frozenset(name for name in found if _path(name) is not None)
