@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,12 +31,8 @@ _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
 )  # fmt: skip
 _MAX_BYTES = 2 << 30
 
-
-class Column(NamedTuple):
-    """One column: values, of shape (n,), and the unit that the file states."""
-
-    values: np.ndarray
-    unit: str
+Column = tuple[np.ndarray, str]
+"""Values, of shape (n,), and the unit that the file states."""
 
 
 class ArraysReader(RatedReader):
@@ -68,10 +64,9 @@ class ArraysReader(RatedReader):
     def _log(self, path: Path, found: dict[str, Column]) -> Log:
         split = [split_unit(name) for name in found]
         names = unique([name for name, _ in split])
-        units = [
-            column.unit or unit for column, (_, unit) in zip(found.values(), split, strict=True)
-        ]
-        columns = dict(zip(names, (column.values for column in found.values()), strict=True))
+        pairs = zip(found.values(), split, strict=True)
+        units = [stated or unit for (_, stated), (_, unit) in pairs]
+        columns = dict(zip(names, (values for values, _ in found.values()), strict=True))
         if not columns:
             text = "no array of numbers with more than one value; objects (a MATLAB table or timeseries) "
             raise LogError("header_only", f"{path}: {text}have to be saved as plain arrays")
@@ -158,9 +153,9 @@ def _of_array(path: str, value: Any, unit: str = "") -> Iterator[tuple[str, Colu
         array, unit = ns_to_s(array.astype("datetime64[ns]").astype(np.int64)), "s"
     shape = [length for length in array.shape if length > 1]
     if len(shape) == 1:
-        yield path or "column 1", Column(array.ravel(), unit)
+        yield path or "column 1", (array.ravel(), unit)
     elif len(shape) == 2 and min(shape) <= MOST_COLUMNS:
         table: FloatArray = array.reshape(shape)
         # samples are more than columns: MATLAB and HDF5 lay a table differently
         for number, values in enumerate(table if shape[0] < shape[1] else table.T, start=1):
-            yield f"{path} column {number}".strip(), Column(values, unit)
+            yield f"{path} column {number}".strip(), (values, unit)

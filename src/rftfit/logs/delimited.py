@@ -129,7 +129,7 @@ def _counts(line: Line, comment: str) -> bool:
 
 
 def _cells(line: Line, delimiter: str) -> list[str]:
-    return cells_of(line.text, delimiter, quote=delimiter != " ") or line.text.split(delimiter)
+    return cells_of(line.text, delimiter) or line.text.split(delimiter)
 
 
 def _width(rows: Sequence[list[str]], most: int, least: int) -> int:
@@ -164,7 +164,7 @@ def kinds_of(head: bytes, start: int, width: int, delimiter: str, decimal: str) 
     """Tell which columns hold numbers, or times as text: those in which most of the first rows do."""
     table = []
     for line in lines_of(head[start:], _KIND_LINES):
-        cells = cells_of(line.text, delimiter, quote=delimiter != " ") or []
+        cells = cells_of(line.text, delimiter) or []
         if len(cells) == width and line.whole:
             table.append(cells)
     kinds: list[Kind] = []
@@ -200,7 +200,7 @@ def _try(
     lines: Sequence[Line], delimiter: str, decimal: str
 ) -> tuple[float, dict[str, Any]] | None:
     """Read the lines in one way; the score tells how well that goes."""
-    table = [cells_of(line.text, delimiter, quote=delimiter != " ") or [] for line in lines]
+    table = [cells_of(line.text, delimiter) or [] for line in lines]
     shares = [_share(cells, decimal) for cells in table]
     widths = [len(cells) for cells, share in zip(table, shares, strict=True) if share >= 0.5]
     if not widths:

@@ -14,7 +14,7 @@ from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError, MixedClocksError, add_counts
 from rftfit.logs.delimited import DelimitedReader, encoding_of, first_lines, preview
 from rftfit.logs.registry import dialects, faults
-from rftfit.logs.units import DOWNWARD, MEANING, epoch_unit, guess, guesses
+from rftfit.logs.units import DOWNWARD, MEANING, epoch_unit, guesses
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -133,16 +133,11 @@ def survey(blocks: Iterable[Log]) -> Survey:
     missing: dict[str, int] = {}
     lines: set[float] = set()
     for log in blocks:
-        found = [
-            _summary(name, values, log.units.get(name, "")) for name, values in log.columns.items()
-        ]
         if first is None:
             first, quantities = log, guesses(log)
-            # what each column was guessed to be in the end
             meant = {column: MEANING[quantity] for quantity, column in quantities.items()}
-            columns = [replace(c, quantity=meant.get(c.name, "-")) for c in found]
-        else:
-            columns = [_merged(*pair) for pair in zip(columns, found, strict=True)]
+        found = [_summary(log, name, meant.get(name, "-")) for name in log.columns]
+        columns = [_merged(*pair) for pair in zip(columns or found, found, strict=True)]
         if "time" in quantities:
             clock.add(log.columns[quantities["time"]])
         if "arm_moving" in quantities and len(lines) < 2:
@@ -179,8 +174,8 @@ def together(surveys: Sequence[Survey]) -> Survey:
     return first
 
 
-def _summary(name: str, values: FloatArray, unit: str) -> ColumnSummary:
-    quantity = MEANING.get(guess(name, unit), "-")
+def _summary(log: Log, name: str, quantity: str) -> ColumnSummary:
+    values, unit = log.columns[name], log.units.get(name, "")
     if values.size == 0:
         return ColumnSummary(name, quantity, unit, np.nan, np.nan, np.nan)
     steps = np.diff(np.unique(values))

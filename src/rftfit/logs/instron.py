@@ -52,8 +52,8 @@ def _find_header(lines: Sequence[Line]) -> tuple[int, str] | None:
         if lower.text.lstrip(' "\t;,')[:1] not in ("(", "["):
             continue
         for delimiter in (";", "\t", ","):
-            names = cells_of(upper.text, delimiter, quote=True) or []
-            units = cells_of(lower.text, delimiter, quote=True) or []
+            names = cells_of(upper.text, delimiter) or []
+            units = cells_of(lower.text, delimiter) or []
             if len(names) >= 2 and is_units_row(units, len(names)) and lower.whole:
                 return place, delimiter
     return None

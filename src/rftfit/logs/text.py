@@ -502,7 +502,7 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
     return values
 
 
-def cells_of(line: str, delimiter: str, *, quote: bool) -> list[str] | None:
+def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | None:
     """Split a line into its cells; none where the quotes do not match."""
     if delimiter == " ":
         return [cell for cell in line.replace("\t", " ").split(" ") if cell]
