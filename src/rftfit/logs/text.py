@@ -79,7 +79,7 @@ class TextFile:
 
     def __init__(self, path: Path) -> None:
         self._chunks = _chunks(path)
-        self._first = bytes(next(self._chunks, b""))
+        self._first = next(self._chunks, b"")
         self.head = self._first[:HEAD_BYTES]
         if not self._first or self._first.isspace():
             raise LogError("empty", f"{path}: the file is empty")
@@ -97,7 +97,7 @@ class TextFile:
             if stop:
                 # one copy, however long the block
                 yield Block(b"".join((carry, memoryview(chunk)[:stop])), b"")
-                carry = bytes(chunk[stop:])
+                carry = chunk[stop:]
             else:
                 carry += chunk
             if len(carry) > MAX_LINE:
@@ -108,7 +108,7 @@ class TextFile:
             yield Block(carry[:stop], carry[stop:])
 
 
-def _behind_last_line(text: bytes | bytearray, stop: int) -> int:
+def _behind_last_line(text: bytes, stop: int) -> int:
     return max(text.rfind(b"\n", 0, stop), text.rfind(b"\r", 0, stop)) + 1
 
 
@@ -131,29 +131,18 @@ def unpacking_errors(path: Path) -> Iterator[None]:
         raise LogError("damaged", text) from error
 
 
-def _chunks(path: Path) -> Iterator[bytes | bytearray]:
-    """Pieces of a file; each is good until the next one is asked for."""
+def _chunks(path: Path) -> Iterator[bytes]:
+    """Pieces of a file as UTF-8, or as they are, without a byte order mark."""
     with file_errors(path), unpacking_errors(path), opened(path) as handle:
-        # a small file needs no large buffer
-        packed = isinstance(handle, gzip.GzipFile)
-        size = BLOCK_BYTES if packed else min(BLOCK_BYTES, path.stat().st_size + 1)
-        first = handle.read(size)
-        if len(first) == BLOCK_BYTES:
+        chunk = handle.read(BLOCK_BYTES)
+        if len(chunk) == BLOCK_BYTES:
             check_size(path, MAX_BYTES)
-        utf16 = _UTF16.get(first[:2])
-        if utf16:
-            decoder = codecs.getincrementaldecoder(utf16)("replace")
-            yield decoder.decode(first[2:]).encode()
-            while chunk := handle.read(BLOCK_BYTES):
-                yield decoder.decode(chunk).encode()
-            return
-        yield first.removeprefix(codecs.BOM_UTF8)
-        if len(first) < BLOCK_BYTES:
-            return
-        # one buffer for all that follows: fresh memory costs as much as reading
-        buffer = bytearray(BLOCK_BYTES)
-        while size := handle.readinto(buffer):  # type: ignore[attr-defined]
-            yield buffer if size == len(buffer) else buffer[:size]
+        utf16 = _UTF16.get(chunk[:2])
+        decoder = codecs.getincrementaldecoder(utf16)("replace") if utf16 else None
+        chunk = chunk[2:] if utf16 else chunk.removeprefix(codecs.BOM_UTF8)
+        while chunk:
+            yield decoder.decode(chunk).encode() if decoder else chunk
+            chunk = handle.read(BLOCK_BYTES)
 
 
 def as_utf8(head: bytes) -> bytes:
@@ -547,11 +536,11 @@ def _may_be_regrouped(path: Path) -> bool:
     for chunk in _chunks(path):
         if _has_triple(chunk) or _has_triple(tail + chunk[:4]):
             return True
-        tail = bytes(chunk[-4:])
+        tail = chunk[-4:]
     return False
 
 
-def _has_triple(text: bytes | bytearray) -> bool:
+def _has_triple(text: bytes) -> bool:
     # ten times faster than a regular expression
     codes = np.frombuffer(text, dtype=np.uint8)
     comma = codes == _COMMA
