@@ -274,15 +274,12 @@ def _translate(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFi
         message = str(detail["msg"]).lower()
         section = "a section with keys of its own" if "dictionary" in message else message
         text = (_described(key) if key else section) + _quotes(sort, value)
-        file.note(path, code, _words(value), text, _with_point(value))
+        comma = isinstance(value, str) and COMMA.fullmatch(value)
+        file.note(path, code, _words(value), text, value.replace(",", ".") if comma else None)
 
 
 def _described(key: Key | None) -> str:
     return f"{key.allowed} ({key.description})" if key else "a value"
-
-
-def _with_point(value: Any) -> str | None:
-    return value.replace(",", ".") if isinstance(value, str) and COMMA.fullmatch(value) else None
 
 
 def _quotes(sort: str, value: Any) -> str:

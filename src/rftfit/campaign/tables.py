@@ -117,7 +117,7 @@ def read_pushes(
                     f"the angles of row {first.row}: all rows of the run {name} have one direction"
                 )
                 draft.note("run_id", "two-directions", name, allowed)
-        pushes.append(_push(medium, name, numbers, [own for _, own in members], first.row, within))
+        pushes.append(_push(medium, name, first.row, [own for _, own in members], within))
     ids = {push.run.run_id for push in pushes}
     if len(ids) < len(pushes):  # one name in two media
         pushes = [
@@ -192,15 +192,8 @@ def _of_direction(beta: float, gamma: float) -> str:
     return f"b{beta:g}_g{gamma:g}".replace("-", "m")
 
 
-def _push(
-    medium: str,
-    name: str,
-    numbers: dict[str, float],
-    rows: list[dict[str, float]],
-    row: int,
-    file: str,
-) -> Push:
-    beta, gamma = (numbers[f"{angle}_deg"] + 0.0 for angle in ("beta", "gamma"))
+def _push(medium: str, name: str, row: int, rows: list[dict[str, float]], file: str) -> Push:
+    beta, gamma = (rows[0][f"{angle}_deg"] + 0.0 for angle in ("beta", "gamma"))
     depths = [one.get("depth_cm", math.nan) for one in rows]
     level = gamma == 0 and max(depths) - min(depths) <= SAME_DEPTH_CM
     direction = "extraction" if gamma < 0 else "horizontal" if level else "intrusion"

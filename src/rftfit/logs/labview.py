@@ -62,7 +62,7 @@ class LvmReader(Reader):
             file.asked = self.asked
             rows = 0
             for segment, found in parallel_map(_parsed, _pieces(file, text, start)):
-                log = _log(path, file, segment, found)
+                log = _log(file, segment, found)
                 rows += log.rows
                 if log.rows:
                     yield log
@@ -279,7 +279,7 @@ def _began(file: _File, settings: _Settings, channel: int) -> float:
     return (began - file.began).total_seconds()
 
 
-def _log(path: Path, file: _File, segment: _Segment, rows: Rows) -> Log:
+def _log(file: _File, segment: _Segment, rows: Rows) -> Log:
     first = file.first
     assert first is not None
     begin, segment.rows = segment.rows, segment.rows + rows.rows
@@ -290,7 +290,7 @@ def _log(path: Path, file: _File, segment: _Segment, rows: Rows) -> Log:
         segment, rows = first, replace(parse(first.layout, b""), rows=rows.rows, dropped=dropped)
     columns = _timed(file, segment, rows, begin)
     units = {name: "s" if name == "time" else first.units.get(name, "") for name in columns}
-    return Log(path, columns, units, rows.rows, rows.dropped, notes=tuple(file.notes))
+    return Log(file.path, columns, units, rows.rows, rows.dropped, notes=tuple(file.notes))
 
 
 def _timed(file: _File, segment: _Segment, rows: Rows, begin: int) -> dict[str, np.ndarray]:
