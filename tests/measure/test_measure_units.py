@@ -74,6 +74,13 @@ def test_a_unit_is_never_guessed(unit: str, column: dict[str, object], why: str)
         pairs.mapped(log_of(unit), source, {"F3": "N", "time": "s"}, "force_log")
 
 
+def test_a_calibration_with_an_endless_cell_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "calibration.csv"
+    path.write_text(f"load,unit,G1\nF1,N,{'1' * 200_000}\n")
+    with pytest.raises(InputError, match="cannot be taken apart into cells"):
+        read_calibration(path)
+
+
 def test_a_calibration_tells_all_that_is_wrong(tmp_path: Path) -> None:
     path = tmp_path / "calibration.csv"
     path.write_text("load,unit,G0,G1\nF1,N,1,2\nF2,Nm,1,2\nF2,N,1\nF4,N,1,2\nF3,N,1,x\n")

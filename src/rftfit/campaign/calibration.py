@@ -45,12 +45,12 @@ def read_calibration(path: Path) -> Calibration:
     try:
         if path.stat().st_size > _LIMIT:
             raise InputError(f"larger than {_LIMIT >> 20} MB: is this the calibration?")
-        text = path.read_text(encoding="utf-8-sig")
+        lines = csv.reader(path.read_text(encoding="utf-8-sig").splitlines())
+        header, *rows = [[cell.strip() for cell in row] for row in lines if any(row)] or [[]]
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot be read as UTF-8 text: {error}") from None
-    header, *rows = [
-        [cell.strip() for cell in row] for row in csv.reader(text.splitlines()) if any(row)
-    ] or [[]]
+    except csv.Error as error:
+        raise InputError(f"cannot be taken apart into cells: {error}") from None
     gauges = tuple(header[2:])
     if header[:2] != ["load", "unit"] or not gauges or len(set(gauges)) < len(gauges):
         raise InputError(
