@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.rows import Column
@@ -62,6 +63,9 @@ class SheetColumn(Column):
 _PLATES = ("plate", "rod")
 _MEASURED = ("plate", "leg")
 
+_optional = partial(SheetColumn, needed=False)
+_angle = partial(SheetColumn, kinds=_PLATES, low=-90, high=90, unit="degrees")
+
 COLUMNS = (
     SheetColumn("run_id", "name", "unique name of the run"),
     SheetColumn(
@@ -86,23 +90,11 @@ COLUMNS = (
         choices=_DIRECTION_WORDS,
         hint="rotation for legs, the others for plates and rods",
     ),
-    SheetColumn(
-        "beta_deg",
-        "number",
-        "angle at which the plate is held",
-        kinds=_PLATES,
-        low=-90,
-        high=90,
-        unit="degrees",
-    ),
-    SheetColumn(
+    _angle("beta_deg", "number", "angle at which the plate is held"),
+    _angle(
         "gamma_deg",
         "number",
         "angle of the path: 90 straight down, 0 horizontal",
-        kinds=_PLATES,
-        low=-90,
-        high=90,
-        unit="degrees",
         hint="the angle of the path on the way down, also for an extraction that goes back along it; "
         "negative: of an extraction up toward -x, as in the table of alpha",
     ),
@@ -117,44 +109,32 @@ COLUMNS = (
     ),
     SheetColumn("force_log", "path", "file of the force log"),
     SheetColumn("motion_log", "path", "file of the motion log"),
-    SheetColumn(
+    _optional(
         "tare_run",
         "name",
         "run_id of the rod run (for a leg: of the leg_air run) to subtract",
-        needed=False,
         kinds=_MEASURED,
         hint="the run_id of another row",
     ),
-    SheetColumn(
-        "tare_shared",
-        "flag",
-        "yes when that tare serves several runs",
-        needed=False,
-        kinds=_MEASURED,
-    ),
-    SheetColumn(
+    _optional("tare_shared", "flag", "yes when that tare serves several runs", kinds=_MEASURED),
+    _optional(
         "surface_z_mm",
         "number",
         "arm z of the free surface; blank: arm.surface_z_mm of the config",
-        needed=False,
         unit="mm",
     ),
-    SheetColumn("excluded", "flag", "yes leaves the run out", needed=False),
-    SheetColumn(
-        "reason", "text", "why the run is left out; needed where excluded is yes", needed=False
-    ),
-    SheetColumn("note", "text", "free text", needed=False),
-    SheetColumn(
+    _optional("excluded", "flag", "yes leaves the run out"),
+    _optional("reason", "text", "why the run is left out; needed where excluded is yes"),
+    _optional("note", "text", "free text"),
+    _optional(
         "zero_log",
         "path",
         "force log without load: the zero of this run, in place of its own rest in air",
-        needed=False,
     ),
-    SheetColumn(
+    _optional(
         "stroke",
         "number",
         "which stroke along the path, from 1, where one log holds several; blank: the longest",
-        needed=False,
         kinds=_PLATES,
         low=1,
         high=10000,

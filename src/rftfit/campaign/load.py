@@ -36,12 +36,8 @@ _SHAPES = (*PLATE_SHAPES, "leg")
 
 @dataclass(frozen=True)
 class Campaign:
-    """A checked campaign.
+    """A checked campaign; its runs are in the order of the sheet.
 
-    `root`: The campaign's folder.
-    `raw`: The folder of the logs.
-    `sheet`: The run sheet.
-    `runs`: In the order of the sheet.
     `numbers`: By run_id, of a campaign that is a table: its rows, in cm and N.
     """
 
@@ -63,11 +59,9 @@ class Campaign:
         return {run.run_id: run for run in self.runs}
 
     def runs_of(self, medium: str) -> tuple[Run, ...]:
-        """List the runs that belong to one medium, excluded ones too.
+        """List the plates, rods and legs of one medium, and the in-air runs that its legs name.
 
-        `medium`: Key of the configuration's ``media``. Returns its plates, rods and legs, and the
-        in-air runs that its legs name, sorted by run_id so that the order of the sheet does not
-        matter.
+        Excluded ones too, sorted by run_id so that the order of the sheet does not matter.
         """
         if medium not in self.config.media:
             raise KeyError(medium)
