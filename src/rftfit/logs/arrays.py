@@ -15,7 +15,7 @@ from rftfit.logs.base import (
     ns_to_s,
     package_needed,
 )
-from rftfit.logs.units import split_unit, unique, unit_word
+from rftfit.logs.units import names_and_units, unit_word
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -62,10 +62,9 @@ class ArraysReader(RatedReader):
         return self._log(path, found)
 
     def _log(self, path: Path, found: dict[str, Column]) -> Log:
-        split = [split_unit(name) for name in found]
-        names = unique([name for name, _ in split])
-        pairs = zip(found.values(), split, strict=True)
-        units = [stated or unit for (_, stated), (_, unit) in pairs]
+        names, in_names = names_and_units(found)
+        pairs = zip(found.values(), in_names, strict=True)
+        units = [stated or unit for (_, stated), unit in pairs]
         columns = dict(zip(names, (values for values, _ in found.values()), strict=True))
         if not columns:
             text = "no array of numbers with more than one value; objects (a MATLAB table or timeseries) "

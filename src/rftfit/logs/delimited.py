@@ -20,7 +20,7 @@ from rftfit.logs.text import (
     lines_of,
     text_head,
 )
-from rftfit.logs.units import known_unit, split_unit, unique, unit_word
+from rftfit.logs.units import known_unit, names_and_units, unique, unit_word
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -77,8 +77,7 @@ class DelimitedReader(TextReader):
                 )
             start = lines[0].stop
             given = _cells(lines.pop(0), delimiter)
-            split = [split_unit(cell) for cell in given]
-            names, units = unique([name for name, _ in split]), [unit for _, unit in split]
+            names, units = names_and_units(given)
         if text.units:
             if not lines or not lines[0].whole:
                 raise ValueError("no row of units below the row of names (units: true)")

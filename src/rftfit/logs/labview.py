@@ -23,7 +23,7 @@ from rftfit.logs.base import (
     parallel_map,
 )
 from rftfit.logs.text import MAX_LINE, Kind, Layout, TextFile, lines_of, parse, text_head
-from rftfit.logs.units import split_unit, unique, unit_word
+from rftfit.logs.units import names_and_units, unit_word
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -208,9 +208,8 @@ def _segment(file: _File, header: bytes, data: bytes) -> _Segment:
     cells = lines[-1].split(file.separator)
     while cells and not cells[-1].strip():
         cells.pop()
-    split = [split_unit(cell) for cell in cells]
-    names = unique([name for name, _ in split])
-    units = dict(zip(names, (unit for _, unit in split), strict=True))
+    names, in_names = names_and_units(cells)
+    units = dict(zip(names, in_names, strict=True))
     stated = iter(settings.get("Y_Unit_Label", []))
     own_x = [n for n, cell in zip(names, cells, strict=True) if cell.startswith("X_Value")]
     if file.x_columns == "no":

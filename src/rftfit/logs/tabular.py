@@ -18,7 +18,7 @@ from rftfit.logs.base import Log, LogError, Reader, ns_to_s
 from rftfit.logs.delimited import is_units_row
 from rftfit.logs.stamps import of_moment, seconds_of
 from rftfit.logs.text import NUMBER
-from rftfit.logs.units import split_unit, unique, unit_word
+from rftfit.logs.units import names_and_units, unit_word
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -140,9 +140,7 @@ def _row_blocks(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
     block = head[first:]
     cells = above[-1]
     cells += [""] * (len(block[0]) - len(cells) if block else 0)
-    split = [split_unit(cell) for cell in cells]
-    names = unique([name for name, _ in split])
-    stated = [unit for _, unit in split]
+    names, stated = names_and_units(cells)
     units = [own or other for own, other in zip(units or stated, stated, strict=False)]
     chosen = _number_columns(block, names)
     times = [p for p in chosen if block and not isinstance(block[0][p], float | int | None)]
@@ -241,10 +239,9 @@ def _fields(schema: Any) -> dict[str, tuple[str, str]]:
 
     checks = (types.is_integer, types.is_floating, types.is_timestamp, types.is_boolean)
     fields = [field for field in schema if any(check(field.type) for check in checks)]
-    split = [split_unit(field.name) for field in fields]
-    names = unique([name for name, _ in split])
+    names, units = names_and_units(field.name for field in fields)
     chosen = {}
-    for field, name, (_, unit) in zip(fields, names, split, strict=True):
+    for field, name, unit in zip(fields, names, units, strict=True):
         metadata = field.metadata or {}
         stated = metadata.get(b"unit") or metadata.get(b"units") or b""
         own = "s" if types.is_timestamp(field.type) else unit

@@ -10,6 +10,8 @@ import numpy as np
 from rftfit.campaign.config import QUANTITIES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from rftfit.conventions import FloatArray
     from rftfit.logs.base import Log
 
@@ -87,6 +89,12 @@ def unique(names: list[str]) -> tuple[str, ...]:
         used.add(own)
         result.append(own)
     return tuple(result)
+
+
+def names_and_units(cells: Iterable[str]) -> tuple[tuple[str, ...], list[str]]:
+    """Split the cells of a header into names, each once, and units."""
+    split = [split_unit(cell) for cell in cells]
+    return unique([name for name, _ in split]), [unit for _, unit in split]
 
 
 # --- The quantities that the chain wants of a log, and which column is probably which
