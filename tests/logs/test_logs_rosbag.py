@@ -358,6 +358,7 @@ def test_a_bag_without_the_definition_of_its_type(
     [
         ("float64[ x", r"the definition of lab/msg/Force in the bag is not readable"),
         ("lab/Gone x", r"no message on /force fits its type"),
+        ("lab/Force itself", r"no message on /force fits its type"),
     ],
 )
 def test_a_definition_that_cannot_be_read(tmp_path: Path, definition: str, said: str) -> None:

@@ -388,7 +388,8 @@ class MessageLayout:
         self._order = ">" if topic.cdr and message[1:2] == b"\x00" else "<"
         try:
             end = self._walk(4 if topic.cdr else 0, topic.kind, "")
-        except (struct.error, KeyError):  # too short; or of a type that the bag does not define
+        # too short; of a type that the bag does not define; of one that holds itself
+        except (struct.error, KeyError, RecursionError):
             end = len(message) + 1
         # ROS 2 may fill up to four bytes
         if not len(message) - (3 if topic.cdr else 0) <= end <= len(message):
