@@ -11,8 +11,9 @@ from pydantic import BaseModel, ValidationError
 
 from rftfit.campaign.files import read_text, unshowable
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, escaped
-from rftfit.campaign.rows import COMMA, NUMBER
+from rftfit.campaign.rows import COMMA
 from rftfit.campaign.schema import TAG, Key, keys_at, tags_of
+from rftfit.store.tables import NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -27,6 +27,7 @@ from rftfit.campaign.files import (
     unshowable,
 )
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, listed
+from rftfit.store.tables import NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, MutableSequence, Sequence
@@ -46,11 +47,9 @@ MAX_COLUMNS = 64
 YES = ("yes", "true", "1")
 NO = ("no", "false", "0")
 
-NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
 COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
 _UNIT = re.compile(r"(.+?)(?:_([a-z]+)|\s*[\[(]\s*([a-z]+)\s*[\])])")
-_DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
 _WORKBOOK = b"PK\x03\x04"
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
 _ERROR_VALUES = ("#N/A", "#REF!", "#DIV/0!", "#NAME?", "#NULL!", "#NUM!", "#VALUE!")
@@ -508,7 +507,7 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     # one long cell that names several columns: cut by something else
     several = min(3, len(names))
     if len(table.header) == 1 and sum(name in table.header[0] for name in names) >= several > 1:
-        allowed = f"cells separated by {', '.join(_DELIMITERS.values())}"
+        allowed = "cells separated by comma, semicolon, tab"
         raise schema.refusal("wrong-delimiter", allowed, table.header[0], table.header_row)
     return table
 

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 _SIGNS = "=+\\-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH PLUS SIGN}\N{FULLWIDTH HYPHEN-MINUS}\N{FULLWIDTH COMMERCIAL AT}"
 _DANGEROUS = re.compile(f"'*[{_SIGNS}]")
 _GUARDED = re.compile(f"'+[{_SIGNS}]")
-_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
+NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 
 def guarded(text: str) -> str:
     """Return text as it is written into a csv: with an apostrophe in front where one is needed."""
     text = text.replace("\r\n", "\n").replace("\r", "\n")
-    if _DANGEROUS.match(text) and not _NUMBER.fullmatch(text):
+    if _DANGEROUS.match(text) and not NUMBER.fullmatch(text):
         return f"'{text}"
     return text
 
