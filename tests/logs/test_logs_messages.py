@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -11,7 +12,7 @@ from foreign_logs import daq, instron, lvm, netft, rostopic
 from rftfit.campaign.config import ForceLog, TextFormat
 from rftfit.errors import InputError
 from rftfit.logs import rosbag, tabular, tdms
-from rftfit.logs.base import FINITE, LogError
+from rftfit.logs.base import FINITE, LogError, check_size
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect, source_reader
 from rftfit.logs.text import CELLS, CUT, GROUPED, NUMBER
@@ -127,7 +128,7 @@ def test_tdms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         writer.write_segment([nptdms.ChannelObject("Data", "F", np.arange(3.0))])
     content = path.read_bytes()
     refused(tdms.TdmsReader("Other"), path, content, "group", "'Other'; the file has: Data")
-    monkeypatch.setattr(tdms, "_MAX_BYTES", 10)
+    monkeypatch.setattr(tdms, "check_size", partial(check_size, most=10))
     refused(tdms.TdmsReader(), path, content, "too_large")
     monkeypatch.setitem(__import__("sys").modules, "nptdms", None)
     refused(tdms.TdmsReader(), path, content, "extra", 'pip install "rftfit[tdms]"')
@@ -135,7 +136,7 @@ def test_tdms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_rosbag_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("rosbags")
-    monkeypatch.setattr(rosbag, "_MAX_BYTES", 10)
+    monkeypatch.setattr(rosbag, "check_size", partial(check_size, most=10))
     refused(rosbag.RosBagReader(), tmp_path / "log.bag", bytes(11), "too_large")
 
 

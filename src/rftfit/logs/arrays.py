@@ -29,7 +29,6 @@ MOST_COLUMNS = 64
 _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
     b"\x89HDF\r\n\x1a\n", b"\x93NUMPY", b"PK\x03\x04", b"MATLAB 5.0", b"MATLAB 7.3",
 )  # fmt: skip
-_MAX_BYTES = 2 << 30
 
 Column = tuple[np.ndarray, str]
 """Values, of shape (n,), and the unit that the file states."""
@@ -50,7 +49,7 @@ class ArraysReader(RatedReader):
     def load(self, path: Path) -> Log:
         """Read the arrays that are asked for; without being asked, those of the most frequent length."""
         with file_errors(path), path.open("rb") as file:
-            check_size(path, _MAX_BYTES)
+            check_size(path)
             head = file.read(16)
         try:
             found = dict(_columns(path, head))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from typing import TYPE_CHECKING
 
-from rftfit.logs.base import LogError, PacketCount, RatedReader
+from rftfit.logs.base import LogError, PacketCount, RatedReader, number_or_zero
 from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique, unit_word
 
@@ -43,7 +43,7 @@ class AtiDaqReader(RatedReader, TextReader):
             given.pop()
         names = unique(given)
         setting = lines[2].text.split(",")[0]
-        rate = self._rate or _positive(setting)
+        rate = self._rate or number_or_zero(setting)
         if not 0 < rate < 1e9:
             raise ValueError(
                 f"found the sampling frequency {setting!r} in line 3; allowed: a number above "
@@ -84,7 +84,7 @@ class AtiNetftReader(RatedReader, TextReader):
         names = unique(next(csv.reader([line.text], skipinitialspace=True)))
         if SEQUENCE not in names:
             raise ValueError(f"no column {SEQUENCE!r}, found {', '.join(names)}: it gives the time")
-        rate = self._rate or _positive(settings.get("rdt sample rate", ""))
+        rate = self._rate or number_or_zero(settings.get("rdt sample rate", ""))
         if rate <= 0:
             raise _no_rate(settings, has_data=bool(head[line.stop :].strip()))
         packets = PacketCount(LOST)
@@ -116,14 +116,6 @@ def _kind(name: str) -> Kind:
     if name.startswith("Status"):
         return "same"
     return "skip" if name.startswith("Time") else "number"
-
-
-def _positive(text: str) -> float:
-    """Return a rate, or 0 where the text is no number."""
-    try:
-        return float(text)
-    except ValueError:
-        return 0.0
 
 
 def _no_rate(settings: Mapping[str, str], *, has_data: bool) -> LogError:

@@ -271,10 +271,18 @@ def file_errors(path: Path) -> Iterator[None]:
         raise LogError("unreadable", f"{path}: cannot be read: {error.strerror}") from error
 
 
-def check_size(path: Path, most: int) -> None:
-    """Refuse a file of more than `most` bytes."""
+def check_size(path: Path, most: int = 2 << 30) -> None:
+    """Refuse a file of more than `most` bytes; the default is what can be read as a whole."""
     if path.stat().st_size > most:
         raise LogError("too_large", f"{path}: larger than {most >> 20} MB; split it")
+
+
+def number_or_zero(text: str) -> float:
+    """Return a number, or 0 where the text is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return 0.0
 
 
 def ns_to_s(stamps: np.ndarray) -> FloatArray:

@@ -20,6 +20,7 @@ from rftfit.logs.base import (
     Reader,
     add_counts,
     common_clock,
+    number_or_zero,
     parallel_map,
 )
 from rftfit.logs.text import MAX_LINE, Kind, Layout, TextFile, lines_of, parse, text_head
@@ -171,10 +172,7 @@ class _Settings(dict[str, list[str]]):
 
     def number(self, key: str, channel: int) -> float:
         """Return that as a number; 0 where it is none."""
-        try:
-            return float(self.cell(key, channel).replace(",", "."))
-        except ValueError:
-            return 0.0
+        return number_or_zero(self.cell(key, channel).replace(",", "."))
 
     def moment(self, channel: int) -> dt.datetime | None:
         """Return the start of a channel; its time may have more digits than any clock."""

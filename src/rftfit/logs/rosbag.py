@@ -38,7 +38,6 @@ CUT = "cut in mid-message"
 MISFIT = "message does not fit its type"
 LOST = "lost packets (gap in header.seq)"
 
-_MAX_BYTES = 2 << 30
 # types of topics that every recording has and that are no transducer's
 _COMMON_TYPES = frozenset(
     ["Log", "ParameterEvent", "String", "Diagnostics", "DiagnosticArray", "TFMessage", "Clock"]
@@ -94,7 +93,7 @@ class RosBagReader(Reader):
         except ImportError:
             raise package_needed(path, "ROS bags", "rosbags", "ros") from None
         with file_errors(path):
-            check_size(path, _MAX_BYTES)
+            check_size(path)
             with path.open("rb") as file:
                 head = file.read(32)
             ros1 = head.startswith(ROS1)

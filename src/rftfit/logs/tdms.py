@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 CUT = "cut in mid-segment"
 
-_MAX_BYTES = 2 << 30
 _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "zeit")
 
 
@@ -66,7 +65,7 @@ class TdmsReader(Reader):
             raise package_needed(path, "TDMS files", "npTDMS", "tdms") from None
         try:
             with file_errors(path):
-                check_size(path, _MAX_BYTES)
+                check_size(path)
                 # the index file beside it may be of another day
                 with _silent(), path.open("rb") as file:
                     return self._log(path, TdmsFile.read(file))
