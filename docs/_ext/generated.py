@@ -29,7 +29,8 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 def outputs() -> str:
     """Every file that a run writes, with every column."""
     from rftfit.measure.ledger import RowStatus
-    from rftfit.outputs.dictionary import PARTS, outputs_of
+    from rftfit.outputs.dictionary import PARTS
+    from rftfit.outputs.dictionary import outputs as described
 
     titles = {
         "measure": "From logs to alpha",
@@ -43,7 +44,9 @@ def outputs() -> str:
     for part in PARTS:
         text += f"## {titles[part]}\n\n"
         others = []
-        for one in outputs_of(part):
+        for one in described():
+            if one.part != part:
+                continue
             if not one.columns:
                 others.append((f"`{one.file}`", one.about + _when(one.when)))
                 continue

@@ -59,6 +59,7 @@ class Output:
     `about`: In Markdown.
     `when`: Under which condition it is written; empty: always.
     `row`: What a row stands for; empty for files that are no tables.
+    `part`: Which of `PARTS` describes it.
     """
 
     file: str
@@ -67,22 +68,17 @@ class Output:
     when: str = ""
     row: str = ""
     columns: tuple[Column, ...] = ()
+    part: str = ""
 
     def matches(self, path: str) -> bool:
-        """Whether this describes a file.
-
-        `path`: From the campaign's folder, with slashes.
-        """
+        """Whether this describes a file; `path`: from the campaign's folder, with slashes."""
         # <path> may hold slashes, every other word is one part of the path
         return any(_matches(name, path) for name in alternatives(self.file))
 
 
 @cache
 def alternatives(pattern: str) -> tuple[str, ...]:
-    """Write out the braces of a pattern.
-
-    `pattern`: For example ``alpha_{z,x}_{lo,hi}``. Returns the first brace varies slowest.
-    """
+    """Write out the braces of a pattern as ``alpha_{z,x}_{lo,hi}``; the first brace varies slowest."""
     parts = _BRACES.split(pattern)
     words = [part.split(",") if place % 2 else [part] for place, part in enumerate(parts)]
     return tuple("".join(choice) for choice in itertools.product(*words))
@@ -103,10 +99,7 @@ def _regex(pattern: str) -> re.Pattern[str]:
 
 @cache
 def outputs() -> tuple[Output, ...]:
-    """Read the dictionary.
-
-    Returns tables and other files, in the order of the data's way.
-    """
+    """Read the dictionary: of each part its tables, then its other files."""
     common = {entry["name"]: Column(**entry) for entry in _read("common")["column"]}
     found: list[Output] = []
     models: dict[str, str] = {}
@@ -116,7 +109,7 @@ def outputs() -> tuple[Output, ...]:
             if "like" in entry:
                 models[entry["file"]] = entry.pop("like")
             found.append(_table(part, entry, common))
-        found += [Output(**entry) for entry in data.get("file", [])]
+        found += [Output(**entry, part=part) for entry in data.get("file", [])]
     columns = {one.file: one.columns for one in found}
     if lost := set(models.values()) - set(columns):
         raise InputError(f"outputs: no table {', '.join(sorted(lost))} to be like")
@@ -126,24 +119,13 @@ def outputs() -> tuple[Output, ...]:
     )
 
 
-@cache
-def outputs_of(part: str) -> tuple[Output, ...]:
-    """Entries of one of the toml files.
-
-    `part`: One of `PARTS`. Returns tables, then other files.
-    """
-    data = _read(part)
-    files = {entry["file"] for kind in ("table", "file") for entry in data.get(kind, [])}
-    return tuple(one for one in outputs() if one.file in files)
-
-
 def _table(part: str, entry: dict[str, Any], common: dict[str, Column]) -> Output:
     given = entry.pop("columns", [])
     try:
         if given == "run sheet":
-            return Output(**entry, columns=_sheet_columns())
+            return Output(**entry, columns=_sheet_columns(), part=part)
         columns = (common[one] if isinstance(one, str) else Column(**one) for one in given)
-        return Output(**entry, columns=tuple(columns))
+        return Output(**entry, columns=tuple(columns), part=part)
     except (KeyError, TypeError) as error:
         raise InputError(f"outputs/{part}.toml: {entry.get('file')}: {error}") from error
 
@@ -169,20 +151,13 @@ def _read(part: str) -> dict[str, Any]:
 
 
 def describe(path: str) -> Output | None:
-    """Find what is known of a file.
-
-    `path`: From the campaign's folder, with slashes. Returns where several fit, the one that
-    leaves least open.
-    """
+    """Find what is known of a file; where several entries fit, the one that leaves least open."""
     fitting = [one for one in outputs() if one.matches(path)]
     return max(fitting, key=lambda one: len(_ANY.sub("", one.file)), default=None)
 
 
 def column_of(output: Output, name: str) -> Column | None:
-    """Find what is known of a column.
-
-    `name`: As in the file. Returns where several fit, the one that leaves least open.
-    """
+    """Find what is known of a column; where several entries fit, the one that leaves least open."""
     fitting = [
         one for one in output.columns if any(_matches(pattern, name) for pattern in one.names)
     ]
