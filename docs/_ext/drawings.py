@@ -113,7 +113,7 @@ def force(beta: float, gamma: float) -> tuple[float, float]:
 # --- The drawings
 
 
-@style.styled
+@style.styled()
 def angles() -> Figure:
     """Attack angle, direction of motion and force of a plate; angle of a leg."""
     figure, (left, right) = sheet(12, 5.6, 2, width_ratios=(1.25, 1))
@@ -161,7 +161,7 @@ def leg_at(axes: Axes, name: str, theta_deg: float) -> None:
         say(axes, np.add(tip, (0.2, 0.9)), "tip")
 
 
-@style.styled
+@style.styled()
 def frames() -> Figure:
     """Rod, plate, sensor and its channels, and the lab frame."""
     from rftfit.campaign.config import Transducer
@@ -196,7 +196,7 @@ def _box(corner: tuple[float, float], width: float, height: float, colour: str) 
     return Rectangle(corner, width, height, facecolor=colour, edgecolor=STEEL)
 
 
-@style.styled
+@style.styled()
 def directions() -> Figure:
     """Plates at seven attack angles, moved in five directions, and what each feels."""
     betas, gammas = (-60, -30, 0, 30, 60, 90), (90, 45, 0, -45, -90)
@@ -215,7 +215,7 @@ def directions() -> Figure:
     return figure
 
 
-@style.styled
+@style.styled()
 def mirrored() -> Figure:
     """A plate and its mirror image: the same lift, the opposite drag."""
     figure, axes = sheet(12, 4.8)
@@ -234,7 +234,7 @@ def mirrored() -> Figure:
     return figure
 
 
-@style.styled
+@style.styled()
 def superposition() -> Figure:
     """Forces on the elements of a c-leg and their sum; lift over theta."""
     figure = style.new_figure(12, 5.6)
@@ -277,7 +277,7 @@ def _label(axes: Axes, across: str, up: str, **how: Any) -> None:
     axes.legend(fontsize=FONT - 1, **how)
 
 
-@style.styled
+@style.styled()
 def legs() -> Figure:
     """The three model legs, and theta on both sides of straight down."""
     figure, panels = sheet(12, 4.0, 3)
@@ -288,7 +288,7 @@ def legs() -> Figure:
     return figure
 
 
-@style.styled
+@style.styled()
 def where_it_fails() -> Figure:
     """Lift of the c-leg and the reversed c-leg: measured, and by the measured table of stresses."""
     figure = style.new_figure(12, 5.4)
@@ -309,7 +309,7 @@ def where_it_fails() -> Figure:
     return figure
 
 
-@style.styled
+@style.styled()
 def nine_terms() -> Figure:
     """alpha_z of loose poppy seeds over the measured angles: the table, the nine terms, their difference."""
     figure = style.new_figure(12, 5.2)
@@ -336,7 +336,7 @@ def nine_terms() -> Figure:
     return figure
 
 
-@style.styled
+@style.styled()
 def push(samples: pd.DataFrame, fits: pd.DataFrame, runs: dict[str, str]) -> Figure:
     """Stress against depth of runs, and the line through zero that was fitted.
 

@@ -46,7 +46,7 @@ def _faults(figure: Figure) -> list[str]:
     renderer = svg(*figure.bbox.size, io.StringIO(), image_dpi=_SVG_DPI)
     if any(text.get_position()[1] > 1 for text in figure.texts):
         # it was saved with what stands above it, and so drawn at another place
-        with style.context(), renderer._draw_disabled():
+        with style.styled(), renderer._draw_disabled():
             figure.draw(renderer)
     texts = list(_drawn(figure))
     boxes = np.array([text.get_window_extent(renderer).extents for text in texts]).reshape(-1, 4)

@@ -8,7 +8,7 @@ from text_boxes import text_faults
 from rftfit.figures import style
 
 
-@style.styled
+@style.styled()
 def faults(*texts: tuple[float, float, str], above: str = "", ticks: int = 3) -> list[str]:
     figure = style.new_figure(8, 5)
     axes = style.axes_cm(figure, 1, 1, 6, 3)

@@ -48,7 +48,7 @@ def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(
     traces, fits = medium[0], medium[1].copy()
     fits["flags"] = NO_TARE_FLAG
     fits.loc[50, "flags"] = f"saturated; {NO_TARE_FLAG}"
-    (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
+    (figure,) = draw_quality(filed(traces, fits), fits, "poppy seeds, loose")
     text = words(figure)
     assert "poppy seeds, loose: 105 plate runs, 1 marked" in text
     assert marked(figure) == 1
@@ -63,7 +63,7 @@ def test_a_sheet_has_every_run_and_marks_the_bad_ones(
     chain.spoil(fits, 20, "tare too short")
     fits.loc[50, "flags"] = "saturated"
     traces = traces[traces["run_id"] != fits.loc[20, "run_id"]]
-    (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
+    (figure,) = draw_quality(filed(traces, fits), fits, "poppy seeds, loose")
     text = words(figure)
     assert "poppy seeds, loose: 105 plate runs, 2 marked" in text
     assert marked(figure) == 2
@@ -83,6 +83,7 @@ def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(
     traces, fits = medium
     some = fits["run_id"].iloc[:30]
     fits, traces = fits[fits["run_id"].isin(some)], traces[traces["run_id"].isin(some)]
+    traces = filed(traces, fits)
     (one,) = draw_quality(traces, fits, "poppy")
     mixed = traces.sort_values("run_id", ascending=False, kind="stable")
     (other,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), "poppy")
@@ -111,7 +112,7 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(
 def test_repeats_and_gaps_of_the_grid(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
     traces, fits = medium
     again = fits.iloc[[3]].assign(run_id="z_again")
-    pages = draw_quality(traces, pd.concat([fits.drop(index=7), again]), "poppy")
+    pages = draw_quality(filed(traces, fits), pd.concat([fits.drop(index=7), again]), "poppy")
     assert len(pages) == 2
     assert words(pages[0]).count("not measured") == 1
     assert any(line.startswith("z_again\n") for line in words(pages[1]))

@@ -14,6 +14,7 @@ import sys
 import time
 import unicodedata
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import chain_tables as chain
@@ -21,6 +22,7 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import FEW, PROJECT, make_campaign
+from memory import Memory, memory, run
 from page_inputs import NASTY, page_results
 from result_tables import read_result
 
@@ -28,7 +30,7 @@ from rftfit.__main__ import main as stage
 from rftfit.campaign import rows
 from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.load import check_campaign, root_of
-from rftfit.figures.maps import draw_maps
+from rftfit.figures.maps import alpha_maps
 from rftfit.figures.style import content
 from rftfit.page.page import page as write
 
@@ -410,9 +412,13 @@ TITLES = (
 
 def test_any_title_can_be_drawn() -> None:
     """As text: neither as mathematics nor as a part of the svg."""
-    one = chain.alpha_table("poppy_LP")
-    titles = {f"m{place}": title for place, title in enumerate(TITLES)}
-    figure = draw_maps(pd.concat([one.assign(medium=name) for name in titles]), titles)
+    own, one = memory({}).campaign, chain.alpha_table("poppy_LP")
+    poppy = own.config.media["poppy_LP"]
+    media = {f"m{i}": poppy.model_copy(update={"title": title}) for i, title in enumerate(TITLES)}
+    config = own.config.model_copy(update={"media": media})
+    campaign = replace(own, config=config, runs=tuple(run(name, name, "plate") for name in media))
+    tables = {"alpha/{medium}.csv": pd.concat([one.assign(medium=name) for name in media])}
+    figure = alpha_maps(Memory(campaign, tables))
     assert b"<script" not in content(figure, "svg")
 
 

@@ -28,7 +28,7 @@ _LONGEST_CM = 4.0
 _BODY = "#444444"
 
 
-@style.styled
+@style.styled()
 def pictures(
     elements: Mapping[str, ElementSeries], x_cm: FloatArray, time_s: FloatArray, title: str
 ) -> list[Picture]:

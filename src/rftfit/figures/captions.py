@@ -66,15 +66,15 @@ def quantile(values: npt.ArrayLike, share: float, digits: int) -> str:
     return number(float(np.quantile(known, share)), digits) if known.size else ""
 
 
-def half_widths(table: pd.DataFrame) -> npt.NDArray[np.float64]:
-    """Half widths of the intervals of alpha_z and alpha_x in a table of fits or cells, N/cm^3."""
-    return np.column_stack([half_width(table, c).to_numpy(float) for c in "zx"])
-
-
 def half_width(table: pd.DataFrame, component: str) -> pd.Series[float]:
     """Half the width of the interval of alpha_z or alpha_x, N/cm^3."""
     high = table[f"alpha_{component}_hi_N_per_cm3"].astype(float)
     return (high - table[f"alpha_{component}_lo_N_per_cm3"].astype(float)) / 2
+
+
+def median_half_width(table: pd.DataFrame, digits: int) -> str:
+    """Write the median half width of both components in a table of fits or cells, N/cm^3."""
+    return quantile([half_width(table, c) for c in "zx"], 0.5, digits)
 
 
 def plates(results: Results, medium: str) -> dict[str, str]:
@@ -88,7 +88,7 @@ def plates(results: Results, medium: str) -> dict[str, str]:
     return {
         "runs": str(len(fits)),
         "good": str(int(fits["alpha_z_N_per_cm3"].notna().sum())),
-        "half": quantile(half_widths(fits), 0.5, 4),
+        "half": median_half_width(fits, 4),
         "slanted": str(int(bend.notna().sum())),
         "bend": quantile(bend, 0.5, 1),
         "bend_most": quantile(bend, 0.95, 1),

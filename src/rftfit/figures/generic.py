@@ -10,6 +10,7 @@ from rftfit.figures import captions, maps, style
 from rftfit.figures.maps import kept_coefficients, middles, why_no_fit
 from rftfit.figures.registry import figure, only_if
 from rftfit.model.fourier import evaluate
+from rftfit.model.scaling import GENERIC
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,9 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from rftfit.conventions import FloatArray
     from rftfit.results import Results
-
-GENERIC = "generic"
 
 TERM_LABELS = {
     "A00": "$A_{0,0}$",
@@ -60,15 +60,15 @@ Generic coefficients, without a unit: {generic}.""",
 )
 def generic_profile(results: Results) -> Figure:
     """Draw the media scaled onto the generic profile; the intervals take zeta as known."""
-    method, penetration = results.config.fourier.method, results.table("penetration.csv")
-    coefficients, titles = results.table("coefficients.csv"), results.campaign.titles
-    rows = coefficients[coefficients["method"] == method]
+    method = results.config.fourier.method
+    rows, scaled = (
+        captions.of_method(results, f"{n}.csv") for n in ("coefficients", "penetration")
+    )
     # it is the mean of the usable media, of which there need not be one
-    fitted = penetration if (rows["medium"] == GENERIC).any() else penetration.assign(zeta=np.nan)
-    if why := why_no_fit(fitted, method, "zeta"):
+    fitted = scaled if (rows["medium"] == GENERIC).any() else scaled.assign(zeta=np.nan)
+    if why := why_no_fit(fitted, "zeta"):
         return style.missing(f"no generic profile by {method}", why)
-    generic = kept_coefficients(coefficients, method, GENERIC)
-    scaled = penetration[penetration["method"] == method]
+    generic = kept_coefficients(results, GENERIC)
     zetas = dict(zip(scaled["medium"], scaled["zeta"].astype(float), strict=True))
     zetas = {str(m): zetas.get(m, np.nan) for m in rows["medium"].unique() if m != GENERIC}
     page = style.new_figure(style.DOUBLE_CM, 12.7)
@@ -76,7 +76,7 @@ def generic_profile(results: Results) -> Figure:
     top.set_title(
         f"coefficients of each medium over its $\\zeta$, and their mean ({method})", loc="left"
     )
-    _draw_coefficients(top, rows, zetas, titles)
+    _draw_coefficients(top, results, rows, zetas)
     beta, gamma = middles()
     angles = np.degrees(beta[:, 0])
     surfaces = evaluate(generic, beta, gamma)
@@ -94,7 +94,7 @@ def generic_profile(results: Results) -> Figure:
 
 
 def _draw_coefficients(
-    axes: Axes, coefficients: pd.DataFrame, zetas: Mapping[str, float], titles: Mapping[str, str]
+    axes: Axes, results: Results, coefficients: pd.DataFrame, zetas: Mapping[str, float]
 ) -> None:
     looks = style.medium_looks(zetas)
     terms = [term for term in TERM_LABELS if term in set(coefficients["coefficient"])]
@@ -116,11 +116,11 @@ def _draw_coefficients(
             rows[name].to_numpy(float) / zeta for name in ("value_N_per_cm3", "lo", "hi")
         )
         axes.vlines(x, low, high, color=colour, linewidth=0.8)
-        kept = rows["kept"].fillna(True).to_numpy(bool)
+        kept = rows["kept"].to_numpy(bool)
         axes.plot(x, value, color=colour, linewidth=0.5)
-        axes.plot(x[kept], value[kept], marker, color=colour, label=style.title_of(medium, titles))
+        axes.plot(x[kept], value[kept], marker, color=colour, label=style.title_of(results, medium))
         axes.plot(x[~kept], value[~kept], marker, color=colour, markerfacecolor="white")
-    if not coefficients["kept"].fillna(True).all():
+    if not coefficients["kept"].all():
         axes.plot([], [], "o", color="#555555", markerfacecolor="white", label="term not kept")
     axes.set_xticks(list(place.values()), [TERM_LABELS[term] for term in terms], fontsize=7)
     axes.set(xlim=(-0.6, len(terms) - 0.4), ylabel=r"coefficient / $\zeta$ (dimensionless)")
@@ -131,7 +131,7 @@ def _draw_coefficients(
 
 def _draw_collapse(
     axes: Axes, component: str, results: Results, zetas: Mapping[str, float],
-    generic: Mapping[str, float],
+    generic: FloatArray,
 ) -> None:  # fmt: skip
     looks = style.medium_looks(zetas)
     ends: list[float] = []

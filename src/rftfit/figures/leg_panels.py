@@ -103,9 +103,6 @@ class Columns:
 # A leg drawn in the sand at a few angles: what theta and the leg's name mean
 
 
-SKETCH_DEG = (-60.0, -30.0, 0.0, 30.0, 60.0)
-
-
 def leg_line(leg: Leg, theta_deg: float) -> FloatArray:
     """Points (x, z) along a leg from axle to tip, cm in the lab frame, the axle over x = 0."""
     x, z, tx, tz, half = leg_outline(leg).body.T
@@ -119,19 +116,15 @@ def leg_line(leg: Leg, theta_deg: float) -> FloatArray:
     return turned
 
 
-def add_sketch(axes: Axes, leg: Leg | None, theta_deg: Sequence[float] = SKETCH_DEG) -> None:
+def add_sketch(axes: Axes, leg: Leg) -> None:
     """Draw a leg in the sand at some angles, to scale, with a bar of 2 cm."""
     axes.set_axis_off()
-    if leg is None:
-        axes.text(0.5, 0.5, "shape of this leg not given", ha="center", va="center",
-                  transform=axes.transAxes, fontsize=6)  # fmt: skip
-        return
     reach, hip = leg.max_length_cm, leg.hip_height_cm
     left, right, bottom, top = -1.6 * reach, 1.6 * reach, hip - 1.35 * reach, hip + 0.38 * reach
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
     axes.axhspan(bottom, 0, color=style.SAND, linewidth=0)
     axes.axhline(0, color=style.SURFACE, linewidth=0.6)
-    for theta in theta_deg:
+    for theta in (-60.0, -30.0, 0.0, 30.0, 60.0):
         line = leg_line(leg, theta)
         dark = theta == 0
         colour = "black" if dark else "#7a7a7a"

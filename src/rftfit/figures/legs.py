@@ -14,7 +14,7 @@ from rftfit.figures.maps import why_no_fit
 from rftfit.figures.registry import figure, only_if
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     import pandas as pd
     from matplotlib.axes import Axes
@@ -23,9 +23,8 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
+    from rftfit.figures.traces import Row
     from rftfit.results import Results
-
-    Row = Mapping[Hashable, Any]
 
 
 def _legged(campaign: Campaign) -> tuple[str, ...]:
@@ -317,12 +316,11 @@ def forces_over_zeta(results: Results) -> Figure:
     Zeta counts as known. The generic curve is the mean over media of their scaled prediction over
     zeta (one and the same curve), its band the widest of their intervals.
     """
-    method, penetration = results.config.fourier.method, results.table("penetration.csv")
-    own = penetration[penetration["method"] == method]
-    if why := why_no_fit(own, method, "zeta"):
+    own, method = captions.of_method(results, "penetration.csv"), results.config.fourier.method
+    if why := why_no_fit(own, "zeta"):
         return style.missing(f"no zeta by {method}, so forces cannot be scaled", why)
     zetas = dict(zip(own["medium"], own["zeta"].where(own["zeta"] > 0).astype(float), strict=True))
-    titles = {medium: style.title_of(medium, results.campaign.titles) for medium in zetas}
+    titles = {medium: style.title_of(results, medium) for medium in zetas}
     predicted, measured = (t[t["medium"].isin(list(zetas))] for t in leg_panels.curves(results))
     predicted = rows_of(predicted, profile="generic")
     columns = Columns(leg_panels.leg_order((predicted, measured)), left=1.1, gap=0.8, widest=7.5)
@@ -402,13 +400,8 @@ def _draw_scaled(
 # Predicted over measured peak lift of every model, leg and medium
 
 
-_PEAKS_LEFT_CM, _PEAKS_RIGHT_CM, _PEAKS_TOP_CM, _PEAKS_ROW_CM, _PEAKS_GAP_CM = (
-    2.8,
-    0.25,
-    0.5,
-    0.54,
-    0.6,
-)
+_PEAKS_LEFT_CM, _PEAKS_RIGHT_CM, _PEAKS_TOP_CM = 2.8, 0.25, 0.5
+_PEAKS_ROW_CM, _PEAKS_GAP_CM = 0.54, 0.6
 _BANDS = {33.0: "#ececec", 10.0: "#cfcfcf"}
 """Errors that the paper states, percent, and their shades."""
 
@@ -450,7 +443,7 @@ def peak_errors(results: Results) -> Figure:
         top = _PEAKS_TOP_CM + i * (height + _PEAKS_GAP_CM)
         width = style.SINGLE_CM - _PEAKS_LEFT_CM - _PEAKS_RIGHT_CM
         axes = style.axes_cm(page, _PEAKS_LEFT_CM, top, width, height)
-        _prepare(axes, span, [style.title_of(name, results.campaign.titles) for name in media])
+        _prepare(axes, span, [style.title_of(results, name) for name in media])
         axes.set_title(leg_panels.leg_title(leg), weight="bold", loc="left")
         for place, medium in enumerate(media):
             own = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]
@@ -511,9 +504,8 @@ def leg_shapes(results: Results) -> Figure:
                 axes.set_title(leg_panels.leg_title(leg), weight="bold")
             if column == 0:
                 axes.set_ylabel(f"error of peak $F_{c}$ (%)")
-    titles = results.campaign.titles
     entries = {
-        style.title_of(medium, titles): style.dots(colour, 3)
+        style.title_of(results, medium): style.dots(colour, 3)
         for medium, (colour, _) in looks.items()
     }
     grey = leg_panels.MEASURED

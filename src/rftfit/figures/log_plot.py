@@ -57,7 +57,7 @@ def thinned(blocks: Iterable[Log], rows: int) -> Log:
     return join_blocks(parts)
 
 
-@style.styled
+@style.styled()
 def draw_log(*logs: Log, time_name: str = "time") -> Figure:
     """Draw one panel for each column of a log, or of the logs of each clock of a file.
 

@@ -12,7 +12,7 @@ from rftfit import conventions
 from rftfit.figures import captions, style
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, greek, only_if
-from rftfit.model.fourier import evaluate
+from rftfit.model.fourier import TERMS, evaluate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -62,7 +62,7 @@ def _cell_numbers(results: Results, medium: str) -> dict[str, str]:
 
 def _half_width(table: pd.DataFrame, of: str) -> str:
     """Median half width of the intervals; nothing of a table that has none."""
-    half = captions.quantile(captions.half_widths(table), 0.5, 4)
+    half = captions.median_half_width(table, 4)
     return half and f", median half width of {of} {half}"
 
 
@@ -97,8 +97,7 @@ In N/cm^3: {cells}."""
 )
 def alpha_maps(results: Results) -> Figure:
     """Draw maps of the measured alpha of all laboratory media."""
-    tables = results.joined("alpha/{medium}.csv", results.laboratory)
-    return draw_maps(tables, results.campaign.titles, results.config.fit.confidence)
+    return _draw_maps(results, results.joined("alpha/{medium}.csv", results.laboratory), "measured")
 
 
 @figure(
@@ -113,7 +112,7 @@ def alpha_maps(results: Results) -> Figure:
 )
 def alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
-    page = draw_maps(results[medium].alpha, results.campaign.titles, results.config.fit.confidence)
+    page = _draw_maps(results, results[medium].alpha, "measured")
     campaign = results.campaign
     runs = [run for name in stress_runs(campaign) if (run := campaign.by_id[name]).medium == medium]
     places = [
@@ -149,8 +148,10 @@ def _estimated_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa
     for name in _few_pushes(results.campaign):
         table = results.table(f"maps/{name}.csv")
         if len(table):
-            half = captions.quantile(captions.half_widths(table), 0.5, 3)
-            pushes = int((table["source"] == "measured").sum())
+            half, pushes = (
+                captions.median_half_width(table, 3),
+                (table["source"] == "measured").sum(),
+            )
             told.append(f"{results[name].title} {half} from {pushes} measured")
     return {"half": "; ".join(told)}
 
@@ -174,9 +175,7 @@ def estimated_maps(results: Results) -> Figure:
     ]
     if not media:
         return style.missing("no map was estimated", ["no medium with few pushes has a slope"])
-    tables = results.joined("maps/{medium}.csv", tuple(media))
-    titles, confidence = results.campaign.titles, results.config.fit.confidence
-    page = draw_maps(tables, titles, confidence, "estimated")
+    page = _draw_maps(results, results.joined("maps/{medium}.csv", tuple(media)), "estimated")
     for row, name in enumerate(media):
         pushed = results[name].alpha.dropna(subset=["alpha_z_N_per_cm3"])
         for axes in page.axes[8 * row : 8 * row + 8 : 4]:
@@ -185,25 +184,18 @@ def estimated_maps(results: Results) -> Figure:
     return page
 
 
-@style.styled
-def draw_maps(
-    tables: pd.DataFrame,
-    titles: Mapping[str, str],
-    confidence: float = 0.95,
-    what: str = "measured",
-) -> Figure:
+def _draw_maps(results: Results, tables: pd.DataFrame, what: str) -> Figure:
     """Draw maps of alpha and of its half widths, one row a medium; `what`: how it is known.
 
     Cells stand as measured (the gamma grid is not uniform), with the zero contour between them;
     directions on no grid are dots, over what is interpolated between them.
     """
-    heads = []
+    heads, level = [], style.level(results)
     for c in "zx":
-        level = style.level_of(confidence)
         half = f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {style.PER_CM3})"
         heads += [f"{what}\n{style.alpha_label(c)}", half]
     media = [str(medium) for medium in tables["medium"].unique()]
-    page = _page(media, titles, heads)
+    page = _page(results, media, heads)
     missing = False
     for row, medium in enumerate(media):
         table = tables[tables["medium"] == medium]
@@ -292,13 +284,10 @@ therefore predicted from the interpolated table.""",
 )
 def fit_maps(results: Results) -> Figure:
     """Draw maps of the nine-term alpha, each beside measured minus fit."""
-    method, coefficients = results.config.fourier.method, results.table("coefficients.csv")
-    if why := why_no_fit(coefficients, method, "value_N_per_cm3"):
+    method, fits = results.config.fourier.method, captions.of_method(results, "coefficients.csv")
+    if why := why_no_fit(fits, "value_N_per_cm3"):
         return style.missing(f"no nine-term fit by {method}", why)
-    models = {}
-    for medium in results.laboratory:
-        kept = kept_coefficients(coefficients, method, medium)
-        models[medium] = partial(evaluate, kept)
+    models = {m: partial(evaluate, kept_coefficients(results, m)) for m in results.laboratory}
     return _draw_models(results, models, f"nine-term fit ({method})", "measured minus fit")
 
 
@@ -327,7 +316,7 @@ def depth_only_maps(results: Results, medium: str) -> Figure:
 def _draw_models(results: Results, models: Mapping[str, Model], name: str, left: str) -> Figure:
     """Draw maps of a model, one row a medium, each beside what it leaves of the measured alpha."""
     heads = [f"{what}\n{style.alpha_label(c)}" for c in "zx" for what in (name, left)]
-    page = _page(list(models), results.campaign.titles, heads)
+    page = _page(results, list(models), heads)
     missing = False
     for row, (medium, model) in enumerate(models.items()):
         surfaces, table = model(*middles()), results[medium].alpha
@@ -346,25 +335,21 @@ def _draw_models(results: Results, models: Mapping[str, Model], name: str, left:
     return page
 
 
-def why_no_fit(table: pd.DataFrame, method: str, column: str) -> list[str]:
-    """Say of every medium why a table of fits has no number in a column; nothing where any has one."""
-    own = table[table["method"] == method]
-    if own[column].notna().any():
+def why_no_fit(fits: pd.DataFrame, column: str) -> list[str]:
+    """Say of every medium why fits have no number in a column; nothing where any has one."""
+    if fits[column].notna().any():
         return []
-    rows = own.drop_duplicates("medium")
+    rows = fits.drop_duplicates("medium")
     told = [f"{m}: {why}" for m, why in zip(rows["medium"], rows["reason"], strict=True)]
     return told or ["no laboratory medium"]
 
 
-def kept_coefficients(coefficients: pd.DataFrame, method: str, medium: str) -> dict[str, float]:
-    """Coefficients of one fit, dropped terms as zero; N/cm^3, of ``generic`` without a unit."""
-    rows = coefficients[(coefficients["method"] == method) & (coefficients["medium"] == medium)]
-    if rows.empty:
-        raise ValueError(f"the coefficient table has no fit {method!r} of medium {medium!r}")
-    values = (
-        rows["value_N_per_cm3"].astype(float).where(rows["kept"].fillna(True).astype(bool), 0.0)
-    )
-    return dict(zip(rows["coefficient"].astype(str), values, strict=True))
+def kept_coefficients(results: Results, medium: str) -> FloatArray:
+    """Nine coefficients by the configured method, N/cm^3; a dropped term is 0, NaN where there are none."""
+    table = captions.of_method(results, "coefficients.csv")
+    rows = table[table["medium"] == medium].set_index("coefficient")
+    values = rows["value_N_per_cm3"].where(rows["kept"].astype(bool), 0.0)
+    return values.reindex(list(TERMS)).to_numpy(float)
 
 
 def middles() -> tuple[FloatArray, FloatArray]:
@@ -373,14 +358,14 @@ def middles() -> tuple[FloatArray, FloatArray]:
     return beta, gamma
 
 
-def _page(media: Sequence[str], titles: Mapping[str, str], heads: list[str]) -> Figure:
+def _page(results: Results, media: Sequence[str], heads: list[str]) -> Figure:
     """Return a figure of rows of maps, with the heads of its columns and the names of the media."""
     page = style.new_figure(style.DOUBLE_CM, TOP_CM + len(media) * ROW_CM + BOTTOM_CM)
     for column, head in enumerate(heads):
         middle = LEFT_CM + column * PITCH_CM + SIDE_CM / 2
         style.text_cm(page, middle, 0.2, head, ha="center", va="top", fontsize=7)
     for row, medium in enumerate(media):
-        top, name = TOP_CM + 0.34 + row * ROW_CM, style.title_of(medium, titles)
+        top, name = TOP_CM + 0.34 + row * ROW_CM, style.title_of(results, medium)
         style.text_cm(page, LEFT_CM, top, name, va="bottom", fontsize=7, weight="bold")
     return page
 
@@ -436,13 +421,13 @@ def _weights(centres: FloatArray, fine: FloatArray) -> FloatArray:
 
 
 def refine(
-    beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray, step_deg: float = 2.5
+    beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Interpolate bilinearly onto a finer grid through the measured angles; NaN beside a missing cell."""
     fine = []
     for centres in (beta_deg, gamma_deg):
         parts = [
-            np.linspace(a, b, int(np.ceil((b - a) / step_deg)), endpoint=False)
+            np.linspace(a, b, int(np.ceil((b - a) / _FINE_DEG)), endpoint=False)
             for a, b in pairwise(centres)
         ]
         fine.append(np.concatenate([*parts, centres[-1:]]))
@@ -515,26 +500,18 @@ def add_cells(
     return mesh
 
 
-def add_pushes(
-    axes: Axes, beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray, signed: bool
-) -> ScalarMappable:
-    """Draw scattered directions as dots in the colours of `add_cells`; a cross has no value."""
-    known = np.isfinite(values)
-    axes.plot(gamma_deg[~known], beta_deg[~known], "x", color="#606060", markersize=3)
-    return axes.scatter(
-        gamma_deg[known], beta_deg[known], s=16, c=values[known], edgecolors="black",
-        linewidths=0.4, zorder=3, clip_on=False, **colours(values, signed),
-    )  # fmt: skip
-
-
 def add_table(
     axes: Axes, table: pd.DataFrame, values: pd.Series[float], signed: bool
 ) -> ScalarMappable:
-    """Draw one number of each row of an alpha table: as cells on a grid, as dots where scattered."""
+    """Draw one number of each row of an alpha table: as cells on a grid, else as dots, a cross for none."""
     if lies_on_grid(table):
         return add_cells(axes, *pivot(table.assign(shown=values), "shown"), signed)
-    beta, gamma = (np.asarray(table[f"{angle}_deg"], float) for angle in ("beta", "gamma"))
-    return add_pushes(axes, beta, gamma, np.asarray(values, float), signed)
+    known, unknown = table[values.notna()], table[values.isna()]
+    axes.plot(unknown["gamma_deg"], unknown["beta_deg"], "x", color="#606060", markersize=3)
+    return axes.scatter(
+        known["gamma_deg"], known["beta_deg"], s=16, c=values.dropna(), edgecolors="black",
+        linewidths=0.4, zorder=3, clip_on=False, **colours(np.asarray(values, dtype=float), signed),
+    )  # fmt: skip
 
 
 def add_surface(
@@ -563,7 +540,7 @@ def add_signs(
     if min(alpha.shape) < 2 or not np.isfinite(alpha).any():
         return
     if np.diff(beta_deg).max() > _FINE_DEG or np.diff(gamma_deg).max() > _FINE_DEG:
-        beta_deg, gamma_deg, alpha = refine(beta_deg, gamma_deg, alpha, _FINE_DEG)
+        beta_deg, gamma_deg, alpha = refine(beta_deg, gamma_deg, alpha)
     finite = alpha[np.isfinite(alpha)]
     if finite.size == 0:
         return

@@ -14,7 +14,6 @@ from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stres
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
-    from typing import Protocol
 
     import pandas as pd
     from matplotlib.axes import Axes
@@ -24,11 +23,6 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
-
-    class _Named(Protocol):
-        @property
-        def name(self) -> str: ...
-
 
 # Single runs with their fits
 
@@ -208,7 +202,7 @@ of the stress there in the median and {bend_most} % in the worst twentieth (wher
 )  # fmt: skip
 def linearity(results: Results) -> Figure:
     """Draw stress against depth, one column per cell and one colour per medium."""
-    media, titles = results.laboratory, results.campaign.titles
+    media = results.laboratory
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
     wanted = runs_of_cells(alpha, cells)
@@ -231,7 +225,7 @@ def linearity(results: Results) -> Figure:
             axes = style.axes_cm(page, left, _TOP_CM + j * _ROW_CM, _SIDE_CM, _ROW_CM - 0.35)
             style.zero_line(axes)
             lost = [
-                style.title_of(medium, titles)
+                style.title_of(results, medium)
                 for medium in media
                 if not _draw_medium(
                     axes, c, gamma == 0, own.get(medium), looks[medium], samples, rows
@@ -243,7 +237,7 @@ def linearity(results: Results) -> Figure:
                 axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
                 axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
     entries = {
-        style.title_of(medium, titles): style.line(colour, marker=marker, markersize=4)
+        style.title_of(results, medium): style.line(colour, marker=marker, markersize=4)
         for medium, (colour, marker) in looks.items()
     }
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
@@ -361,32 +355,30 @@ _COLOURS = tuple(
 _PANEL_CM, _GAP_CM, _PLATES_TOP_CM = 4.9, 0.5, 0.9
 
 
-@style.styled
+@style.styled()
 def draw_plates(
     stress: Mapping[str, tuple[FloatArray, FloatArray]],
-    runs: Mapping[str, Sequence[_Named]],
+    runs: Mapping[str, Sequence[str]],
     alphas: Mapping[str, tuple[float, float, float]],
     sizes: Mapping[str, float],
 ) -> Figure:
     """Draw the stress of repeated penetrations within its window, one panel a plate, with its alpha.
 
-    `stress`: by run, depth (cm) and stress (N/cm^2). `alphas`: by plate, with the ends of the 95 %
+    `stress`: by run, depth (cm) and stress (N/cm^2). `runs`: of each plate. `alphas`: by plate, with the ends of the 95 %
     interval, N/cm^3. `sizes`: of the plates, cm.
     """
     width = _LEFT_CM + len(runs) * (_PANEL_CM + _GAP_CM) + 0.3
     height = _PLATES_TOP_CM + _PANEL_CM + 2.6
     page = style.new_figure(width, height)
-    names = {run.name for own in runs.values() for run in own}
+    names = {name for own in runs.values() for name in own}
     tallest = max(float(stress[name][1].max()) for name in names)
     deepest = max(float(stress[name][0].max()) for name in names)
     for place, (plate, own) in enumerate(runs.items()):
         left = _LEFT_CM + place * (_PANEL_CM + _GAP_CM)
         axes = style.axes_cm(page, left, _PLATES_TOP_CM, _PANEL_CM, _PANEL_CM)
-        for index, run in enumerate(own):
-            axes.plot(
-                *stress[run.name], ".", markersize=2.5, color=_COLOURS[index % len(_COLOURS)],
-                label=run.name,
-            )  # fmt: skip
+        for index, name in enumerate(own):
+            colour = _COLOURS[index % len(_COLOURS)]
+            axes.plot(*stress[name], ".", markersize=2.5, color=colour, label=name)
         alpha, lo, hi = alphas[plate]
         depth = np.array([0.0, deepest])
         axes.plot(depth, alpha * depth, color="black", linewidth=0.9, label="fit through zero")
@@ -398,7 +390,7 @@ def draw_plates(
         if place:
             axes.tick_params(labelleft=False)
         else:
-            axes.set_ylabel("vertical stress (N/cm$^2$)")
+            axes.set_ylabel(f"vertical stress ({style.PER_CM2})")
         axes.legend(fontsize=6.5, loc="upper left", frameon=False)
     text = (
         "Grey: 95 % interval of alpha. Good: runs of one plate on top of each other; proportional to "

@@ -408,7 +408,7 @@ def clocks(results: Results, medium: str) -> Figure:
     return draw_clocks(traces)
 
 
-@style.styled
+@style.styled()
 def draw_clocks(traces: Sequence[Ingested]) -> Figure:
     """Draw a row of three panels for each run whose clocks were estimated; others are left out.
 

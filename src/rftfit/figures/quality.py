@@ -11,7 +11,7 @@ import numpy as np
 
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure
-from rftfit.figures.traces import DIRECTIONS, by_run, filed, span, stress_samples, thin, trouble
+from rftfit.figures.traces import DIRECTIONS, by_run, span, stress_of, thin, trouble
 from rftfit.measure.fits import flags_of_all, said_of_all
 
 if TYPE_CHECKING:
@@ -53,19 +53,17 @@ def quality(results: Results, medium: str) -> list[Figure]:
     fits = results[medium].fits
     if fits.empty:
         return [style.missing(f"{medium}: no plate run to draw")]
-    tared, windows = (results.table(f"{part}/{medium}.parquet") for part in ("tared", "windows"))
-    samples = stress_samples(results.campaign, tared, windows)
-    return draw_quality(samples, fits, results[medium].title)
+    return draw_quality(stress_of(results, medium), fits, results[medium].title)
 
 
-@style.styled
+@style.styled()
 def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) -> list[Figure]:
     """Draw a panel for each plate run of a medium by beta and gamma, repeats on pages of their own.
 
-    Its vertical scale is printed in it. A run of `fits` without samples has an empty panel.
+    `traces`: As `stress_of`; a run of `fits` without any has an empty panel.
     """
     fits = fits.assign(run_id=fits["run_id"].astype(str))
-    samples = by_run(filed(traces, fits))
+    samples = by_run(traces)
     rows = fits.set_index("run_id", drop=False)
     flat = set(rows.index[rows["direction"] == "horizontal"])
     depth = rows["depth_from_cm"].astype(float)

@@ -133,7 +133,7 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
     """Declare a figure; the arguments are the fields of `Declared`. It is drawn in the common style."""
 
     def declare(draw: Callable[P, R]) -> Callable[P, R]:
-        @styled
+        @styled()
         @wraps(draw)
         def inside(*args: P.args, **kwargs: P.kwargs) -> R:
             made = draw(*args, **kwargs)

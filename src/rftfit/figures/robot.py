@@ -616,7 +616,7 @@ def robot_reaction(results: Results) -> Figure:
     return page
 
 
-@style.styled
+@style.styled()
 def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> Figure:
     """Draw motion and forces over two strides, beside mean strides of tracks, one column a run."""
     page, columns = _panels(motion, len(_KINEMATICS) + 2)

@@ -10,16 +10,16 @@ import contextlib
 import logging
 import math
 import textwrap
-from functools import cache, wraps
+from functools import cache
 from importlib.resources import as_file, files
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from rftfit.store import write_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.results import Results
-
-P = ParamSpec("P")
-R = TypeVar("R")
 
 CM = 1 / 2.54
 """One centimetre in inches."""
@@ -97,23 +94,12 @@ def _settings() -> Any:
 
 
 @contextlib.contextmanager
-def context() -> Iterator[None]:
+def styled() -> Iterator[None]:
     """Set matplotlib's defaults plus this project's style, whatever the user's own settings are."""
     import matplotlib as mpl
 
     with mpl.rc_context(_settings()):
         yield
-
-
-def styled(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a drawing function run in `context`."""
-
-    @wraps(function)
-    def inside(*args: P.args, **kwargs: P.kwargs) -> R:
-        with context():
-            return function(*args, **kwargs)
-
-    return inside
 
 
 # Words and numbers
@@ -128,19 +114,14 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def title_of(medium: str, titles: Mapping[str, str] | None) -> str:
+def title_of(results: Results, medium: str) -> str:
     """Name of a medium in figures; one without a title goes by its key."""
-    return plain((titles or {}).get(medium, medium))
+    return plain(results.campaign.titles.get(medium, medium))
 
 
 def level(results: Results) -> str:
-    """Level of the campaign's intervals, for example 95 %."""
-    return level_of(results.config.fit.confidence)
-
-
-def level_of(confidence: float) -> str:
-    """Write a level in percent, with all its digits: 0.99999 is not 100 %."""
-    return f"{100 * confidence:g} %"
+    """Level of the campaign's intervals in percent, with all its digits: 0.99999 is not 100 %."""
+    return f"{100 * results.config.fit.confidence:g} %"
 
 
 def alpha_label(component: str) -> str:
@@ -211,7 +192,7 @@ def zero_line(axes: Axes) -> None:
     axes.axhline(0, color=GREY, linewidth=0.4)
 
 
-def name_below(axes: Axes, label: str, wanted: bool = True) -> None:
+def name_below(axes: Axes, label: str, wanted: bool) -> None:
     """Name and number the axis below where it is wanted: in the last row of a column of panels."""
     axes.tick_params(labelbottom=wanted)
     if wanted:
@@ -251,7 +232,7 @@ def legend(figure: Figure, entries: Mapping[str, Artist], columns: int, **how: A
 _LINE_CM, _MARGIN_CM = 0.38, 0.4
 
 
-@styled
+@styled()
 def missing(what: str, reasons: Sequence[str] = ()) -> Figure:
     """Draw, in place of a figure, what is missing and why."""
     lines = [one for text in (what, *reasons) for one in textwrap.wrap(text, 110)]
@@ -331,7 +312,7 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
     metadata = _METADATA[ending] | ({_REMARK[ending]: about} if about else {})
     whole = BytesIO()
     # some settings (letters, hatches, salt of the ids) are looked up while writing
-    with context(), _lean_fonts():
+    with styled(), _lean_fonts():
         figure.savefig(whole, format=ending, metadata=metadata, **more)
     return whole.getvalue()
 

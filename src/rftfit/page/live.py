@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures.captions import PROFILES, name_of, of_method
-from rftfit.figures.maps import lies_on_grid, pivot
+from rftfit.figures.captions import PROFILES, name_of
+from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
 from rftfit.measure.alpha import column
 from rftfit.measure.checks import UNUSABLE
 from rftfit.measure.fits import flags_of_all, without
@@ -52,10 +52,12 @@ def profiles(results: Results, medium: str) -> dict[str, Profile]:
         found["table"] = table = TableProfile.from_table(
             results[medium].alpha, results[medium].title
         )
-        found["fourier"] = FourierProfile(coefficients(results, medium))
+        found["fourier"] = FourierProfile(kept_coefficients(results, medium))
         found["depth_only"] = DepthOnlyProfile.of(table)
-    printed = medium in scaled_from_print(results)
-    m0 = published(results.config.fourier.method).m0 if printed else coefficients(results, GENERIC)
+    if medium in scaled_from_print(results):
+        m0 = published(results.config.fourier.method).m0
+    else:
+        m0 = kept_coefficients(results, GENERIC)
     found["generic"] = scaled_generic(zeta(results, medium), m0)
     # a measured table may have holes, and says why
     known = {
@@ -63,14 +65,6 @@ def profiles(results: Results, medium: str) -> dict[str, Profile]:
         for name, profile in found.items()
     }
     return {name: found[name] for name in PROFILES if known.get(name)}
-
-
-def coefficients(results: Results, medium: str) -> FloatArray:
-    """Nine coefficients by the configured method, N/cm^3; a dropped term is 0, NaN where there are none."""
-    table = of_method(results, "coefficients.csv")
-    rows = table[table["medium"] == medium].set_index("coefficient")
-    values = rows["value_N_per_cm3"].where(rows["kept"].astype(bool), 0.0)
-    return values.reindex(list(TERMS)).to_numpy(float)
 
 
 def zeta(results: Results, medium: str) -> float:
@@ -96,7 +90,7 @@ def references(results: Results) -> list[Reference]:
     good = np.isfinite(table["chi"].to_numpy(float)) & ~np.array(unusable, dtype=bool)
     rows = table[(table["method"] == method) & good]
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
-    values = {medium: coefficients(results, medium) for medium in (GENERIC, *chi)}
+    values = {medium: kept_coefficients(results, medium) for medium in (GENERIC, *chi)}
     if len(chi) < 2 or not np.isfinite(list(values.values())).all():
         return [published(method)]
     return [reference_from(f"this campaign, method {method}", chi, values), published(method)]

@@ -135,7 +135,8 @@ def run_plates(config: Path, results: Path) -> Plates:
         write_csv(table, results / f"{name}.csv")
     ends = {name: (r.alpha.value, r.alpha.lo, r.alpha.hi) for name, r in combined.items()}
     save(draw_clocks(chain.traces), results / "clocks")
-    save(draw_plates(chain.stress, of_plate, ends, sizes), results / "stress")
+    drawn = {name: [run.name for run in own] for name, own in of_plate.items()}
+    save(draw_plates(chain.stress, drawn, ends, sizes), results / "stress")
     return found
 
 
