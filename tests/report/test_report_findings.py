@@ -18,7 +18,7 @@ from rftfit.figures.registry import figures
 from rftfit.figures.style import FORMATS, preview
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.page.page import page as make_page
-from rftfit.page.pictures import pictures
+from rftfit.page.page import pictures
 from rftfit.results import Results
 
 if TYPE_CHECKING:

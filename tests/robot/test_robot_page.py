@@ -39,15 +39,15 @@ def cells(table: Table) -> list[list[str]]:
 def test_tables_say_what_the_errors_say(results: Results) -> None:
     found = robot_tables(results)
     assert found is not None
-    near, far = cells(found.shares)
+    near, far = cells(found["shares"])
     assert near[1:] == ["42 of 42|predicted: 39 of 39"] * 2
     assert far[2] == "0 of 42|predicted: 0 of 39"
-    conditions = cells(found.conditions)
+    conditions = cells(found["conditions"])
     assert len(conditions) == 42
     assert sum(row[-1] == "yes" for row in conditions) == 3
     assert all(row[-2].endswith("|+100 %") for row in conditions)
     assert [float(row[0].replace("\N{MINUS SIGN}", "-")) for row in conditions[::41]] == [-1, 1]
-    assert [row[1:4] for row in cells(found.best)] == [["5.0", "0.40", "74.8"]] * 2
+    assert [row[1:4] for row in cells(found["best"])] == [["5.0", "0.40", "74.8"]] * 2
 
 
 def test_numbers_for_the_script(results: Results) -> None:

@@ -108,13 +108,12 @@ def number_column(
     ends: str = "",
     note: str = "",
     show: Callable[[float | None], str] | None = None,
-    **more: str,
 ) -> Column:
     """Column of numbers: a column of the results, with its interval.
 
     `ends`: Columns of the results with the ends of the interval, braces in place of ``lo`` and ``hi``.
     `note`: Another that is printed small. `show`: Prints the number, instead of `digits` after the
-    point. `more`: Of `Column`.
+    point.
     """
 
     def cell(row: Row) -> Cell:
@@ -122,7 +121,7 @@ def number_column(
         lo, hi = (row.get(ends.format(end)) if ends else None for end in ("lo", "hi"))
         return Cell(text, (span(lo, hi, digits), *_note(row, note)))
 
-    return Column(heading, cell, "num", **more)
+    return Column(heading, cell, "num")
 
 
 def _note(row: Row, name: str) -> tuple[str, ...]:

@@ -189,7 +189,8 @@ def _spread(results: Results) -> str:
         errors = " and add the errors of the force zero" if not results.campaign.numbers else ""
         errors += " and of the clocks" if clocks and errors else ""
         how = "allow for the correlation of successive samples (ref. 3)"
-        if results.config.table is not None and _few(results):
+        points = results.joined("fits/{medium}.csv")["n_points"]
+        if results.config.table is not None and (points < FEWEST).all():
             how = f"take the depths of a direction, fewer than {FEWEST}, as independent"
         first = f"{level} {how}{errors}{_named_errors(known)}"
     kinds = set(known["spread"])
@@ -228,12 +229,6 @@ def _named_errors(known: pd.DataFrame) -> str:
             found.append(f"{words} (up to {100 * part:.1f} %)")
     told = "; ".join(found)
     return f", and hold the errors, relative to alpha_z at (0, 90 deg), {told}" if told else ""
-
-
-def _few(results: Results) -> bool:
-    """Whether every slope of a table is through too few depths to tell their correlation."""
-    points = results.joined("fits/{medium}.csv")["n_points"]
-    return bool((points < FEWEST).all())
 
 
 def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: str) -> str:

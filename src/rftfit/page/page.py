@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
+from dataclasses import dataclass
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +13,8 @@ from markupsafe import Markup, escape
 
 from rftfit.campaign.config import Leg
 from rftfit.compare.sensitivity import shapes, told
-from rftfit.figures.registry import greek
-from rftfit.figures.style import level
+from rftfit.figures.registry import SWEEP, figures, greek
+from rftfit.figures.style import FORMATS, level, size_of_preview
 from rftfit.measure.fits import flags_of_all, said_of_all
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
@@ -23,13 +24,15 @@ from rftfit.page.findings import findings
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
 from rftfit.page.outcome import believed, outcome_of_runs
-from rftfit.page.pictures import first_of, pictures
 from rftfit.page.robot import robot_data, robot_tables
 from rftfit.store.environment import versions
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pandas as pd
 
+    from rftfit.figures.registry import Declared
     from rftfit.page.outcome import Outcome
     from rftfit.results import Results
 
@@ -59,6 +62,13 @@ SECTIONS = {
 }
 """Sections by id, in their order."""
 
+FIRST = (("alpha_maps",), ("legs", "stress_of_runs", "penetration"))
+FIRST_OF_FEW = (("estimated_maps",), ("penetration", "stress_of_runs"))
+"""Figures beside the findings; what was estimated where few directions were measured."""
+
+FEWEST = 4
+"""Directions that make a map."""
+
 _COMPONENT = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b")
 
 
@@ -66,8 +76,7 @@ def report(results: Results) -> tuple[str, pd.DataFrame]:
     """Make the page, and the table of what was found."""
     import pandas as pd
 
-    found = [(one.text, one.section) for one in findings(results)]
-    return page(results), pd.DataFrame(found, columns=["finding", "section"])
+    return page(results), pd.DataFrame(findings(results), columns=["finding", "section"])
 
 
 def page(results: Results) -> str:
@@ -182,6 +191,69 @@ def _measured(results: Results, outcome: Outcome) -> str:
     how = "re-enacted" if results.campaign.reenacted else "recorded"
     lost = f"{dropped} {'run' if dropped == 1 else 'runs'} dropped" if dropped else "none dropped"
     return f"{media}, {runs} used, {lost}; logs {how}.".capitalize()
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One figure: its preview as an address, and ending and path from the page of each file to open."""
+
+    name: str
+    caption: str
+    section: str
+    data: str
+    width: int
+    height: int
+    files: Sequence[tuple[str, str]]
+
+
+def pictures(results: Results) -> list[Picture]:
+    """Every figure that was drawn, in the order in which figures are shown."""
+    # their captions are text of the page: a changed one makes it again
+    from rftfit.figures import (  # noqa: F401
+        generic,
+        legs,
+        maps,
+        plates,
+        protocol,
+        quality,
+        robot,
+        sands,
+    )
+
+    return [
+        _picture(results, one, medium)
+        for one in figures()
+        if one.group != SWEEP
+        for medium in one.media(results.campaign)
+        if results.has(f"{one.file(medium)}.webp")
+    ]
+
+
+def first_of(found: Sequence[Picture], results: Results) -> list[Picture]:
+    """A map and what was measured, beside the findings: the first that is there of each."""
+    known = [int(one.alpha["alpha_z_N_per_cm3"].notna().sum()) for one in results]
+    shown = []
+    for names in FIRST if max(known, default=0) >= FEWEST else FIRST_OF_FEW:
+        # a figure of one medium before that of all
+        wanted = [start for name in names for start in (f"{name}_", name)]
+        fitting = (one for start in wanted for one in found if one.name.startswith(start))
+        shown += [*fitting][:1]
+    return shown
+
+
+def _picture(results: Results, one: Declared, medium: str) -> Picture:
+    file = one.file(medium)
+    content = results.path(f"{file}.webp").read_bytes()
+    width, height = size_of_preview(content)
+    return Picture(
+        file.rpartition("/")[2],
+        one.caption_of(results, medium),
+        "quality" if one.folder == "quality" else one.section,
+        f"data:image/webp;base64,{base64.b64encode(content).decode()}",
+        width,
+        height,
+        [(ending, f"{file}.{ending}") for ending in FORMATS if ending != "webp"],
+    )
 
 
 def quantities(text: str) -> Markup:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,25 +21,15 @@ if TYPE_CHECKING:
 
 DIGITS = 5
 CURVATURE = "R\N{PRIME}/r"
+_PROFILE = text_column("Profile", lambda row: name_of(row["profile"]))
 
 
-@dataclass(frozen=True)
-class RobotTables:
-    """Tables of the section: a row a profile, again at the highest frequency, and a row a condition."""
-
-    shares: Table
-    best: Table
-    conditions: Table
-
-
-def robot_tables(results: Results) -> RobotTables | None:
-    """Make the tables of the section; None where the campaign has no robot."""
+def robot_tables(results: Results) -> dict[str, Table] | None:
+    """Make the tables of the section by their names; None where the campaign has no robot."""
     if not results.campaign.robot_medium:
         return None
-    errors = results.table("robot/errors.csv")
-    return RobotTables(
-        _shares(errors), _best(results.table("robot/optimum.csv")), _conditions(errors)
-    )
+    errors, optimum = (results.table(f"robot/{name}.csv") for name in ("errors", "optimum"))
+    return {"shares": _shares(errors), "best": _best(optimum), "conditions": _conditions(errors)}
 
 
 def _shares(errors: pd.DataFrame) -> Table:
@@ -60,7 +49,7 @@ def _shares(errors: pd.DataFrame) -> Table:
 
     return Table(
         "Share of the conditions",
-        [_profile(), within("speed within 20 %", 20), within("within 35 %", 35)],
+        [_PROFILE, within("speed within 20 %", 20), within("within 35 %", 35)],
         [{"profile": name} for name in parts],
     )
 
@@ -70,17 +59,14 @@ def _best(optimum: pd.DataFrame) -> Table:
     return Table(
         "Best curvature",
         [
-            _profile(),
+            _PROFILE,
             number_column("Stride frequency, Hz", "frequency_Hz", 1),
-            number_column(
-                f"Fastest {CURVATURE}", "best_curvature_times_R", 2,
-                ends="best_curvature_{}",
-            ),
+            number_column(f"Fastest {CURVATURE}", "best_curvature_times_R", 2, "best_curvature_{}"),
             number_column("Its speed, cm/s", "speed_cm_per_s", 1),
             text_column("Calibrated", "calibrated"),
         ],
         records(optimum.loc[highest.to_list()]),
-    )  # fmt: skip
+    )
 
 
 def _conditions(errors: pd.DataFrame) -> Table:
@@ -118,10 +104,6 @@ def _conditions(errors: pd.DataFrame) -> Table:
         records(ordered.drop_duplicates("condition")),
         tall=True,
     )
-
-
-def _profile() -> Column:
-    return text_column("Profile", lambda row: name_of(row["profile"]))
 
 
 def robot_data(results: Results) -> dict[str, Any] | None:
