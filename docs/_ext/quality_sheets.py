@@ -47,7 +47,7 @@ def draw(project: Path, root: Path, png: Path) -> None:
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import load_campaign
     from rftfit.figures.quality import draw_quality
-    from rftfit.figures.traces import filed, stress_samples
+    from rftfit.figures.traces import stress_samples
     from rftfit.lab.enact import run_logs
     from rftfit.lab.plan import plan_runs
     from rftfit.lab.write import sheet_text
@@ -83,8 +83,8 @@ def draw(project: Path, root: Path, png: Path) -> None:
     traces, status, _ = ingest_medium(campaign, MEDIUM)
     tared, tares, _ = tare_medium(campaign, MEDIUM, traces, status)
     fits, windows, _ = fit_medium(campaign, MEDIUM, status, tared, tares)
-    samples = stress_samples(campaign, tared, windows)
-    figure = draw_quality(filed(samples, fits), fits, "poppy seeds, loose")[0]
+    samples = stress_samples(campaign, tared, windows, fits)
+    figure = draw_quality(samples, fits, "poppy seeds, loose")[0]
     png.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(png, dpi=110, bbox_inches="tight", metadata={"Software": None})
     shown = {f"{MEDIUM}_{name}": rf"$\gamma$ = {gamma}" for name, gamma in PUSHES.items()}

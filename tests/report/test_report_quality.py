@@ -16,7 +16,7 @@ from rftfit.figures.captions import half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
 from rftfit.figures.quality import draw_quality, lay_out, quality
 from rftfit.figures.style import save
-from rftfit.figures.traces import filed, nice, span, stress_samples, thin, trouble
+from rftfit.figures.traces import nice, span, stress_of, thin, trouble
 from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(
     traces, fits = medium[0], medium[1].copy()
     fits["flags"] = NO_TARE_FLAG
     fits.loc[50, "flags"] = f"saturated; {NO_TARE_FLAG}"
-    (figure,) = draw_quality(filed(traces, fits), fits, "poppy seeds, loose")
+    (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
     text = words(figure)
     assert "poppy seeds, loose: 105 plate runs, 1 marked" in text
     assert marked(figure) == 1
@@ -63,7 +63,7 @@ def test_a_sheet_has_every_run_and_marks_the_bad_ones(
     chain.spoil(fits, 20, "tare too short")
     fits.loc[50, "flags"] = "saturated"
     traces = traces[traces["run_id"] != fits.loc[20, "run_id"]]
-    (figure,) = draw_quality(filed(traces, fits), fits, "poppy seeds, loose")
+    (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
     text = words(figure)
     assert "poppy seeds, loose: 105 plate runs, 2 marked" in text
     assert marked(figure) == 2
@@ -83,7 +83,6 @@ def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(
     traces, fits = medium
     some = fits["run_id"].iloc[:30]
     fits, traces = fits[fits["run_id"].isin(some)], traces[traces["run_id"].isin(some)]
-    traces = filed(traces, fits)
     (one,) = draw_quality(traces, fits, "poppy")
     mixed = traces.sort_values("run_id", ascending=False, kind="stable")
     (other,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), "poppy")
@@ -98,9 +97,8 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(
     some = fits["run_id"].iloc[:12]
     traces, fits = traces[traces["run_id"].isin(some)], fits[fits["run_id"].isin(some)]
     results = of_runs(traces, fits)
-    tared, windows = (results.table(f"{p}/poppy_LP.parquet") for p in ("tared", "windows"))
-    samples = stress_samples(results.campaign, tared, windows)
-    for name in ("stress_z_N_per_cm2", "tare_x_N_per_cm2", "in_window"):
+    samples = stress_of(results, "poppy_LP")
+    for name in ("stress_z_N_per_cm2", "tare_z_N_per_cm2", "in_window"):
         np.testing.assert_allclose(samples[name], traces[name])
     (figure,) = quality(results, "poppy_LP")
     assert "poppy seeds, loose: 12 plate runs, 0 marked" in words(figure)
@@ -112,7 +110,7 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(
 def test_repeats_and_gaps_of_the_grid(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
     traces, fits = medium
     again = fits.iloc[[3]].assign(run_id="z_again")
-    pages = draw_quality(filed(traces, fits), pd.concat([fits.drop(index=7), again]), "poppy")
+    pages = draw_quality(traces, pd.concat([fits.drop(index=7), again]), "poppy")
     assert len(pages) == 2
     assert words(pages[0]).count("not measured") == 1
     assert any(line.startswith("z_again\n") for line in words(pages[1]))
@@ -146,13 +144,13 @@ def test_a_horizontal_run_of_unknown_depth_keeps_a_place(
 
 def test_extractions_are_turned_as_filed(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
     traces, fits = medium
-    turned = filed(traces, fits)
+    turned = stress_of(of_runs(traces, fits), "poppy_LP")
     pulled = traces["run_id"].isin(fits.loc[fits["direction"] == "extraction", "run_id"])
     assert pulled.any()
     for name in ("stress_x_N_per_cm2", "tare_x_N_per_cm2"):
-        np.testing.assert_array_equal(turned.loc[pulled, name], -traces.loc[pulled, name])
-        np.testing.assert_array_equal(turned.loc[~pulled, name], traces.loc[~pulled, name])
-    np.testing.assert_array_equal(turned["stress_z_N_per_cm2"], traces["stress_z_N_per_cm2"])
+        np.testing.assert_allclose(turned.loc[pulled, name], -traces.loc[pulled, name])
+        np.testing.assert_allclose(turned.loc[~pulled, name], traces.loc[~pulled, name])
+    np.testing.assert_allclose(turned["stress_z_N_per_cm2"], traces["stress_z_N_per_cm2"])
 
 
 def test_thinning_keeps_spikes_ends_and_gaps() -> None:

@@ -228,18 +228,13 @@ def _add_plates(axes: Axes) -> None:
     )
     b, g = np.radians(beta), np.radians(gamma)
     size = _PLATE_CM * style.CM
-    common: dict[str, Any] = {
-        "units": "inches",
-        "scale_units": "inches",
-        "scale": 1,
-        "angles": "uv",
-    }
+    how: dict[str, Any] = {"units": "inches", "scale_units": "inches", "scale": 1, "angles": "uv"}
     plate = 2 * size * np.cos(b), -2 * size * np.sin(b)
     axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, headwidth=0, headlength=0,
-                headaxislength=0, color="black", **common)  # fmt: skip
+                headaxislength=0, color="black", **how)  # fmt: skip
     moved = np.stack(conventions.direction(g)) * 1.6 * size
     axes.quiver(gamma, beta, *moved, width=0.006, headwidth=7, headlength=7, headaxislength=6,
-                color="black", **common)  # fmt: skip
+                color="black", **how)  # fmt: skip
 
 
 def _between(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:

@@ -485,8 +485,7 @@ def robot_stance(results: Results) -> Figure:
         axes.set(xlim=(-12.9, 12.9), ylim=(-5.5, 9.5), aspect="equal")
         axes.axhspan(-5.5, 0, color=style.SAND, linewidth=0)
         axes.axhline(0, color=style.SURFACE, linewidth=0.6)
-        legs = part["group"].str.startswith("tripod")
-        standing = part["group"] == "tripod_1"
+        legs, standing = part["group"].str.startswith("tripod"), part["group"] == "tripod_1"
         for chosen, colour in (
             (~legs, "#444444"),
             (legs & ~standing, "#9a9a9a"),
@@ -497,9 +496,8 @@ def robot_stance(results: Results) -> Figure:
             axes.add_collection(
                 LineCollection(lines, colors=colour, linewidths=1.7, capstyle="round")
             )
-        own = _standing(part)
-        at, push = (own[list(names)].to_numpy(float) for names in
-                    (("at_x_cm", "at_z_cm"), ("force_x_N", "force_z_N")))  # fmt: skip
+        at = part.loc[standing, ["at_x_cm", "at_z_cm"]].to_numpy(float)
+        push = part.loc[standing, ["force_x_N", "force_z_N"]].to_numpy(float)
         felt = np.hypot(*push.T) > 0.01 * strongest
         axes.quiver(
             *at[felt].T, *(scale * push[felt]).T, angles="xy", scale_units="xy", scale=1,
@@ -607,12 +605,12 @@ def robot_reaction(results: Results) -> Figure:
     motion = results.table("robot/motion.csv")
     tripods = [name for name in group_names(motion) if name.startswith("tripod")]
     page, columns = _panels(motion, 2)
+    looks = dict(zip(tripods, _GROUPS, strict=False))
     for part, panels in columns:
-        _draw_forces(panels, part, dict(zip(tripods, _GROUPS, strict=False)))
+        _draw_forces(panels, part, looks)
     labels = "vertical force $F_z$\n(N)", "horizontal force $F_x$\n(N)"
     _finish(page, [panels for _, panels in columns], labels)
-    looks = zip(tripods, _GROUPS, strict=False)
-    _legend(page, {n.replace("_", " "): style.line(c, linestyle=dash) for n, (c, dash) in looks})
+    _legend(page, looks)
     return page
 
 
@@ -635,12 +633,8 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
         _draw_forces(panels[len(_KINEMATICS) :], part, looks)
     labels = [*(label for _, label in _KINEMATICS), "lift by group\n(N)", "thrust by group\n(N)"]
     _finish(page, [panels for _, panels in columns], labels)
-    entries: dict[str, Artist] = {"simulated": style.line("black")} if found else {}
-    if found:
-        entries["measured"] = style.line("#9a9a9a")
-    for group, (colour, dash) in looks.items():
-        entries[group.replace("_", " ")] = style.line(colour, linestyle=dash)
-    _legend(page, entries)
+    curves = {"simulated": style.line("black"), "measured": style.line("#9a9a9a")}
+    _legend(page, looks, **curves if found else {})
     return page
 
 
@@ -735,7 +729,9 @@ def _finish(page: Figure, columns: list[list[Axes]], labels: Sequence[str]) -> N
         panels[-1].set_xlabel("time (s)")
 
 
-def _legend(figure: Figure, entries: dict[str, Artist]) -> None:
+def _legend(figure: Figure, looks: Mapping[str, tuple[str, Any]], **entries: Artist) -> None:
+    for group, (colour, dash) in looks.items():
+        entries[group.replace("_", " ")] = style.line(colour, linestyle=dash)
     style.legend(
         figure, entries, len(entries), loc="upper center", columnspacing=1.6, borderaxespad=0.1
     )

@@ -34,8 +34,10 @@ SAMPLES = (
 """Columns of `stress_samples` besides the run."""
 
 
-def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame) -> pd.DataFrame:
-    """Stress of every plate run of a medium in the lab frame, and whether it was fitted."""
+def stress_samples(
+    campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame, fits: pd.DataFrame
+) -> pd.DataFrame:
+    """Stress of every plate run of a medium as its alpha is filed in `fits`, and whether it was fitted."""
     import pandas as pd
 
     ids = _run_ids(tared)
@@ -45,15 +47,18 @@ def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFram
     # legs have no area and are not drawn here
     areas = np.array([getattr(intruder, "area_cm2", np.nan) for intruder in intruders], dtype=float)
     area = areas[ids.cat.codes.to_numpy()]
+    # extractions are filed with their horizontal stress turned, as alpha_x is
+    turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
+    sides = {"z": 1.0, "x": np.where(ids.isin(turned), -1.0, 1.0)}
     samples = pd.DataFrame(
         {
             "run_id": ids,
             "depth_cm": tared["depth_cm"],
             "path_cm": tared["path_cm"],
             **{
-                f"{what}_{c}_N_per_cm2": tared[f"{column}_{c}_N"] / area
+                f"{what}_{c}_N_per_cm2": tared[f"{column}_{c}_N"] / area * side
                 for what, column in (("stress", "force"), ("tare", "tare"))
-                for c in "zx"
+                for c, side in sides.items()
             },
             "in_window": windows["why"].to_numpy() == RowStatus.GOOD,
         }
@@ -63,23 +68,15 @@ def stress_samples(campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFram
 
 
 def stress_of(results: Results, medium: str) -> pd.DataFrame:
-    """Stress of every plate run of a medium as its alpha is filed; columns as `stress_samples`."""
+    """The `stress_samples` of a medium."""
     tared, windows = (results.table(f"{part}/{medium}.parquet") for part in ("tared", "windows"))
-    return filed(stress_samples(results.campaign, tared, windows), results[medium].fits)
+    return stress_samples(results.campaign, tared, windows, results[medium].fits)
 
 
 def _run_ids(traces: pd.DataFrame) -> pd.Series[Any]:
     """Runs as categories, whatever the sheet named them: some number their runs."""
     ids = traces["run_id"].astype("category")
     return ids.cat.rename_categories([str(name) for name in ids.cat.categories])
-
-
-def filed(traces: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
-    """Turn the horizontal stress of extractions as alpha_x is turned in `fits` when it is filed."""
-    turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
-    factor = np.where(_run_ids(traces).isin(turned), -1.0, 1.0)
-    names = [name for name in traces.columns if name.endswith("_x_N_per_cm2")]
-    return traces.assign(**{name: traces[name].to_numpy(float) * factor for name in names})
 
 
 def by_run(traces: pd.DataFrame) -> dict[str, Trace]:

@@ -129,7 +129,6 @@ def context(results: Results) -> dict[str, Any]:
         "pictures": found,
         "first": first_of(found, results),
         "names": names,
-        "sections": list(names.items()),
         "reenacted": results.campaign.reenacted,
         "level": level(results),
         "method": config.fourier.method,
@@ -137,9 +136,6 @@ def context(results: Results) -> dict[str, Any]:
         "believed": believed(results),
         "in_air": outcome.used[""],
         "kinds": _kinds(results),
-        "legs": has["viewer"],
-        "legs_measured": has["legs"],
-        "natural_sands": has["sands"],
         "notes": [
             (medium.title, ". ".join(filter(None, (medium.compaction, medium.note))))
             for medium in config.media.values()

@@ -24,30 +24,21 @@ Ends = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Deep:
-    """What a profile says of the deepest elements of a leg.
-
-    `alpha_z_N_per_cm3`: Mean over them, weighted with depth and area.
-    """
-
-    lift_N: float
-    alpha_z_N_per_cm3: float
-
-
-@dataclass(frozen=True)
 class Reversal:
     """Peak lift of the two legs in one medium.
 
     `peaks`: N, by (``measured``, ``table`` or ``fourier``; leg).
     `theta_deg`: Where the reversed leg's lift by the nine terms is largest.
-    `deep`: The deepest third of its elements there, by profile (``table``, ``fourier``).
+    `lift_N`: Of the deepest third of its elements there, by profile (``table``, ``fourier``).
+    `alpha_z_N_per_cm3`: Their mean, weighted with depth and area, by profile.
     `beta_deg`, `gamma_deg`: Smallest and largest attack and intrusion angle of these elements.
     """
 
     medium: str
     peaks: dict[tuple[str, str], float]
     theta_deg: float
-    deep: dict[str, Deep]
+    lift_N: dict[str, float]
+    alpha_z_N_per_cm3: dict[str, float]
     beta_deg: Ends
     gamma_deg: Ends
 
@@ -96,16 +87,17 @@ def _peaks(results: Results, medium: str) -> tuple[dict[tuple[str, str], float],
 
 def _deep(
     results: Results, medium: str, leg: Leg, theta_deg: float
-) -> tuple[dict[str, Deep], Ends, Ends]:
+) -> tuple[dict[str, float], dict[str, float], Ends, Ends]:
     outline = leg_outline(leg)
     poses = rotation_poses(np.radians([theta_deg]), leg.hip_height_cm)
     elements = reference_kernel.place(outline.body, outline.width_cm, poses)
     deepest = np.argsort(elements[0, :, 1])[: len(outline.body) // 3]
     load = float(reference_kernel.submerged(elements)[0][0, deepest].sum())
     own = profiles(results, medium)
-    found = {}
-    for name in _BY_MODEL:
-        lift = float(reference_kernel.element_forces(own[name], elements)[0, deepest, 0].sum())
-        found[name] = Deep(lift, lift / load)
+    lift = {
+        name: float(reference_kernel.element_forces(own[name], elements)[0, deepest, 0].sum())
+        for name in _BY_MODEL
+    }
+    alpha_z = {name: one / load for name, one in lift.items()}
     beta, gamma = (np.degrees(angle[0, deepest]) for angle in reference_kernel.angles(elements))
-    return found, (beta.min(), beta.max()), (gamma.min(), gamma.max())
+    return lift, alpha_z, (beta.min(), beta.max()), (gamma.min(), gamma.max())

@@ -61,7 +61,9 @@ def _best(optimum: pd.DataFrame) -> Table:
         [
             _PROFILE,
             number_column("Stride frequency, Hz", "frequency_Hz", 1),
-            number_column(f"Fastest {CURVATURE}", "best_curvature_times_R", 2, "best_curvature_{}"),
+            number_column(
+                f"Fastest {CURVATURE}", "best_curvature_times_R", 2, ends="best_curvature_{}"
+            ),
             number_column("Its speed, cm/s", "speed_cm_per_s", 1),
             text_column("Calibrated", "calibrated"),
         ],

@@ -207,10 +207,10 @@ def reversal(results: Results) -> Table:
 
     def deep(row: Row) -> Cell:
         found: Reversal = row["found"]
-        fourier, table = found.deep["fourier"], found.deep["table"]
-        mean = f": nine terms {number(fourier.alpha_z_N_per_cm3)}, table {number(table.alpha_z_N_per_cm3)}"
+        alpha, lift = found.alpha_z_N_per_cm3, found.lift_N
+        mean = f": nine terms {number(alpha['fourier'])}, table {number(alpha['table'])}"
         note = (
-            f"lift {number(fourier.lift_N, 2)} N and {number(table.lift_N, 2)} N; "
+            f"lift {number(lift['fourier'], 2)} N and {number(lift['table'], 2)} N; "
             f"\N{GREEK SMALL LETTER THETA} {number(found.theta_deg, 0)}{DEGREE}, "
             f"\N{GREEK SMALL LETTER BETA} {span(*found.beta_deg, 0)}{DEGREE}, \N{GREEK SMALL LETTER GAMMA} {span(*found.gamma_deg, 0)}{DEGREE}"
         )
@@ -255,10 +255,7 @@ def leg_errors(results: Results) -> Table:
             text_column("Profile", lambda row: name_of(row["profile"])),
             text_column("Force", lambda row: Markup(f"F<sub>{row['component']}</sub>")),
             number_column("Peak measured, N", "peak_measured_N", 2, note="reason"),
-            number_column(
-                "Peak predicted, N", "peak_predicted_N", 2,
-                ends="peak_predicted_{}_N",
-            ),
+            number_column("Peak predicted, N", "peak_predicted_N", 2, ends="peak_predicted_{}_N"),
             number_column("Error of peak", "peak_error_percent", show=percent),
             number_column("RMS error, N", "rms_error_N", 2),
             number_column(
@@ -268,7 +265,7 @@ def leg_errors(results: Results) -> Table:
         ],
         sorted(rows, key=place),
         tall=True,
-    )  # fmt: skip
+    )
 
 
 def sands(results: Results) -> Table:
