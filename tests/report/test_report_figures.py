@@ -368,6 +368,15 @@ def declared(name: str) -> Declared:
     return next(one for one in figures() if one.name == name)
 
 
+def test_braces_in_the_title_of_a_medium_that_fails_a_check_are_text() -> None:
+    results = memory({}, ["poppy_LP"])
+    results.campaign.titles["poppy_LP"] = "sand {wet}"
+    results.marks["poppy_LP"] = "unusable: fails work"
+    told = declared("depth_only_maps").caption_of(results, "poppy_LP")
+    assert told.startswith("sand {wet}: unusable: fails work. \N{GREEK SMALL LETTER ALPHA} of the")
+    assert " in sand {wet}, made from" in told
+
+
 def test_every_figure_of_the_demonstration_has_a_file_of_its_own() -> None:
     campaign = memory({}, [*reference.MEDIA, *reference.SANDS]).campaign
     files = [one.file(medium) for one in figures() for medium in one.media(campaign)]

@@ -95,12 +95,15 @@ class Declared:
             with suppress(InputError, LookupError, ValueError, TypeError):
                 words |= self.numbers(results, medium)
         known = {name: " ".join(word.split()) for name, word in words.items() if word}
-        lines = [f"{one}." for one in _marks(results, medium)] + [
-            line for line in self.caption.splitlines() if set(_WORD.findall(line)) <= set(known)
-        ]
+        lines = self.caption.splitlines()
         if self.paper:
             lines.append(f"Made after {self.paper} of Li, Zhang and Goldman (2013).")
-        return " ".join(greek(line).format(**known) for line in lines)
+        # a title may have braces of its own
+        told = [greek(f"{one}.") for one in _marks(results, medium)]
+        told += [
+            greek(line).format(**known) for line in lines if set(_WORD.findall(line)) <= set(known)
+        ]
+        return " ".join(told)
 
 
 _WORD = re.compile(r"\{(\w+)\}")
