@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import shutil
 import subprocess
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +27,7 @@ _WIDTH_CM, _HEIGHT_CM, _DPI = 15.0, 7.0, 100
 _AHEAD_CM, _BEHIND_CM, _ABOVE_CM, _BELOW_CM = 12.0, 12.0, 7.0, 4.0
 _LONGEST_CM = 4.0
 _BODY = "#444444"
+_TRIPODS = ("blue", "sky blue", "bluish green", "reddish purple")
 
 
 @style.styled()
@@ -51,10 +53,11 @@ def pictures(
         float(np.hypot(one.force_x_N, one.force_z_N).max(initial=0.0)) for one in elements.values()
     )
     longest = _LONGEST_CM / strongest if strongest > 0 else 0.0
-    colours = _colours(list(elements))
+    shades = cycle(style.OKABE_ITO[name] for name in _TRIPODS)
     lines, arrows = {}, {}
     for name in elements:
-        lines[name] = LineCollection([], colors=colours[name], linewidths=2.2, capstyle="round")
+        colour = next(shades) if name.startswith("tripod") else _BODY
+        lines[name] = LineCollection([], colors=colour, linewidths=2.2, capstyle="round")
         arrows[name] = LineCollection([], colors=style.MARK, linewidths=0.7)
         axes.add_collection(lines[name])
         axes.add_collection(arrows[name])
@@ -80,14 +83,6 @@ def pictures(
         canvas.draw()
         shots.append(np.asarray(canvas.buffer_rgba())[..., :3].copy())
     return shots
-
-
-def _colours(names: Sequence[str]) -> dict[str, str]:
-    tripods = [name for name in names if name.startswith("tripod")]
-    shades = (style.OKABE_ITO["blue"], style.OKABE_ITO["sky blue"],
-              style.OKABE_ITO["bluish green"], style.OKABE_ITO["reddish purple"])  # fmt: skip
-    legs = {name: shades[i % len(shades)] for i, name in enumerate(tripods)}
-    return {name: legs.get(name, _BODY) for name in names}
 
 
 def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:

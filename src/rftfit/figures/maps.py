@@ -13,6 +13,8 @@ from rftfit.figures import captions, style
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, greek, only_if
 from rftfit.model.fourier import TERMS, evaluate
+from rftfit.model.profiles import DepthOnlyProfile, TableProfile
+from rftfit.model.scaling import GENERIC
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -200,7 +202,8 @@ def _draw_maps(results: Results, tables: pd.DataFrame, what: str) -> Figure:
     for row, medium in enumerate(media):
         table = tables[tables["medium"] == medium]
         last = row == len(media) - 1
-        between = None if lies_on_grid(table) else _between(table)
+        scattered = not lies_on_grid(table)
+        between = TableProfile.from_table(table).alpha(*middles()) if scattered else None
         for index, c in enumerate("zx"):
             name = f"alpha_{c}_N_per_cm3"
             axes = empty_map(page, row, 2 * index, (index == 0, last))
@@ -237,13 +240,6 @@ def _add_plates(axes: Axes) -> None:
                 color="black", **how)  # fmt: skip
 
 
-def _between(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
-    """Alpha between scattered directions, at `middles`."""
-    from rftfit.model.profiles import TableProfile
-
-    return TableProfile.from_table(table).alpha(*middles())
-
-
 def _has_holes(table: pd.DataFrame, column: str) -> bool:
     values = pivot(table, column)[2] if lies_on_grid(table) else table[column].to_numpy(float)
     return bool(np.isnan(values).any())
@@ -251,7 +247,7 @@ def _has_holes(table: pd.DataFrame, column: str) -> bool:
 
 def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     table = captions.of_method(results, "coefficients.csv")
-    own = table[table["medium"] != "generic"]
+    own = table[table["medium"] != GENERIC]
     told, titles = [], results.campaign.titles
     for name, rows in own.groupby("medium", sort=False):
         misfit = float(rows["misfit_rms_N_per_cm3"].iloc[0])
@@ -299,8 +295,6 @@ its forces on legs are wrong.""",
 )
 def depth_only_maps(results: Results, medium: str) -> Figure:
     """Draw maps of the depth-only alpha, each beside measured minus depth-only."""
-    from rftfit.model.profiles import DepthOnlyProfile, TableProfile
-
     profile = DepthOnlyProfile.of(TableProfile.from_table(results[medium].alpha))
     if np.isnan(profile.values).any():
         return style.missing(f"{medium}: no depth-only model", [profile.reason])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections import defaultdict
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -229,7 +230,7 @@ class Sheet:
     horizontal runs, path that a panel's width stands for, cm. `told`: flags that all runs have.
     """
 
-    def __init__(self, page: Page, reach: tuple[float, float], told: tuple[str, ...] = ()) -> None:
+    def __init__(self, page: Page, reach: tuple[float, float], told: tuple[str, ...]) -> None:
         rows, columns = len(page.row_labels), len(page.column_labels)
         self.page = page
         self.told = told
@@ -329,16 +330,16 @@ class Sheet:
     def empty_places(self) -> None:
         """Say in each empty place of a first page that nothing was measured there."""
         taken = set(self.page.places.values())
-        for row in range(len(self.page.row_labels)):
-            for column in range(len(self.page.column_labels)):
-                if (row, column) not in taken and self.page.first:
-                    left, top = self.corner(row, column)
-                    self.frame(left, top, "#dddddd")
-                    middle = left + (self.width - _GAP) / 2, top - (self.height - _GAP) / 2
-                    self.axes.text(*middle, "not measured", fontsize=5.5, color="#888888",
-                                   ha="center", va="center")  # fmt: skip
+        rows, columns = range(len(self.page.row_labels)), range(len(self.page.column_labels))
+        for place in product(rows, columns) if self.page.first else ():
+            if place not in taken:
+                left, top = self.corner(*place)
+                self.frame(left, top, "#dddddd")
+                middle = left + (self.width - _GAP) / 2, top - (self.height - _GAP) / 2
+                self.axes.text(*middle, "not measured", fontsize=5.5, color="#888888",
+                               ha="center", va="center")  # fmt: skip
 
-    def finish(self, title: str, notes: str = "") -> Figure:
+    def finish(self, title: str, notes: str) -> Figure:
         """Draw everything that was collected; `notes` stand below the title."""
         from matplotlib.collections import LineCollection, PolyCollection
 

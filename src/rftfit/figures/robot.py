@@ -9,6 +9,7 @@ import numpy as np
 from rftfit.figures import captions, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, greek, only_if
+from rftfit.robot.speeds import share_within
 from rftfit.robot.sweep import MOTION, MOTION_NEAR_HZ
 
 if TYPE_CHECKING:
@@ -73,8 +74,6 @@ _WIDEST_HZ = 1.25
 
 
 def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
-    from rftfit.robot.speeds import share_within
-
     errors, runs = results.table(f"{sweep}/errors.csv"), results.table(f"{sweep}/speed.csv")
     told = {}
     for name, part in errors.groupby("profile", sort=False):
@@ -296,10 +295,13 @@ def _read(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
 
 def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Draw speed against curvature at `READ_HZ`: simulated lines, measured points."""
+    from matplotlib import colormaps
+
+    colours = colormaps[style.SEQUENTIAL](np.linspace(0.02, 0.8, len(READ_HZ)))
     known = errors[errors["measured_cm_per_s"].notna()]
     simulated, measured = _curves(speed, "speed_cm_per_s"), _curves(known, "measured_cm_per_s")
     tipped = speed[speed["outcome"] == "tipped"]
-    for colour, marker, hz in zip(_hz_colours(), _HZ_MARKERS, READ_HZ, strict=True):
+    for colour, marker, hz in zip(colours, _HZ_MARKERS, READ_HZ, strict=True):
         line = _read(simulated, hz)
         axes.plot(*line.T, color=colour, linewidth=1.0)
         here = tipped[np.isclose(tipped["frequency_Hz"], hz)]
@@ -314,15 +316,7 @@ def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> N
     axes.set_xticks(np.arange(-1, 1.01, 0.5))
 
 
-def _hz_colours() -> list[Any]:
-    from matplotlib import colormaps
-
-    return [colormaps[style.SEQUENTIAL](at) for at in np.linspace(0.02, 0.8, len(READ_HZ))]
-
-
 def _shares(errors: pd.DataFrame) -> str:
-    from rftfit.robot.speeds import share_within
-
     lines = []
     for percent in (20, 35):
         within, total = share_within(errors, percent)

@@ -10,7 +10,7 @@ import numpy as np
 from rftfit.compare.sands import NO_END
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure, greek, only_if
-from rftfit.figures.traces import by_run, stress_of
+from rftfit.figures.traces import alpha_of, by_run, stress_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -36,8 +36,7 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     table = results.table("sands.csv")
     tests = table.groupby("medium")["run_id"].nunique()
     for row in table.to_dict("records"):
-        value, low, high = (row[name] for name in _ALPHA)
-        alpha = captions.with_span(value, low, high, 4)
+        alpha = captions.with_span(*alpha_of(row, "z"), 4)
         zeta = captions.with_span(row["zeta"], row["zeta_lo"], row["zeta_hi"], 4)
         title, end = results[row["medium"]].title, style.number(row["linear_to_cm"], 2)
         whole = ", the end of the test" if NO_END in row["reason"] else ""
