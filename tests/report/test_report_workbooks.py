@@ -12,7 +12,7 @@ from page_inputs import bare_campaign, paper_config, write
 import rftfit
 from rftfit import reference
 from rftfit.figures.captions import half_width
-from rftfit.page.workbooks import new_book, workbooks
+from rftfit.page.workbooks import Book, workbooks
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -128,10 +128,10 @@ def test_no_text_becomes_a_formula(tmp_path: Path) -> None:
 
 
 def test_sheet_names_are_made_acceptable() -> None:
-    with new_book() as book:
-        for name in ("About", "About", "x" * 40, "x" * 41, "History", "a/b"):
-            book.sheet(name)
-    sheets = load_workbook(io.BytesIO(book.content)).sheetnames
+    book = Book()
+    for name in ("About", "About", "x" * 40, "x" * 41, "History", "a/b"):
+        book.sheet(name)
+    sheets = load_workbook(io.BytesIO(book.close())).sheetnames
     assert sheets == ["About", "About_2", "x" * 31, "x" * 29 + "_2", "History_2", "a_b"]
 
 

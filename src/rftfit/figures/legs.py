@@ -357,12 +357,10 @@ def _generic(
 ) -> list[FloatArray]:
     """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing."""
     names = leg_panels.force_columns(component)
-    rows = predicted[predicted["medium"].map(dict(zetas)).notna()]
-    rows = rows[np.isfinite(rows[names[0]].to_numpy(float))]
-    if rows.empty:
+    scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
+    scaled = scaled[scaled[names[0]].notna()].join(predicted["theta_deg"])
+    if scaled.empty:
         return []
-    scale = rows["medium"].map(dict(zetas)).to_numpy(float)
-    scaled = rows.assign(**{name: rows[name].to_numpy(float) / scale for name in names})
     by_theta = scaled.groupby("theta_deg", sort=True)[names].agg(["mean", "min", "max"])
     ends = zip(names, ("mean", "min", "max"), strict=True)
     return [by_theta.index.to_numpy(float), *(by_theta[end].to_numpy(float) for end in ends)]

@@ -526,7 +526,7 @@ def add_signs(
     axes: Axes, component: str, beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray
 ) -> None:
     """Draw the zero contour, and shade where alpha, interpolated, does not oppose the motion."""
-    if min(alpha.shape) < 2 or not np.isfinite(alpha).any():
+    if min(alpha.shape) < 2:
         return
     if np.diff(beta_deg).max() > _FINE_DEG or np.diff(gamma_deg).max() > _FINE_DEG:
         beta_deg, gamma_deg, alpha = refine(beta_deg, gamma_deg, alpha)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import datetime as dt
 import io
 import math
@@ -18,11 +17,9 @@ from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     import pandas as pd
-    from xlsxwriter.format import Format
-    from xlsxwriter.workbook import Workbook
     from xlsxwriter.worksheet import Worksheet
 
     from rftfit.results import Results
@@ -47,18 +44,16 @@ _FORMATS: dict[str, dict[str, Any]] = {
 
 
 class Book:
-    """An open workbook and its formats; nothing in it is a formula by accident.
+    """A workbook and its formats; nothing in it is a formula by accident."""
 
-    `content`: The file, once the book is closed.
-    """
+    def __init__(self) -> None:
+        import xlsxwriter
 
-    content = b""
-
-    def __init__(self, workbook: Workbook) -> None:
-        self.workbook = workbook
-        self.formats: dict[str, Format] = {
-            name: workbook.add_format(how) for name, how in _FORMATS.items()
-        }
+        self._file = io.BytesIO()
+        options = {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
+        self.workbook = xlsxwriter.Workbook(self._file, options)
+        self.workbook.set_properties({"created": _CREATED, "author": "rftfit"})
+        self.formats = {name: self.workbook.add_format(how) for name, how in _FORMATS.items()}
         self._names: set[str] = set()
 
     def sheet(self, name: str) -> Worksheet:
@@ -113,20 +108,10 @@ class Book:
         for row, line in enumerate([made, *lines], start=2):
             self.text(sheet, row, 0, line)
 
-
-@contextlib.contextmanager
-def new_book() -> Iterator[Book]:
-    """Open a workbook whose content is there when the block ends."""
-    import xlsxwriter
-
-    buffer = io.BytesIO()
-    options = {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
-    workbook = xlsxwriter.Workbook(buffer, options)
-    workbook.set_properties({"created": _CREATED, "author": "rftfit"})
-    book = Book(workbook)
-    yield book
-    workbook.close()
-    book.content = buffer.getvalue()
+    def close(self) -> bytes:
+        """End the workbook; what its file holds."""
+        self.workbook.close()
+        return self._file.getvalue()
 
 
 _ALPHA = (
@@ -151,35 +136,35 @@ def workbooks(results: Results) -> tuple[bytes, bytes]:
 def alpha_workbook(results: Results) -> bytes:
     """One sheet per medium: alpha_z, then alpha_x, rows beta, columns gamma, then half widths."""
     confidence = level(results)
-    with new_book() as book:
-        book.about(
-            "alpha tables",
-            [
-                _ALPHA,
-                "Layout of additional Table S5 of " + reference.CITATION + ".",
-                "Units: alpha in N/cm^3, angles in degrees.",
-                _SIGNS,
-                f"Below alpha stand the half widths of the {confidence} intervals, (upper - lower) / 2.",
-                'A cell "no run" has no usable run; its comment says why.',
-                "Sheets:",
-                *(f"{medium.name}: {medium.title}" for medium in results),
-            ],
-        )
-        for medium in results:
-            sheet = book.sheet(medium.name)
-            sheet.set_column(0, 0, 24)
-            sheet.set_column(1, 20, 10)
-            book.text(sheet, 0, 0, medium.title, "title")
-            book.text(sheet, 1, 0, results.marks.get(medium.name, ""))
-            row, table = 2, medium.alpha
-            for c in "zx":
-                head = f"alpha_{c} (N/cm^3)"
-                row = _alpha_block(book, sheet, row, head, table, f"alpha_{c}_N_per_cm3")
-            for c in "zx":
-                head = f"half width of the {confidence} interval of alpha_{c} (N/cm^3)"
-                widths = table.assign(half=half_width(table, c))
-                row = _alpha_block(book, sheet, row, head, widths, "half")
-    return book.content
+    book = Book()
+    book.about(
+        "alpha tables",
+        [
+            _ALPHA,
+            "Layout of additional Table S5 of " + reference.CITATION + ".",
+            "Units: alpha in N/cm^3, angles in degrees.",
+            _SIGNS,
+            f"Below alpha stand the half widths of the {confidence} intervals, (upper - lower) / 2.",
+            'A cell "no run" has no usable run; its comment says why.',
+            "Sheets:",
+            *(f"{medium.name}: {medium.title}" for medium in results),
+        ],
+    )
+    for medium in results:
+        sheet = book.sheet(medium.name)
+        sheet.set_column(0, 0, 24)
+        sheet.set_column(1, 20, 10)
+        book.text(sheet, 0, 0, medium.title, "title")
+        book.text(sheet, 1, 0, results.marks.get(medium.name, ""))
+        row, table = 2, medium.alpha
+        for c in "zx":
+            head = f"alpha_{c} (N/cm^3)"
+            row = _alpha_block(book, sheet, row, head, table, f"alpha_{c}_N_per_cm3")
+        for c in "zx":
+            head = f"half width of the {confidence} interval of alpha_{c} (N/cm^3)"
+            widths = table.assign(half=half_width(table, c))
+            row = _alpha_block(book, sheet, row, head, widths, "half")
+    return book.close()
 
 
 def _alpha_block(
@@ -232,11 +217,11 @@ def coefficient_workbook(results: Results) -> bytes:
     ]
     if coefficients.empty:
         lines.append("No medium was measured over the grid of angles: there are no coefficients.")
-    with new_book() as book:
-        book.about("Fourier coefficients", lines)
-        for method, rows in coefficients.groupby("method", sort=False):
-            _coefficient_sheet(book, results, str(method), rows)
-    return book.content
+    book = Book()
+    book.about("Fourier coefficients", lines)
+    for method, rows in coefficients.groupby("method", sort=False):
+        _coefficient_sheet(book, results, str(method), rows)
+    return book.close()
 
 
 def _coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataFrame) -> None:
