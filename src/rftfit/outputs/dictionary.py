@@ -73,7 +73,7 @@ class Output:
     def matches(self, path: str) -> bool:
         """Whether this describes a file; `path`: from the campaign's folder, with slashes."""
         # <path> may hold slashes, every other word is one part of the path
-        return any(_matches(name, path) for name in alternatives(self.file))
+        return any(_regex(name).fullmatch(path) for name in alternatives(self.file))
 
 
 @cache
@@ -82,10 +82,6 @@ def alternatives(pattern: str) -> tuple[str, ...]:
     parts = _BRACES.split(pattern)
     words = [part.split(",") if place % 2 else [part] for place, part in enumerate(parts)]
     return tuple("".join(choice) for choice in itertools.product(*words))
-
-
-def _matches(pattern: str, text: str) -> bool:
-    return _regex(pattern).fullmatch(text) is not None
 
 
 @cache
@@ -159,6 +155,8 @@ def describe(path: str) -> Output | None:
 def column_of(output: Output, name: str) -> Column | None:
     """Find what is known of a column; where several entries fit, the one that leaves least open."""
     fitting = [
-        one for one in output.columns if any(_matches(pattern, name) for pattern in one.names)
+        one
+        for one in output.columns
+        if any(_regex(pattern).fullmatch(name) for pattern in one.names)
     ]
     return max(fitting, key=lambda one: len(_ANY.sub("", one.name)), default=None)
