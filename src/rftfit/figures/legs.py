@@ -242,20 +242,19 @@ def _draw_leg(
     lines: Mapping[str, Any],
 ) -> None:  # fmt: skip
     seen, notes = [], []
-    missing = [c for c in "zx" if not leg_panels.has_force(measured, c)]
-    if missing:
-        notes.append(f"{_what(missing)}not measured{leg_panels.why_missing(measured)}")
-    unpredicted = [c for c in "zx" if not leg_panels.has_force(predicted, c)]
-    if unpredicted:
-        notes.append(f"{_what(unpredicted)}no prediction{leg_panels.why_missing(predicted)}")
+    for table, lack in ((measured, "not measured"), (predicted, "no prediction")):
+        missing = [c for c in "zx" if not leg_panels.has_force(table, c)]
+        if missing:
+            component = "" if len(missing) == 2 else f"$F_{missing[0]}$: "
+            notes.append(f"{component}{lack}{leg_panels.why_missing(table)}")
     for c in "zx":
-        if c not in missing:
+        if leg_panels.has_force(measured, c):
             theta, force = leg_panels.broken(measured, f"force_{c}_N")
             axes.plot(theta, force, "o", color=style.PALE_COLOURS[c], markersize=1.5,
                       markeredgewidth=0)  # fmt: skip
             seen.append(force)
     for c in "zx":
-        if c not in unpredicted:
+        if leg_panels.has_force(predicted, c):
             leg_panels.add_predicted(axes, predicted, c, style.COMPONENT_COLOURS[c], lines[c])
             seen.append(predicted[leg_panels.force_columns(c)].to_numpy(float).ravel())
         if leg_panels.has_force(beside, c):
@@ -263,10 +262,6 @@ def _draw_leg(
             axes.plot(theta, force, color=style.COMPONENT_COLOURS[c], **_BESIDE)
             seen.append(force)
     leg_panels.force_range(axes, seen, notes)
-
-
-def _what(components: list[str]) -> str:
-    return "" if len(components) == 2 else f"$F_{components[0]}$: "
 
 
 def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
@@ -320,7 +315,6 @@ def forces_over_zeta(results: Results) -> Figure:
     if why := why_no_fit(own, "zeta"):
         return style.missing(f"no zeta by {method}, so forces cannot be scaled", why)
     zetas = dict(zip(own["medium"], own["zeta"].where(own["zeta"] > 0).astype(float), strict=True))
-    titles = {medium: style.title_of(results, medium) for medium in zetas}
     predicted, measured = (t[t["medium"].isin(list(zetas))] for t in leg_panels.curves(results))
     predicted = rows_of(predicted, profile="generic")
     columns = Columns(leg_panels.leg_order((predicted, measured)), left=1.1, gap=0.8, widest=7.5)
@@ -333,7 +327,7 @@ def forces_over_zeta(results: Results) -> Figure:
             axes = style.axes_cm(page, left, top, columns.width, _ZETA_PANEL_CM)
             leg_panels.theta_axes(axes, name=row == 1)
             generic = _generic(rows_of(predicted, leg=leg), component, zetas)
-            _draw_scaled(axes, generic, rows_of(measured, leg=leg), component, zetas, titles)
+            _draw_scaled(axes, results, generic, rows_of(measured, leg=leg), component, zetas)
             if row == 0:
                 axes.set_title(leg_panels.leg_title(leg), weight="bold")
             if column == 0:
@@ -341,7 +335,7 @@ def forces_over_zeta(results: Results) -> Figure:
                 axes.yaxis.set_label_coords(-0.65 / columns.width, 0.5)
     looks = style.medium_looks(zetas)
     entries = {
-        rf"{titles[medium]} ($\zeta$ = {style.number(zeta)})": style.line(
+        rf"{style.title_of(results, medium)} ($\zeta$ = {style.number(zeta)})": style.line(
             looks[medium][0], linestyle=_DASHES[i % len(_DASHES)]
         )
         for i, (medium, zeta) in enumerate(zetas.items())
@@ -367,8 +361,8 @@ def _generic(
 
 
 def _draw_scaled(
-    axes: Axes, generic: list[FloatArray], measured: pd.DataFrame, component: str,
-    zetas: Mapping[str, float], titles: Mapping[str, str],
+    axes: Axes, results: Results, generic: list[FloatArray], measured: pd.DataFrame,
+    component: str, zetas: Mapping[str, float],
 ) -> None:  # fmt: skip
     seen: list[FloatArray] = []
     missing = []
@@ -386,7 +380,7 @@ def _draw_scaled(
             axes.plot(theta, force / zeta, color=looks[medium][0], linestyle=line, linewidth=0.9)
             seen.append(force / zeta)
         else:
-            missing.append(titles[medium])
+            missing.append(style.title_of(results, medium))
     notes = [] if generic else ["no generic prediction"]
     if len(missing) == len(zetas):
         notes.append("not measured in any medium")
