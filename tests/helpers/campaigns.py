@@ -93,7 +93,7 @@ class Folder:
         """Stages whose tasks are not as recorded by now, with the keys of these tasks."""
         found: dict[str, set[str]] = {}
         for one in Plan(self.config).all_findings():
-            found.setdefault(one.stage, set()).add(one.key)
+            found.setdefault(one.task.stage, set()).add(one.task.key)
         return found
 
     def table(self, name: str) -> Any:

@@ -172,7 +172,7 @@ def test_what_the_workflow_reads(root: Path) -> None:
     track = next(root / file for file in plan.robot_digests if "tracks/" in file)
     track.write_bytes(track.read_bytes() + b"# end\n")
     found = Plan(root / "config" / "config.yaml").all_findings()
-    assert [one.what for one in found if one.stage == "robot_measured"] == ["robot files"]
+    assert [one.what for one in found if one.task.stage == "robot_measured"] == ["robot files"]
 
 
 @pytest.mark.parametrize(

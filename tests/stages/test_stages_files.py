@@ -343,7 +343,7 @@ def test_what_a_stage_did_not_write_is_not_read(some: Room, tmp_path: Path) -> N
         reader, maker = {"runs": ("tare", "ingest"), "traces": ("tare", "ingest")}.get(
             name, ("slopes", "tare")
         )
-        findings = [one for one in Plan(config).all_findings() if one.stage == maker]
+        findings = [one for one in Plan(config).all_findings() if one.task.stage == maker]
         assert [(one.sort, one.what) for one in findings] == [
             ("edited", path.relative_to(some.folder).as_posix())
         ]

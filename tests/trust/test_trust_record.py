@@ -20,9 +20,8 @@ from rftfit.robot.config import paper_robot_path
 from rftfit.store import digests, read_csv, write_csv
 from rftfit.store.digests import Seen, read_sums, sha256_of, sums_text
 from rftfit.store.tables import guarded, unguarded
-from rftfit.workflow.plan import Plan
+from rftfit.workflow.plan import Plan, Record, Records
 from rftfit.workflow.provenance import changes_between, present_state
-from rftfit.workflow.records import Record, Records
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,8 +14,7 @@ from rftfit.cli.output import count, json_text, say
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.workflow.plan import Plan, Task
-    from rftfit.workflow.records import Finding
+    from rftfit.workflow.plan import Finding, Plan, Task
 
 _MOST = 5
 
@@ -97,17 +96,16 @@ def _stale(plan: Plan) -> dict[Task, list[Finding]]:
 
 
 def _told(finding: Finding) -> str:
-    task = f"{finding.stage} {finding.key}".rstrip()
     match finding.sort:
         case "edited" | "missing":
             how = "edited or damaged" if finding.sort == "edited" else "not there"
             return f"result {finding.what}: {how}; was sha256 {finding.was[:12]}"
         case "new":
-            return f"{task}: never finished"
+            return f"{finding.task}: never finished"
         case "input":
-            return f"{task}: {finding.what} is another than it was made from"
+            return f"{finding.task}: {finding.what} is another than it was made from"
         case _:
-            return f"{task}: made with other {finding.what}"
+            return f"{finding.task}: made with other {finding.what}"
 
 
 def _chosen(words: list[Path], root: Path, known: list[str]) -> list[str]:

@@ -1,13 +1,16 @@
 """The tasks of one campaign: what each reads, writes and depends on, and which are out of date.
 
 One answer serves the Snakefile, the jobs, ``rftfit run`` and ``rftfit verify``: a task is up to date when
-its record (`rftfit.workflow.records`) names the files, digests and contents that are there now.
+its record names the files, digests and contents that are there now. The records of a stage are one
+small file, ``results/records/STAGE.json``, written anew after each task, so that a killed stage goes on
+from what it has finished.
 """
 
 from __future__ import annotations
 
+import json
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,15 +20,15 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.figures.registry import figures
 from rftfit.figures.style import FORMATS
 from rftfit.results import FOLDER
+from rftfit.store import write_text
 from rftfit.store.digests import Seen, code_digest, digest_of
-from rftfit.workflow.records import Finding, Records
 from rftfit.workflow.sources import (
     digests_of_files,
     foreign_dialects,
     log_names,
     robot_files,
     rows_of,
-    settings_digest,
+    settings_of,
 )
 from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES, Stage
 
@@ -35,18 +38,65 @@ if TYPE_CHECKING:
     from rftfit.figures.registry import Declared
     from rftfit.logs.registry import Origin
 
-_READS_LOGS = "rftfit.logs.registry"
 _WORD = re.compile(r"\{(\w+)\}")
 
 
 @dataclass(frozen=True)
-class Task:
-    """One unit of work of a stage.
+class Record:
+    """One finished task: digests of code, settings, rows, logs; SHA-256 by path from the campaign's folder."""
 
-    `key`: Medium, or figure; empty for a single task.
-    `run`: ``module:function``.
-    `reads`, `writes`: From the campaign's folder.
-    `state`: Finds `depends`.
+    depends: dict[str, str]
+    reads: dict[str, str]
+    writes: dict[str, str]
+
+
+@dataclass
+class Records:
+    """Records of the finished tasks of one stage, by their key."""
+
+    path: Path
+    tasks: dict[str, Record] = field(default_factory=dict)
+
+    @classmethod
+    def load(cls, root: Path, stage: str) -> Records:
+        """Read the records of a stage; one that is damaged counts as not there."""
+        path = root / FOLDER / "records" / f"{stage}.json"
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            tasks = {key: Record(**record) for key, record in data.items()}
+            for record in tasks.values():
+                for part in (record.depends, record.reads, record.writes):
+                    if not all(isinstance(word, str) for pair in part.items() for word in pair):
+                        raise TypeError
+        except (OSError, ValueError, TypeError, AttributeError):
+            tasks = {}
+        return cls(path, tasks)
+
+    def save(self) -> None:
+        """Write the records of the tasks there are."""
+        data = {key: asdict(self.tasks[key]) for key in sorted(self.tasks)}
+        write_text(self.path, json.dumps(data, indent=1, sort_keys=True) + "\n")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing about a task that is not as recorded.
+
+    `sort`: ``new``, ``edited`` or ``missing`` (a result), ``input`` (a result it read) or ``changed``.
+    `what`: The path, or what its results depend on. `was`: The recorded digest.
+    """
+
+    task: Task
+    sort: str
+    what: str = ""
+    was: str = ""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One unit of work of a stage: its `key` is the medium or figure; paths are from the campaign's folder.
+
+    `run`: ``module:function``. `state`: Finds `depends`.
     """
 
     stage: str
@@ -66,10 +116,7 @@ class Task:
 
     @cached_property
     def depends(self) -> dict[str, str]:
-        """Digest of everything else that its results depend on, by what it is.
-
-        Found when it is first asked for: a job asks for that of its own stage.
-        """
+        """Digest of everything else that its results depend on, by what it is."""
         return self.state()
 
 
@@ -157,8 +204,9 @@ class Plan:
     def _depends(self, stage: Stage | Declared, medium: str) -> dict[str, str]:
         depends = {"code": self.code(stage.run, logs=stage.logs)}
         if stage.settings:
-            sections = () if ALL in stage.settings else stage.settings
-            depends["settings"] = settings_digest(self.campaign.config, sections)
+            whole = settings_of(self.campaign.config)
+            sections = whole if ALL in stage.settings else stage.settings
+            depends["settings"] = digest_of({name: whole[name] for name in sections})
         if isinstance(stage, Stage) and stage.rows:
             depends["rows"] = self.rows(medium)
         if stage.logs:
@@ -192,13 +240,7 @@ class Plan:
                 found += sorted(path for path in earlier if path.endswith(pattern[1:]))
                 continue
             word = _WORD.search(pattern)
-            values = (
-                (medium,)
-                if word and word[1] == "medium"
-                else self.names[word[1]]
-                if word
-                else ("",)
-            )
+            values = (self.names | {"medium": (medium,)})[word[1]] if word else ("",)
             found += [f"{FOLDER}/{_WORD.sub(value, pattern)}" for value in values]
         return tuple(path for path in found if written is None or path in written)
 
@@ -267,29 +309,28 @@ class Plan:
 
     def digests(self, paths: Sequence[str]) -> dict[str, str]:
         """SHA-256 of results as they are now; empty for one that is not there."""
-        whole = {f"{self.root}/{path}": path for path in paths}
-        return {whole[path]: digest for path, digest in self._results.digests(whole).items()}
+        return digests_of_files(self.root, paths, self._results)
 
     def findings(self, task: Task) -> list[Finding]:
         """What is not as recorded about a task; empty where its results are up to date."""
         record = self.records(task.stage).tasks.get(task.key)
         if record is None:
-            return [Finding(task.stage, task.key, "new", "", "")]
+            return [Finding(task, "new")]
         now = self.digests([*record.writes, *task.reads])
         found = [
-            Finding(task.stage, task.key, "edited" if now[path] else "missing", path, digest)
+            Finding(task, "edited" if now[path] else "missing", path, digest)
             for path, digest in record.writes.items()
             if now[path] != digest
         ]
         found += [
-            Finding(task.stage, task.key, "changed", what, was)
+            Finding(task, "changed", what, was)
             for what in dict.fromkeys([*record.depends, *task.depends])
             if (was := record.depends.get(what, "")) != task.depends.get(what, "")
         ]
         if set(record.reads) != set(task.reads) or set(task.writes) - set(record.writes):
-            found.append(Finding(task.stage, task.key, "changed", "files", ""))
+            found.append(Finding(task, "changed", "files"))
         found += [
-            Finding(task.stage, task.key, "input", path, digest)
+            Finding(task, "input", path, digest)
             for path, digest in record.reads.items()
             if path in now and now[path] != digest
         ]

@@ -69,18 +69,11 @@ def present_state(plan: Plan) -> State:
 def commit() -> str:
     """Commit of the program's own checkout, with ``+`` where files differ from it; empty without one."""
     folder = os.path.dirname(os.path.abspath(rftfit.__file__))  # noqa: PTH100, PTH120
-    command = [
-        "git",
-        "-C",
-        folder,
-        "describe",
-        "--always",
-        "--abbrev=12",
-        "--dirty=+",
-        "--exclude=*",
-    ]
+    describe = ("describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*")
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
+        done = subprocess.run(
+            ["git", "-C", folder, *describe], capture_output=True, text=True, check=True, timeout=10
+        )
     except (OSError, subprocess.SubprocessError):
         return ""
     return done.stdout.strip()
@@ -91,7 +84,7 @@ def provenance(results: Results, plan: Plan) -> tuple[str, str, pd.DataFrame, st
     import pandas as pd
 
     changed = dict.fromkeys(
-        finding.what for finding in plan.all_findings() if finding.stage != STAGE
+        finding.what for finding in plan.all_findings() if finding.task.stage != STAGE
     )
     if changed:
         raise RftfitError(

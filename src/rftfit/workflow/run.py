@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rftfit.campaign.problems import listed
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.pairs import readers
 from rftfit.workflow.plan import Plan
@@ -29,7 +30,7 @@ from rftfit.workflow.snakemake import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from rftfit.workflow.records import Finding
+    from rftfit.workflow.plan import Finding
 
 LOG = Path("results/logs/snakemake.log")
 
@@ -87,7 +88,7 @@ class Workflow:
         findings = self._findings()
         for line in changes(findings):
             self.say(line)
-        tasks = Counter(stage for stage, _ in {(one.stage, one.key) for one in findings})
+        tasks = Counter(task.stage for task in {one.task for one in findings})
         if not findings and self._whole:
             return Progress(nothing_to_do=True), tasks
         return self._watch([*self._command(findings), "--dry-run"], None), tasks
@@ -124,7 +125,7 @@ class Workflow:
             if task.stage not in needed:
                 needed.add(task.stage)
                 waiting += self.plan.inputs(task.stage)
-        return [finding for finding in found if finding.stage in needed]
+        return [finding for finding in found if finding.task.stage in needed]
 
     def _command(self, findings: Sequence[Finding]) -> list[str]:
         source = (self.snakefile or find_snakefile()).resolve()
@@ -133,7 +134,7 @@ class Workflow:
             where = _cluster_words(self.cluster, source, self.cores)
         config = self.config.absolute().parent.resolve() / self.config.name
         # Snakemake would see a changed digest, but not that a result was edited
-        stale = list(dict.fromkeys(one.stage for one in findings if one.sort != "new"))
+        stale = list(dict.fromkeys(one.task.stage for one in findings if one.sort != "new"))
         return [
             *self.targets,
             *("--snakefile", str(source), "--directory", str(self.root), *where),
@@ -194,21 +195,16 @@ def changes(findings: Sequence[Finding]) -> list[str]:
     for sort, what in (("edited", "not as written (edited or damaged)"), ("missing", "not there")):
         names = [finding.what for finding in findings if finding.sort == sort]
         if names:
-            lines.append(f"{what}, made again: {_listed(names)}")
+            lines.append(f"{what}, made again: {listed(names, _MOST)}")
     reasons: dict[str, dict[str, None]] = {}
     for finding in findings:
         if finding.sort == "changed":
-            reasons.setdefault(finding.what, {})[f"{finding.stage} {finding.key}".strip()] = None
+            reasons.setdefault(finding.what, {})[str(finding.task)] = None
     lines += [
-        f"{what} changed since the results were made: {_listed(list(of))}"
+        f"{what} changed since the results were made: {listed(of, _MOST)}"
         for what, of in reasons.items()
     ]
     return lines
-
-
-def _listed(names: Sequence[str]) -> str:
-    rest = len(names) - _MOST
-    return ", ".join(names[:_MOST]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def _refuse_packages(root: Path) -> None:

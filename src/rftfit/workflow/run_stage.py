@@ -12,9 +12,8 @@ from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import InputError
-from rftfit.workflow.plan import Plan, Task
+from rftfit.workflow.plan import Plan, Record, Task
 from rftfit.workflow.processes import end_with_parent
-from rftfit.workflow.records import Record
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

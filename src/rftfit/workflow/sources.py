@@ -6,16 +6,16 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.files import BAG
-from rftfit.store.digests import Seen, digest_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
     from pathlib import Path
 
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
     from rftfit.logs.registry import Origin
+    from rftfit.store.digests import Seen
 
 OWN_DIALECT = "rig"
 """The one that is read where the config names none."""
@@ -106,9 +106,3 @@ def _text(value: object) -> str:
 def settings_of(config: Config) -> dict[str, Any]:
     """Every value of the configuration."""
     return config.model_dump(mode="json")
-
-
-def settings_digest(config: Config, sections: Sequence[str]) -> str:
-    """Digest of sections of the configuration; of all where none is named."""
-    whole = settings_of(config)
-    return digest_of({name: whole[name] for name in sections or whole})
