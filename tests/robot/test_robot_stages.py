@@ -26,12 +26,11 @@ from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import SPEED
 from rftfit.robot.intervals import WIDTH_COLUMNS as WIDTHS
 from rftfit.robot.run import Condition
-from rftfit.robot.sweep import run_all, speed_table
+from rftfit.robot.sweep import row_of, run_all, speed_table
 from rftfit.store import write_csv, write_text
 from rftfit.workflow import robot as stages
 from rftfit.workflow.plan import Plan
 from rftfit.workflow.robot import (
-    SWEEPS,
     Store,
     conditions_of,
     fill,
@@ -235,7 +234,7 @@ def test_an_interrupted_sweep_goes_on(
     assert told == [(2, 4), (3, 4), (4, 4)]
     whole = Store.load(folder)
     write_csv(whole.table(FEW), tmp_path / "resumed.csv")
-    write_csv(speed_table(runs), tmp_path / "at_once.csv")
+    write_csv(speed_table(map(row_of, runs)), tmp_path / "at_once.csv")
     assert (tmp_path / "resumed.csv").read_bytes() == (tmp_path / "at_once.csv").read_bytes()
 
 
@@ -243,7 +242,7 @@ def test_a_damaged_part_is_made_again(
     tmp_path: Path, straight: tuple[FourierProfile, list[RobotRun]]
 ) -> None:
     store = Store(tmp_path / "table-1")
-    store.add(speed_table(straight[1]))
+    store.rows = {key(run.condition): row_of(run) for run in straight[1]}
     store.write({0.6, 0.8})
     (tmp_path / "table-1" / "curvature_+0.6.csv").write_text("nonsense\n1\n", encoding="utf-8")
     assert {row[0] for row in Store.load(store.folder).rows} == {0.8}
@@ -257,14 +256,12 @@ def test_conditions_of_the_sweeps() -> None:
     table = pd.DataFrame(
         {"curvature_times_R": [0.6, 1.0, 0.0], "frequency_Hz": [2.01, 5.0, np.nan]}
     )
-    full, reduced = (conditions_of(name, table) for name in reversed(SWEEPS))
+    full, reduced = (conditions_of(table, full=full) for full in (True, False))
     assert len({key(one) for one in full}) == len(full) == 51 * 26 * 3 + 3
     assert {key(one) for one in reduced} < {key(one) for one in full}
     fine = [c for c in reduced if c.frequency_Hz == 5 and c.curvature_times_R > 0.4]
     assert len(fine) == 15
     assert any((c.curvature_times_R, c.frequency_Hz) == (0.6, 2.01) for c in reduced)
-    with pytest.raises(InputError, match="allowed: robot, robot_full"):
-        conditions_of("half", table)
 
 
 def with_alpha(
@@ -292,12 +289,12 @@ def test_tables(
          "source": "marker tracks", "reason": ""}
     )  # fmt: skip
     write_csv(seen, root / "results" / "robot" / "measured.csv")
-    table = speed_table(straight[1])
+    table = speed_table(map(row_of, straight[1]))
     table.insert(0, "profile", "table")
     table.insert(1, "medium", "poppy_LP")
     half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "")], columns=WIDTHS)
     monkeypatch.setattr(stages, "PROFILES", ("table",))
-    monkeypatch.setattr(stages, "swept", lambda *_: table)
+    monkeypatch.setattr(stages, "swept", lambda *_, **__: table)
     monkeypatch.setattr(stages, "robot_intervals", lambda *_: half)
     runs, widths, speed, optimum, errors = robot_sweep(results, 1)
     assert (runs is table, widths is half) == (True, True)
@@ -315,7 +312,7 @@ def test_finished_runs_are_kept_below_a_name_that_tells_the_profile(
     root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So that a sweep goes on with the same alpha, and begins again with another."""
-    monkeypatch.setattr(stages, "conditions_of", lambda *_: FEW[:1])
+    monkeypatch.setattr(stages, "conditions_of", lambda *_, **__: FEW[:1])
     parts = root / "results" / "robot" / "parts"
     write_csv(pd.DataFrame({name: [] for name in MEASURED}), parts.parent / "measured.csv")
     told: list[tuple[int, int]] = []
@@ -324,7 +321,7 @@ def test_finished_runs_are_kept_below_a_name_that_tells_the_profile(
 
     def sweep(results: Results) -> list[str]:
         told.clear()
-        tables.append(swept(results, "table", "robot", 1, lambda *how_far: told.append(how_far)))
+        tables.append(swept(results, "table", 1, lambda *how_far: told.append(how_far), full=False))
         return [path.name for path in parts.iterdir()]
 
     first = sweep(with_alpha(root))
@@ -367,9 +364,9 @@ def test_the_map_is_run_on_where_the_table_has_holes(
     z[1:6:2, 4:9] = x[1:6:2, 4:9] = np.nan
     results = with_alpha(root, (z, x))
     assert profiles_of(results) == stages.PROFILES
-    monkeypatch.setattr(stages, "conditions_of", lambda *_: [Condition(2.0, 1.0, 0.0)])
+    monkeypatch.setattr(stages, "conditions_of", lambda *_, **__: [Condition(2.0, 1.0, 0.0)])
     write_csv(robot_measured(results)[1], root / "results" / "robot" / "measured.csv")
-    lost, found = (swept(results, name, SWEEPS[0], 1).iloc[0] for name in ("table", "map"))
+    lost, found = (swept(results, name, 1, full=False).iloc[0] for name in ("table", "map"))
     assert np.isnan(lost["speed_cm_per_s"])
     truth = rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0).speed_cm_per_s
     assert found["speed_cm_per_s"] == pytest.approx(truth, rel=0.15)

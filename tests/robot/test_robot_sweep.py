@@ -15,6 +15,7 @@ from rftfit.robot.sweep import (
     best_curvature,
     mean_speed,
     paper_conditions,
+    row_of,
     run_all,
     speed_table,
 )
@@ -75,7 +76,7 @@ def test_interrupting_keeps_what_is_done(robot: Robot, nine: FourierProfile) -> 
 
 
 def test_tables(robot: Robot, nine: FourierProfile) -> None:
-    table = speed_table(run_all(robot, nine, CONDITIONS))
+    table = speed_table(map(row_of, run_all(robot, nine, CONDITIONS)))
     assert tuple(table.columns) == RUN_COLUMNS
     assert (table["outcome"] == "steady").all()
     means = mean_speed(table)

@@ -219,7 +219,7 @@ def sweep(
     again to go on.
     """
     from rftfit.campaign.load import load_campaign
-    from rftfit.workflow.robot import PROFILES, SWEEPS, profiles_of, swept
+    from rftfit.workflow.robot import PROFILES, profiles_of, swept
     from rftfit.workflow.run_stage import run_stage
 
     names = list(dict.fromkeys(profile or PROFILES))
@@ -239,7 +239,7 @@ def sweep(
     try:
         for name in (one for one in profiles_of(results) if one in names):
             with _bar(name) as show:
-                swept(results, name, SWEEPS[1], threads, show)
+                swept(results, name, threads, show, full=True)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             "Stopped. Runs that were finished are kept; to go on, give the same command again."

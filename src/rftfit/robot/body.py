@@ -29,18 +29,15 @@ NEWTON_IN_G_CM_PER_S2 = 1e5
 
 @dataclass(frozen=True)
 class Parts:
-    """Groups of members of one shape and one angle: every plate of the body, every tripod of legs.
+    """Groups of members of one shape and one angle: plates by name, then ``tripod_1``, ... by phase.
 
-    `names`: Of the groups: plates by their names, then ``tripod_1``, ``tripod_2``, ... by phase.
-    `bodies`: shape (groups, n, 5); Elements of one member of each group about its hip, while the
-        body is level and the legs of phase 0 hang down: x, z (cm), unit tangent x, z, half-length
-        (cm).
+    `bodies`: shape (groups, n, 5); Elements of one member about its hip, the body level and the legs
+        of phase 0 hanging down: x, z (cm), unit tangent x, z, half-length (cm).
     `widths_cm`: shape (groups,); Across the plane.
     `group`: shape (members,); Which group each member is of.
-    `hips`: shape (members, 3); Place that each member turns about, in the body's frame: x, z (cm)
-        (of plates: the centre of mass); 1 where it turns with the legs, else 0.
-    `inertia`: shape (3,); Acceleration by 1 N (cm/s^2), angular acceleration by 1 N cm (rad/s^2),
-        gravity (cm/s^2).
+    `hips`: shape (members, 3); What each turns about in the body's frame: x, z (cm; of plates the
+        centre of mass); 1 where it turns with the legs, else 0.
+    `inertia`: Acceleration by 1 N (cm/s^2), angular by 1 N cm (rad/s^2), gravity (cm/s^2).
     """
 
     names: tuple[str, ...]

@@ -21,19 +21,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Series:
-    """Motion and forces, one entry a sample.
+    """Motion and forces, one entry a sample: every array has shape (n,).
 
     `groups`: Plates of the body by name, then ``tripod_1``, ``tripod_2``, ...
-    `time_s`: shape (n,).
-    `x_cm`, `z_cm`: shape (n,); Centre of mass; z = 0 is the free surface.
-    `pitch_deg`: shape (n,); Nose up is positive (in states it turns from z toward x, as every angle).
-    `velocity_x_cm_per_s`, `velocity_z_cm_per_s`, `pitch_rate_deg_per_s`: shape (n,).
-    `leg_angle_deg`: shape (n,); theta of the legs of phase 0 relative to the body, growing without
-        end.
-    `moment_N_cm`: shape (n,); Of all granular forces about the centre of mass, from z toward x.
-    `drive_moment_N_cm`: shape (n,); That the drive of all legs gives: against the granular forces'
-        moment about the hips.
-    `force_z_N`, `force_x_N`: shape (n,); By group: the ground's reaction.
+    `x_cm`, `z_cm`: Centre of mass; z = 0 is the free surface.
+    `pitch_deg`: Nose up is positive (in states it turns from z toward x, as every angle).
+    `leg_angle_deg`: theta of the legs of phase 0 relative to the body, growing without end.
+    `moment_N_cm`: Of all granular forces about the centre of mass, from z toward x.
+    `drive_moment_N_cm`: Of the drive of all legs: against the granular forces' moment about the hips.
+    `force_z_N`, `force_x_N`: The ground's reaction, by group.
     """
 
     groups: tuple[str, ...]
@@ -61,20 +57,6 @@ class Series:
             if name != "groups"
         }
         return replace(self, **columns)
-
-    @classmethod
-    def of(
-        cls, groups: tuple[str, ...], time: FloatArray, turned: FloatArray, rows: FloatArray
-    ) -> Series:
-        """Name the columns of the stepper's samples; `turned` (rad) is the legs' angle."""
-        x, z, pitch, vx, vz, pitch_rate, _, moment, against = rows[:, :9].T
-        force_z = {name: rows[:, 9 + 2 * index] for index, name in enumerate(groups)}
-        force_x = {name: rows[:, 10 + 2 * index] for index, name in enumerate(groups)}
-        degrees = np.degrees
-        return cls(
-            groups, time, x, z, -degrees(pitch), vx, vz, -degrees(pitch_rate), degrees(turned),
-            moment, -against, force_z, force_x,
-        )  # fmt: skip
 
     @property
     def states(self) -> FloatArray:
@@ -110,11 +92,7 @@ SETTLED_PITCH = math.radians(1.0)
 
 @dataclass(frozen=True)
 class Assessment:
-    """Whether a run is steady.
-
-    `reason`: Why it is not, or that it is without being regular; else empty.
-    `averaged`: Number of strides at the end of the run whose mean speed counts; 0 if not steady.
-    """
+    """Whether a run is steady, why not (or that it is not regular), and how many last strides count."""
 
     outcome: Outcome
     reason: str = ""
@@ -346,7 +324,12 @@ class _Stepper:
         self.samples.append(samples)
 
     def series(self) -> Series:
-        rows = np.concatenate(self.samples)
+        rows, groups, degrees = np.concatenate(self.samples), self.parts.names, np.degrees
         time = np.arange(len(rows)) * self.stride_s / self.pieces
-        turned = self.turn + self.rate * time
-        return Series.of(self.parts.names, time, turned, rows)
+        x, z, pitch, vx, vz, pitch_rate, _, moment, against = rows[:, :9].T
+        force_z = {name: rows[:, 9 + 2 * index] for index, name in enumerate(groups)}
+        force_x = {name: rows[:, 10 + 2 * index] for index, name in enumerate(groups)}
+        return Series(
+            groups, time, x, z, -degrees(pitch), vx, vz, -degrees(pitch_rate),
+            degrees(self.turn + self.rate * time), moment, -against, force_z, force_x,
+        )  # fmt: skip

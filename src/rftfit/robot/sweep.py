@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.errors import InputError
 from rftfit.model.planning import Target
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.run import Condition, simulate
 from rftfit.store.environment import usable_cores
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     import pandas as pd
 
@@ -47,15 +45,12 @@ RUN_COLUMNS = (
     "outcome", "reason", "warning", "strides", "averaged",
 )  # fmt: skip
 
-_BATCH = re.compile(r"(\d{1,6})-of-(\d{1,6})")
-
 
 def paper_conditions(every: int = 1) -> list[Condition]:
     """Conditions of the paper's sweep: R'/r from -1 to 1 by 0.04, 0 to 5 Hz by 0.2, three phases.
 
-    3,978 of them, by curvature, then frequency, then phase. `every`: take every so many of the
-    curvatures and frequencies only, counted from the flat leg and from 5 Hz, and the ends of the
-    curvatures always.
+    3,978 of them, in this order. `every`: Only every so many of the curvatures and frequencies,
+    counted from the flat leg and from 5 Hz, and the ends of the curvatures always.
     """
     middle = 25
     curvatures = sorted({0, 2 * middle, *range(middle % every, 2 * middle + 1, every)})
@@ -68,23 +63,6 @@ def paper_conditions(every: int = 1) -> list[Condition]:
     ]
 
 
-def share(conditions: Sequence[Condition], batch: str) -> list[Condition]:
-    """Conditions of one batch of a sweep, such as ``3-of-17``: the third of 17 batches.
-
-    Every condition is in exactly one batch. Curvatures are assigned to the batches in turn: runs of
-    neighbouring ones take about as long, so the batches do too.
-    """
-    found = _BATCH.fullmatch(batch)
-    item, of = (int(found[1]), int(found[2])) if found else (0, 0)
-    if not 1 <= item <= of:
-        raise InputError(f"batch: found {batch!r}; allowed: 1-of-N to N-of-N, such as 3-of-17")
-    places = {
-        curvature: place
-        for place, curvature in enumerate(sorted({one.curvature_times_R for one in conditions}))
-    }
-    return [one for one in conditions if places[one.curvature_times_R] % of == item - 1]
-
-
 def run_all(
     robot: Robot,
     profile: Profile,
@@ -94,8 +72,8 @@ def run_all(
 ) -> list[RobotRun]:
     """Run every condition, several at a time; the stepper lets other threads run meanwhile.
 
-    `threads`: by default as many as this process may use cores. `on_done`: called from this thread
-    with each run as it ends. Returns the runs in the order of the conditions.
+    `on_done`: Called from this thread with each run as it ends. Returns the runs in the order of the
+    conditions.
     """
     from concurrent.futures import ThreadPoolExecutor, as_completed
 
@@ -133,19 +111,15 @@ def row_of(run: RobotRun) -> tuple[object, ...]:
     )  # fmt: skip
 
 
-def speed_table(runs: Sequence[RobotRun]) -> pd.DataFrame:
-    """Write runs as a table with columns `RUN_COLUMNS`, a row each."""
+def speed_table(rows: Iterable[tuple[object, ...]]) -> pd.DataFrame:
+    """Write rows of runs (`row_of`) as a table."""
     import pandas as pd
 
-    return pd.DataFrame([row_of(run) for run in runs], columns=list(RUN_COLUMNS))
+    return pd.DataFrame(rows, columns=list(RUN_COLUMNS))
 
 
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
-    """Mean over the starting phases whose runs are steady.
-
-    `table`: from `speed_table`. Speeds are the mean, the least and the greatest over phases; NaN
-    where no run is steady.
-    """
+    """Mean, least and greatest speed over the starting phases whose runs are steady; NaN where none is."""
     import pandas as pd
 
     groups: dict[tuple[float, float], list[dict[Any, Any]]] = {}

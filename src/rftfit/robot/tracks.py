@@ -58,12 +58,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One trial of the robot.
-
-    `curvature_times_R`: R'/r of its legs.
-    `frequency_Hz`: Stride frequency; NaN where it is to be taken from the track.
-    `track`: Path relative to the folder of the sheet, with ``/``.
-    """
+    """One trial: R'/r of its legs, stride frequency (NaN: from the track), track relative to the sheet."""
 
     run_id: str
     condition: str
@@ -156,12 +151,9 @@ class TrackError(InputError):
 
 @dataclass(frozen=True)
 class Track:
-    """A marker track.
+    """A marker track: its usable rows, shape (n,), time from the first of them on.
 
-    `time_s`, `x_cm`, `z_cm`: shape (n,); The usable rows; time counts from the first of them and
-        only grows.
-    `rows`: Data lines of the file.
-    `dropped`: Reason to number of rows left out; with the usable ones they add up to `rows`.
+    `rows`: Data lines of the file: the usable ones and those `dropped`, counted by reason.
     """
 
     time_s: FloatArray
@@ -222,15 +214,10 @@ _DRIFT_SHARE = 0.15
 
 @dataclass(frozen=True)
 class Pace:
-    """What a track says.
+    """What a track says: mean forward speed, its standard deviation between strides, stride frequency.
 
-    `speed_cm_per_s`: Mean forward speed.
-    `stride_sd_cm_per_s`: Standard deviation of the mean speeds of the single strides.
-    `frequency_Hz`: Stride frequency.
-    `strides`: Length of the track in strides.
-    `velocity_cm_per_s`: shape (`STRIDE_SAMPLES`,); Forward, over the mean stride, from the track's
-        first moment on.
-    `flags`: Doubts.
+    `strides`: Length of the track. `velocity_cm_per_s`: shape (`STRIDE_SAMPLES`,); Forward, over the
+    mean stride, from the track's first moment on. `flags`: Doubts.
     """
 
     speed_cm_per_s: float
@@ -387,11 +374,9 @@ def _gaps(track: Track, frequency: float) -> list[str]:
 
 @dataclass(frozen=True)
 class RobotCheck:
-    """What was found.
+    """The robot's medium (empty without a robot), rows of its sheet without an error, and all problems.
 
-    `medium`: The one that the robot runs on; empty where the campaign has no robot.
-    `trials`: Rows of its sheet without an error.
-    `problems`: Errors, and a warning for each track that is not there: such a trial is dropped.
+    A track that is not there is a warning: such a trial is dropped.
     """
 
     medium: str = ""

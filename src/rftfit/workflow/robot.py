@@ -45,6 +45,7 @@ from rftfit.robot.sweep import (
     paper_conditions,
     row_of,
     run_all,
+    speed_table,
 )
 from rftfit.robot.tracks import STRIDE_SAMPLES, TrackError, pace, read_track, read_trials
 from rftfit.store import read_csv, write_csv
@@ -252,24 +253,20 @@ class Store:
             except InputError:
                 continue
             if list(table.columns) == list(RUN_COLUMNS):
-                store.add(table)
+                table = table.fillna(dict.fromkeys(_TEXTS, ""))
+                for row in table.itertuples(index=False, name=None):
+                    store.rows[key_of(*row[:3])] = row
         return store
-
-    def add(self, table: pd.DataFrame) -> None:
-        """Take in finished runs, as `rftfit.robot.sweep.speed_table` writes them."""
-        table = table.fillna(dict.fromkeys(_TEXTS, ""))
-        for row in table.itertuples(index=False, name=None):
-            self.rows[key_of(*row[:3])] = row
 
     def write(self, curvatures: set[float]) -> None:
         """Write the tables of some curvatures."""
         for curvature in sorted(curvatures):
             own = [self.rows[key] for key in sorted(self.rows) if key[0] == curvature]
-            write_csv(_frame(own), self.folder / f"curvature_{curvature:+.6g}.csv")
+            write_csv(speed_table(own), self.folder / f"curvature_{curvature:+.6g}.csv")
 
     def table(self, conditions: Sequence[Condition]) -> pd.DataFrame:
         """Table of some runs, all of them finished."""
-        return _frame([self.rows[key(one)] for one in conditions])
+        return speed_table(self.rows[key(one)] for one in conditions)
 
 
 def key(condition: Condition) -> tuple[float, float, float]:
@@ -324,17 +321,8 @@ def forget_others(folder: Path) -> None:
             shutil.rmtree(other, ignore_errors=True)
 
 
-def _frame(rows: list[tuple[object, ...]]) -> pd.DataFrame:
-    import pandas as pd
+# --- The robot's sweep: one profile over all its conditions.
 
-    return pd.DataFrame(rows, columns=list(RUN_COLUMNS))
-
-
-# --- The robot's sweep: one profile over all its conditions, whole or as batches.
-
-
-SWEEPS = ("robot", "robot_full")
-"""Folders of results: the reduced sweep of every run of the workflow, and the paper's own."""
 
 EVERY = 4
 """The reduced sweep takes every fourth curvature and frequency."""
@@ -342,19 +330,16 @@ EVERY = 4
 _FINE_FROM = 0.4
 
 
-def conditions_of(sweep: str, measured: pd.DataFrame) -> list[Condition]:
+def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
     """Conditions of a sweep: its grid, and every measured condition.
 
     The full sweep has three starting phases. The reduced one has one (on the published measured
     table the others change the speed of no measured condition by 1 %), every fourth curvature and
     frequency, and at 5 Hz every curvature above 0.4, where the paper's best one lies.
     """
-    if sweep not in SWEEPS:
-        raise InputError(f"sweep: found {sweep!r}; allowed: {', '.join(SWEEPS)}")
-    grid = paper_conditions(1)
-    phases: tuple[float, ...] = PHASES_TURNS
-    if sweep == SWEEPS[0]:
-        phases = PHASES_TURNS[:1]
+    grid = paper_conditions()
+    phases = PHASES_TURNS if full else PHASES_TURNS[:1]
+    if not full:
         fine = [
             c for c in grid if c.frequency_Hz == BEST_AT_HZ and c.curvature_times_R > _FINE_FROM
         ]
@@ -376,32 +361,32 @@ def robot_sweep(results: Results, threads: int) -> tuple[pd.DataFrame, ...]:
 
     Returns the runs of each profile, half widths of the intervals, and the tables of the sweep.
     """
-    runs = _swept(results, SWEEPS[0], threads)
+    runs = _swept(results, threads, full=False)
     half_widths = robot_intervals(results, threads)
     return *runs.values(), half_widths, *_sweep_tables(results, runs, half_widths)
 
 
 def robot_full(results: Results, threads: int) -> tuple[pd.DataFrame, ...]:
     """Tables of the paper's whole sweep, started by ``rftfit sweep``."""
-    runs = _swept(results, SWEEPS[1], threads)
+    runs = _swept(results, threads, full=True)
     return *runs.values(), *_sweep_tables(results, runs, results.table("robot/intervals.csv"))
 
 
-def _swept(results: Results, sweep: str, threads: int) -> dict[str, pd.DataFrame]:
+def _swept(results: Results, threads: int, *, full: bool) -> dict[str, pd.DataFrame]:
     """Runs by profile; none of one that is the same as another."""
     import pandas as pd
 
     names = profiles_of(results)
     nothing = pd.DataFrame(columns=["profile", "medium", *RUN_COLUMNS])
     return {
-        name: swept(results, name, sweep, threads) if name in names else nothing
+        name: swept(results, name, threads, full=full) if name in names else nothing
         for name in PROFILES
     }
 
 
 def swept(
-    results: Results, profile: str, sweep: str, threads: int,
-    on_done: Callable[[int, int], None] | None = None,
+    results: Results, profile: str, threads: int, on_done: Callable[[int, int], None] | None = None,
+    *, full: bool,
 ) -> pd.DataFrame:  # fmt: skip
     """Run the robot at every condition of a sweep on one profile: `profile, medium`, `RUN_COLUMNS`.
 
@@ -419,7 +404,7 @@ def swept(
 
     section, robot = robot_of(results.campaign)
     made = robot_profile(results, profile)
-    conditions = conditions_of(sweep, results.table("robot/measured.csv"))
+    conditions = conditions_of(results.table("robot/measured.csv"), full=full)
     digest = digest_of(
         robot.model_dump(mode="json"),
         [part.tobytes().hex() for part in made.parameters],
@@ -528,11 +513,10 @@ def robot_motion(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, str]:
 def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
     """Make the pictures of every condition.
 
-    Returns ``title``; ``plates`` (ends, cm) and ``hips`` (x, z, cm; phase, turns) in the body's
-    frame; ``legs``: points of a leg about its hip at theta = 0, by curvature; ``runs``: of each
-    condition frequency, curvature, speed, outcome, warning, time of a stride, and by frame `pose`
-    (x from the first frame, z, pitch, nose up, and theta in rad) and `arrows` (x from the centre of
-    mass, z, force x, force z for each loaded element; cm and mN).
+    ``plates`` (ends, cm) and ``hips`` (x, z, cm; phase, turns) are in the body's frame; ``legs``: points
+    about the hip at theta = 0, by curvature; of each run, by frame, ``pose`` (x from the first frame, z,
+    pitch, nose up, and theta in rad) and ``arrows`` (x from the centre of mass, z, force x, force z for
+    each loaded element; cm and mN).
     """
     shapes = {}
     for curvature in CURVATURES:
