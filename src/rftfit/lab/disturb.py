@@ -30,10 +30,9 @@ NOTHING: Sizes = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What `--disturb NAME=SIZE` changes.
+    """What `--disturb NAME=SIZE` changes: a default size, what it means, and why that is ordinary.
 
-    `size`: Default, ordinary in a laboratory. `what`: What the size means. `why`: Why that default is
-    ordinary. `most`: Largest size allowed. `least`: Smallest. `nothing`: The size without an effect.
+    `nothing`: The size without an effect.
     """
 
     size: float
@@ -139,9 +138,8 @@ def described(sizes: Sizes) -> str:
 class Bed:
     """What the bed of a run differs by from the published one.
 
-    `off`: Of alpha_z and alpha_x, N/cm^3. `factor`: Of the granular force. `surface_cm`: Height of
-    its surface above the nominal one. `power`: Of the depth in the stress of plates. `rod`: Factor of
-    the force on rod and mount.
+    `off`: Of alpha_z and alpha_x, N/cm^3. `factor`, `rod`: Of the granular force, and of that on rod
+    and mount. `surface_cm`: Above the nominal one. `power`: Of the depth in the stress of plates.
     """
 
     off: tuple[float, float] = (0.0, 0.0)

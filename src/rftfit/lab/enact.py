@@ -12,7 +12,6 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rftfit import __version__
@@ -30,6 +29,7 @@ from rftfit.store.environment import child_environment
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from rftfit.campaign.config import Config
     from rftfit.lab.disturb import Sizes
@@ -38,10 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Summary:
-    """What was written.
-
-    `n_runs`: Rows of the run sheet. `n_files`, `bytes`: Of logs, run sheet and the robot's tracks.
-    """
+    """What was written: rows of the run sheet; files and bytes of logs, sheet and the robot's tracks."""
 
     n_runs: int
     n_files: int
@@ -52,11 +49,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class Job:
-    """Runs to write.
-
-    `seed`: Of the random numbers; those of a run depend on it and on the run_id alone.
-    `runs`: Each run with the names of its faults. `spread`, `sizes`: As of `reenact`.
-    """
+    """Runs to write, each with the names of its faults; its random numbers depend on seed and run_id alone."""
 
     config: Config
     raw: Path
@@ -97,7 +90,7 @@ def reenact(
     ``real-lab``, names from `DISTURBANCES`.
     """
     began = time.perf_counter()
-    raw, chosen = Path(raw).resolve(), media_of(config, media)
+    raw, chosen = raw.resolve(), media_of(config, media)
     sizes = sizes_of(disturb)
     runs = planned(config, media, directions, protocol, tare=tare, legs=legs)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
@@ -178,11 +171,7 @@ def write_all(job: Job, workers: int) -> tuple[int, int]:
 
 
 def _elsewhere(job: Job) -> tuple[int, int]:
-    """Do a job in a Python of its own.
-
-    A plain child process, not multiprocessing: that one imports the caller's script again, which
-    then needs a ``__main__`` guard, or forks a process that may have threads.
-    """
+    """Do a job in a Python of its own: multiprocessing would import the caller's script or fork threads."""
     environment = child_environment(PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
     done = subprocess.run(
         [sys.executable, "-m", "rftfit.lab.enact"],

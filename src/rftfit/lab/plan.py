@@ -10,15 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit import reference
-from rftfit.campaign.config import Config, Leg, Plate
+from rftfit.campaign.config import Leg, Plate
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rftfit.campaign.config import AnyPlate
+    from rftfit.campaign.config import AnyPlate, Config
 
+
+FloatArray = npt.NDArray[np.float64]
 
 BETAS_DEG = (-60, -30, 0, 30, 60, 90)
 """The physically different plates: -90 and 90 degrees are one and the same."""
@@ -38,22 +40,14 @@ _RUN_EVERY_S = 150.0
 
 @dataclass(frozen=True)
 class Run:
-    """One run of the campaign; angles and depth as in the run sheet, None where blank there.
+    """One run of the campaign; what the run sheet has too is as there, None where blank.
 
-    `medium`, `published`: Key of the config's media, and its name in the published tables; empty
-        in air.
-    `intruder`: Key of the config's intruders; of a rod run, that of its plate.
-    `beta_deg`: Angle at which the plate is held; None for a leg.
-    `gamma_deg`: Angle of the path on the way down, also of an extraction; None for a leg.
-    `depth_cm`: Of a horizontal run.
-    `tare_run`: run_id of the tare; empty for a run that is a tare itself.
-    `tare_shared`: Whether other runs use the same tare.
+    `published`: Name of its medium in the published tables; empty in air.
     `leg`: Name in `reference.LEGS`; empty for plate and rod.
     `natural`: Whether the medium is a natural sand.
     `one_file`: Whether force and motion are in one file.
     `own_zero`: Whether a log without load is recorded before it.
     `cycles`: Strokes in its log, a row of the run sheet each.
-    `suffix`: Ending of its files' names.
     `clock_s`: Earliest start on the force log's clock, s since midnight.
     """
 
@@ -278,8 +272,6 @@ def plan_runs(
     return sorted(runs, key=lambda run: run.run_id)
 
 
-FloatArray = npt.NDArray[np.float64]
-
 CLEARANCE_CM = 6.0
 """Nearer to walls and bottom than this, the force departs from depth times area (paper)."""
 
@@ -294,11 +286,10 @@ _REST_AIR_S, _REST_S, _PAUSE_S = 2.0, 1.0, 2.0
 
 @dataclass(frozen=True)
 class Segment:
-    """One rest, one straight move, or one turn of a leg.
+    """One rest, one straight move, or one turn of a leg, with ramps of `RAMP_S`.
 
-    `start`, `end`: x in cm, z in cm and angle in degrees.
-    `distance`, `speed`: cm and cm/s, rad and rad/s for a leg; 0 at rest. Ramps of `RAMP_S` begin
-        and end a move.
+    `start`, `end`: x (cm), z (cm), angle (deg). `distance`, `speed`: cm and cm/s, of a leg rad and
+    rad/s; 0 at rest.
     """
 
     phase: str
@@ -316,12 +307,10 @@ class Segment:
 
 @dataclass(frozen=True)
 class Motion:
-    """Position of the intruder's reference point at n samples; every array has shape (n,).
+    """Intruder's reference point in the lab frame at n samples; every array has shape (n,).
 
-    `elapsed_s`: Since the start of the run, kept between 0 and the run's duration.
-    `x_cm`, `z_cm`, `angle_deg`: Lab frame; the angle is beta of a plate, theta of a leg.
-    `travel`: Since the start of the sample's own segment: cm, rad for a leg.
-    `segment`: Number of that segment in its run, from 0.
+    `angle_deg`: beta of a plate, theta of a leg. `travel`: Since the start of the sample's own
+    segment: cm, of a leg rad. `segment`: Its number in the run, from 0.
     """
 
     elapsed_s: FloatArray

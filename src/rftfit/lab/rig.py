@@ -12,7 +12,7 @@ import numpy as np
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.lab import disturb
-from rftfit.lab.plan import FloatArray, Motion, duration, motion_at, segments
+from rftfit.lab.plan import duration, motion_at, segments
 from rftfit.lab.truth import felt, granular_law, rod_law
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from rftfit.campaign.config import Config
-    from rftfit.lab.plan import Run, Segment
+    from rftfit.lab.plan import FloatArray, Motion, Run, Segment
     from rftfit.lab.truth import Forces
 
 
@@ -40,12 +40,9 @@ _ROD_WEIGHT_N, _PLATE_WEIGHT_N, _LEG_WEIGHT_N = 2.4, 0.17, 1.1
 class Nuisance:
     """What differs from run to run for no reason of physics.
 
-    `start_s`: Start of the run on the force log's clock, s since midnight.
-    `motion_offset_s`: What the motion log's clock shows at the start, less `start_s`.
-    `motion_phase_s`, `force_phase_s`: First sample after the start: the samplers of the two logs
-        know nothing of each other.
-    `bias_N`: shape (3,); Of the channels F1, F2, F3.
-    `drift_N_per_min`: shape (3,); Along x, y, z of the lab.
+    `start_s`: On the force log's clock, s since midnight; the motion log's shows `motion_offset_s` more.
+    `motion_phase_s`, `force_phase_s`: First sample after the start: two samplers, each its own.
+    `bias_N`: Of the channels F1, F2, F3. `drift_N_per_min`: Along x, y, z of the lab.
     `side_N`: Steady force along y of the lab.
     """
 
@@ -60,10 +57,9 @@ class Nuisance:
 
 @dataclass(frozen=True)
 class Ideal:
-    """Noise-free force on the sensor at the n samples of the force log.
+    """Noise-free forces (z, x) at the samples of the force log, N, lab frame, each of shape (n,).
 
-    `granular`, `rod`, `steady`: (z, x) in the lab frame, N, each of shape (n,): of the medium on
-        the intruder, of the medium on rod and mount, of weights and a leg's cable.
+    Of the medium on the intruder, of the medium on rod and mount, of weights and a leg's cable.
     """
 
     motion: Motion
@@ -74,17 +70,12 @@ class Ideal:
 
 @dataclass(frozen=True)
 class Recording:
-    """The two logs of a run as numbers: n force samples and m motion samples.
+    """The two logs of a run as numbers: n force samples and m motion samples, times since midnight.
 
-    `force_time_s`: shape (n,); On the force log's clock, since midnight.
-    `arm_moving`: shape (n,); 1 while the arm moves, else 0.
-    `channels_N`: shape (n, 3); F1, F2, F3.
-    `stroke`: shape (n,); Force samples taken during the stroke; not in the log.
-    `motion_time_s`: shape (m,); On the arm controller's clock, since midnight.
-    `x_mm`, `z_mm`: shape (m,); Reference point of the intruder in arm coordinates.
-    `angle_deg`: shape (m,); beta of a plate, theta of a leg.
-    `in_air`: shape (n,); Force samples at rest in air; not in the log.
-    `motion_stroke`: shape (m,); Motion samples taken during the stroke; not in the log.
+    `arm_moving`: shape (n,); 1 while the arm moves, else 0. `channels_N`: shape (n, 3); F1, F2, F3.
+    `x_mm`, `z_mm`, `angle_deg`: shape (m,); Reference point of the intruder in arm coordinates; beta
+        of a plate, theta of a leg.
+    `stroke`, `in_air` (n,), `motion_stroke` (m,): Samples in the stroke, at rest in air; not in the logs.
     `motion_ahead_s`: shape (m,); What the arm controller's clock is ahead of the force log's.
     """
 
@@ -176,10 +167,9 @@ def ideal(
 def to_channels(
     force_x: FloatArray, force_y: FloatArray, force_z: FloatArray, config: Config
 ) -> FloatArray:
-    """Turn a force in the lab frame into the sensor's channels F1, F2, F3: shape (n, 3).
+    """Turn a force in the lab frame into the channels F1, F2, F3, shape (n, 3).
 
-    The inverse of ``force_x = sx cos t + sz sin t``, ``force_z = -sx sin t + sz cos t`` with s the
-    force along the axes of the mount.
+    The inverse of ``force_x = sx cos t + sz sin t``, ``force_z = -sx sin t + sz cos t`` (s: of the mount).
     """
     turn = math.radians(config.transducer.turn_deg)
     mount = {
@@ -290,14 +280,10 @@ _ROWS = 60
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault that is put into the campaign.
+    """A fault of `FAULTS`, and the run it was asked for.
 
-    `name`: Key of `FAULTS`.
-    `run_id`: The run it was asked for.
-    `changed`: run_id of the run whose files or sheet row it changes: the tare's for
-        ``missing_tare``.
-    `other_tare`: The tare_run that the sheet names in place of the right one; empty for other
-        faults.
+    `changed`: The run whose files or sheet row it changes: the tare's for ``missing_tare``.
+    `other_tare`: The tare_run that the sheet names instead of the right one; empty for other faults.
     """
 
     name: str

@@ -34,12 +34,7 @@ _COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz"
 
 @dataclass(frozen=True)
 class RobotTrial:
-    """One trial of the robot.
-
-    `curvature_times_R`, `frequency_Hz`, `speed_cm_per_s`: Of this trial: the mean over the trials
-        of a condition is the published speed.
-    `track`: File, relative to the folder of the sheet.
-    """
+    """One trial of the robot, its track relative to the sheet; a condition's mean speed is published."""
 
     run_id: str
     condition: str

@@ -28,10 +28,7 @@ SHEET_COLUMNS = (
 
 
 def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
-    """Format columns of equal length as lines of comma-separated numbers, never minus zero.
-
-    `decimals`: One for each column.
-    """
+    """Format columns of equal length as lines of comma-separated numbers, never minus zero."""
     # + 0.0 turns the -0.0 that rounding makes into 0.0
     table = np.column_stack(
         [np.round(column, places) + 0.0 for column, places in zip(columns, decimals, strict=True)]
