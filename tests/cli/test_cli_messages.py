@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from light_campaign import LABORATORY, SAND, alpha_frame, make_campaign, one_cell
 
@@ -83,9 +84,9 @@ def test_an_example_whose_logs_cannot_be_had(here: Path, monkeypatch: pytest.Mon
 
 def test_an_example_without_an_alpha(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
     campaign = SimpleNamespace(config=SimpleNamespace(fit=SimpleNamespace(confidence=0.95)))
-    lost = SimpleNamespace(name="a", plate="round", alpha=np.nan, reason="no contact")
+    lost = pd.DataFrame([{"name": "a", "plate": "round", "alpha": np.nan, "reason": "no contact"}])
     monkeypatch.setattr(plates, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
-    monkeypatch.setattr(plates, "_runs", lambda *_: [lost])
+    monkeypatch.setattr(plates, "_runs", lambda *_: lost)
     monkeypatch.setattr(plates, "load_campaign", lambda _: campaign)
     monkeypatch.setattr(plates, "check", lambda *_: None)
     with pytest.raises(InputError, match="no run gives an alpha: a: no contact"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -20,7 +20,9 @@ from rftfit.store.digests import read_sums, sha256_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rftfit.workflow.plates import Penetration, Plates
+    import pandas as pd
+
+    from rftfit.workflow.plates import Plates
 
 SUMS = "logs.sha256"
 _PLATE_OF_THE_PAPER_CM = 3.8
@@ -156,9 +158,10 @@ def summary(found: Plates, folder: str) -> str:
     )
 
 
-def _runs_text(runs: list[Penetration]) -> str:
+def _runs_text(runs: pd.DataFrame) -> str:
     rows = []
-    for run in runs:
+    run: Any
+    for run in runs.itertuples():
         hours = round(run.clock_s / 3600) if np.isfinite(run.clock_s) else 0
         rest = run.clock_s - 3600 * hours
         rows.append(

@@ -33,38 +33,16 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Penetration:
-    """One run: clocks, surface and slope; NaN where there is none.
-
-    `clock_s`: Offset of the clocks, motion minus force.
-    `alpha`: alpha_z(0, 90 deg), N/cm^3.
-    `reason`: Why there is no alpha.
-    """
-
-    name: str
-    plate: str
-    clock_s: float
-    clock_se_s: float
-    surface_mm: float
-    surface_se_mm: float
-    alpha: float
-    alpha_se: float
-    alpha_dof: float
-    reason: str
-
-
-@dataclass(frozen=True)
 class Plates:
     """What penetrations with several plates come to; by plate, the smallest first.
 
-    `with_size`: Exponent m of alpha ~ size^m.
-    `spread`: Where the run-to-run spread is from.
-    `scaled`: The medium as each plate alone would have it.
-    `forces`: On the three model legs, by pose.
+    `runs`: As `_runs`. `with_size`: Exponent m of alpha ~ size^m. `spread`: Where the run-to-run spread
+    is from. `scaled`: The medium as each plate alone would have it. `forces`: On the three model legs,
+    by pose.
     """
 
     config: Config
-    runs: list[Penetration]
+    runs: pd.DataFrame
     combined: dict[str, PlateResult]
     sizes_cm: dict[str, float]
     with_size: Estimate
@@ -84,11 +62,7 @@ class _Chain(NamedTuple):
 
 
 def run_plates(config: Path, results: Path) -> Plates:
-    """Run the chain on a campaign of vertical penetrations and write its tables and figures.
-
-    `results`: Folder; gets ``runs.csv``, ``fits.csv``, ``ledger.csv``, ``plates.csv``,
-    ``forces.csv`` and the figures ``clocks`` and ``stress``.
-    """
+    """Run the chain on a campaign of vertical penetrations; write tables and figures into a folder."""
     from rftfit.figures.plates import draw_plates
     from rftfit.figures.protocol import draw_clocks
     from rftfit.figures.style import save
@@ -97,27 +71,25 @@ def run_plates(config: Path, results: Path) -> Plates:
     chain = _chain(campaign)
     check(chain.ledger, chain.status)
     runs = _runs(campaign, chain)
-    good = [run for run in runs if np.isfinite(run.alpha)]
-    if not good:
-        reasons = "; ".join(f"{run.name}: {run.reason}" for run in runs)
+    good = runs[np.isfinite(runs["alpha"])]
+    if good.empty:
+        reasons = "; ".join(f"{run.name}: {run.reason}" for run in runs.itertuples())
         raise InputError(f"no run gives an alpha: {reasons}")
     level = campaign.config.fit.confidence
-    sizes = {run.plate: _plate(campaign, run.plate).length_cm for run in good}
+    sizes = {name: _plate(campaign, name).length_cm for name in good["plate"]}
     sizes = dict(sorted(sizes.items(), key=lambda item: item[1]))
-    of_plate = {name: [run for run in good if run.plate == name] for name in sizes}
+    of_plate = {name: good[good["plate"] == name] for name in sizes}
     alphas = {
-        name: np.array([(run.alpha, run.alpha_se, run.alpha_dof) for run in own]).T
+        name: (own["alpha"].to_numpy(), own["alpha_se"].to_numpy(), own["alpha_dof"].to_numpy())
         for name, own in of_plate.items()
     }
     exponents = {
-        name: np.array([depth_exponent(*chain.stress[run.name]) for run in own])
+        name: np.array([depth_exponent(*chain.stress[run]) for run in own["name"]])
         for name, own in of_plate.items()
     }
-    combined, spread = by_plate(
-        {n: (a[0], a[1], a[2]) for n, a in alphas.items()}, exponents, level
-    )
+    combined, spread = by_plate(alphas, exponents, level)
     with_size = size_exponent(
-        [sizes[run.plate] for run in good], [run.alpha for run in good], level
+        [sizes[name] for name in good["plate"]], good["alpha"].tolist(), level
     )
     scaled = {
         name: scale(one.alpha.value, one.alpha.se, confidence=level)
@@ -135,7 +107,7 @@ def run_plates(config: Path, results: Path) -> Plates:
         write_csv(table, results / f"{name}.csv")
     ends = {name: (r.alpha.value, r.alpha.lo, r.alpha.hi) for name, r in combined.items()}
     save(draw_clocks(chain.traces), results / "clocks")
-    drawn = {name: [run.name for run in own] for name, own in of_plate.items()}
+    drawn = {name: list(own["name"]) for name, own in of_plate.items()}
     save(draw_plates(chain.stress, drawn, ends, sizes), results / "stress")
     return found
 
@@ -165,27 +137,23 @@ def _chain(campaign: Campaign) -> _Chain:
     return _Chain(traces, stress, *joined)
 
 
-def _runs(campaign: Campaign, chain: _Chain) -> list[Penetration]:
-    facts = {row["run_id"]: row for row in chain.status.to_dict("records")}
-    runs = []
-    for row in chain.fits.to_dict("records"):
-        name = str(row["run_id"])
-        fact = facts[name]
-        runs.append(
-            Penetration(
-                name,
-                campaign.by_id[name].intruder,
-                float(fact["clock_offset_s"]),
-                float(fact["clock_se_s"]),
-                float(fact.get("surface_z_mm", np.nan)),
-                float(fact.get("surface_se_mm", np.nan)),
-                float(row["alpha_z_N_per_cm3"]),
-                float(row["alpha_z_se_N_per_cm3"]),
-                float(row["alpha_z_dof"]),
-                str(row["reason"]),
-            )
-        )
-    return runs
+_FOUND = {
+    "alpha": "alpha_z_N_per_cm3", "alpha_se": "alpha_z_se_N_per_cm3", "alpha_dof": "alpha_z_dof",
+    "clock_s": "clock_offset_s", "clock_se_s": "clock_se_s", "surface_mm": "surface_z_mm",
+    "surface_se_mm": "surface_se_mm",
+}  # fmt: skip
+
+
+def _runs(campaign: Campaign, chain: _Chain) -> pd.DataFrame:
+    """Runs with alpha_z(0, 90 deg), N/cm^3, or the reason why there is none, surface and clocks.
+
+    `clock_s`: Motion minus force.
+    """
+    status = chain.status.drop(columns=["reason", "flags", "note"])
+    found = chain.fits.merge(status, on="run_id")
+    plates = [campaign.by_id[name].intruder for name in found["run_id"]]
+    numbers = {name: found[column].astype(float) for name, column in _FOUND.items()}
+    return found[["reason"]].assign(name=found["run_id"], plate=plates, **numbers)
 
 
 def _plate(campaign: Campaign, name: str) -> AnyPlate:
