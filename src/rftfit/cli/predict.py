@@ -99,8 +99,7 @@ def predict(
     with inputs.part():
         motion = make_motion(hip, path)
     with inputs.part():
-        # a value that cannot be wrong where none was given: the level is checked in any case
-        check_test(0.9 if alpha is None else alpha, se or 0.0, confidence)
+        check_test(alpha, se or 0.0, confidence)
         source = make_profile(medium, profile, results, method, alpha, se or 0.0, profile_file)
     inputs.check()
     check_target(output, MARK, "forces", force, (outline, path, profile_file))

@@ -87,7 +87,7 @@ def scale(
             raise InputError(
                 "--se is the standard error of --alpha; a table has columns se_z, se_x"
             )
-        check_test(0.9, 0.0, confidence)
+        check_test(None, 0.0, confidence)
         told = told_by(pushes, profile_file)
         answer = _scale_pushes(*told, confidence, reference_in(results, method))
     else:
@@ -178,9 +178,9 @@ def reference_in(folder: Path | None, method: str | None) -> Reference:
     return replace(reference, name=name)
 
 
-def check_test(alpha: float, se: float, confidence: float) -> None:
-    """Refuse a penetration test that cannot be; warn of one in another unit, as it seems."""
-    if not (math.isfinite(alpha) and alpha > 0):
+def check_test(alpha: float | None, se: float, confidence: float) -> None:
+    """Refuse a penetration test or a level that cannot be; warn of a test in another unit, as it seems."""
+    if alpha is not None and not (math.isfinite(alpha) and alpha > 0):
         raise InputError(f"--alpha: found {alpha:g}; allowed: a positive number, in N/cm^3")
     if not (math.isfinite(se) and se >= 0):
         raise InputError(f"--se: found {se:g}; allowed: 0 or a positive number, in N/cm^3")
@@ -189,7 +189,7 @@ def check_test(alpha: float, se: float, confidence: float) -> None:
             f"--confidence: found {confidence:g}; allowed: above 0.5 and below 1, such as 0.95"
         )
     lowest, highest = _PLAUSIBLE_N_PER_CM3
-    if not lowest <= alpha <= highest:
+    if alpha is not None and not lowest <= alpha <= highest:
         warn(
             f"warning: {alpha:g} N/cm^3 is outside {lowest:g} to {highest:g} N/cm^3, where dry "
             "granular media lie; is it in another unit? 1 N/cm^3 = 1000 kN/m^3 = 1e6 N/m^3"

@@ -95,15 +95,8 @@ def reenact(
     runs = planned(config, media, directions, protocol, tare=tare, legs=legs)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     damaged = {run.run_id: tuple(f.name for f in found if f.changed == run.run_id) for run in runs}
-    job = Job(
-        config,
-        raw,
-        seed,
-        tuple((run, damaged[run.run_id]) for run in runs),
-        spread,
-        protocol,
-        sizes,
-    )
+    with_faults = tuple((run, damaged[run.run_id]) for run in runs)
+    job = Job(config, raw, seed, with_faults, spread, protocol, sizes)
     logs = [
         raw / name for run in runs for name in (run.force_log, run.motion_log, run.zero_log) if name
     ]
@@ -130,14 +123,8 @@ def reenact(
     # last, so that a sheet never names logs that were not written
     write_text(sheet, text)
     write_marker(raw, [*logs, sheet], made_by, complete=True)
-    seconds = time.perf_counter() - began
-    return Summary(
-        sum(run.cycles for run in runs),
-        n_files + 1,
-        n_bytes + len(text.encode()),
-        seconds,
-        tuple(found),
-    )
+    n_runs, n_bytes = sum(run.cycles for run in runs), n_bytes + len(text.encode())
+    return Summary(n_runs, n_files + 1, n_bytes, time.perf_counter() - began, tuple(found))
 
 
 def planned(
@@ -149,7 +136,7 @@ def planned(
     tare: bool,
     legs: bool,
 ) -> list[Run]:
-    """Return the runs with their files; refuse what the config would not read."""
+    """Runs with their files; what the config would not read is refused."""
     there = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
     runs = [run for run in plan_runs(config, media, directions) if there[run.kind]]
     if not tare:

@@ -400,10 +400,9 @@ def _segments(run: Run, config: Config, raised: bool) -> tuple[Segment, ...]:
     if isinstance(intruder, Leg):
         first = (0.0, intruder.hip_height_cm, -THETA_END_DEG)
         last = (0.0, intruder.hip_height_cm, THETA_END_DEG)
-        turn = _move("stroke", first, last, config.arm.leg_speed_rad_per_s)
         return (
             Segment("rest", first, first, _REST_AIR_S),
-            turn,
+            _move("stroke", first, last, config.arm.leg_speed_rad_per_s),
             Segment("rest", last, last, _REST_S),
         )
     _check_room(run, config)

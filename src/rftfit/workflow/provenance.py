@@ -190,58 +190,40 @@ def crate_text(config: Config, plan: Plan, files: Mapping[str, tuple[int, str]],
     if not told.date:
         description += " The date is a placeholder: the campaign's configuration gives none."
     steps = [name for name in plan.stages if name != STAGE]
-    root: Entity = {
-        "@id": "./",
-        "@type": "Dataset",
-        "name": config.title,
-        "description": description,
-        "datePublished": told.date or UNKNOWN_DATE,
-        "hasPart": [_link(path) for path in sorted(files)],
-        "mentions": [{"@id": _action(name)} for name in steps],
-        "citation": {"@id": _PAPER},
-    }
+    root = _entity(
+        "./",
+        "Dataset",
+        name=config.title,
+        description=description,
+        datePublished=told.date or UNKNOWN_DATE,
+        hasPart=[_link(path) for path in sorted(files)],
+        mentions=[{"@id": _action(name)} for name in steps],
+        citation={"@id": _PAPER},
+        license={"@id": told.license} if told.license else _NO_LICENCE,
+    )
     others: list[Entity] = []
-    root["license"] = {"@id": told.license} if told.license else _NO_LICENCE
     if told.license:
-        others.append(
-            {
-                "@id": told.license,
-                "@type": "CreativeWork",
-                "name": told.license,
-                "description": "The licence that the campaign's configuration names.",
-            }
-        )
+        named = "The licence that the campaign's configuration names."
+        others.append(_entity(told.license, "CreativeWork", name=told.license, description=named))
     if told.authors:
-        ids = [f"#author-{place}" for place in range(1, len(told.authors) + 1)]
-        root["author"] = _one_or_many([{"@id": one} for one in ids])
-        others += [
-            {"@id": one, "@type": "Person", "name": name}
-            for one, name in zip(ids, told.authors, strict=True)
+        people = [
+            _entity(f"#author-{place}", "Person", name=name)
+            for place, name in enumerate(told.authors, start=1)
         ]
+        root["author"] = _one_or_many([{"@id": one["@id"]} for one in people])
+        others += people
+    beside = (
+        f"In the folder {config.raw} beside this crate, and not part of it; their names and SHA-256 "
+        f"are in {SUMS.removeprefix(_FOLDER)}."
+    )
     entities = [
-        {
-            "@id": NAME,
-            "@type": "CreativeWork",
-            "conformsTo": {"@id": PROFILE},
-            "about": {"@id": "./"},
-        },
+        _entity(NAME, "CreativeWork", conformsTo={"@id": PROFILE}, about={"@id": "./"}),
         root,
         *(_file(path, *files[path]) for path in sorted(files)),
         *(_create(name, plan.stages[name], files) for name in steps),
-        {
-            "@id": _PROGRAM,
-            "@type": "SoftwareApplication",
-            "name": "rftfit",
-            "version": rftfit.__version__,
-        },
-        {
-            "@id": _LOGS,
-            "@type": "Collection",
-            "name": f"{logs} logs as recorded",
-            "description": f"In the folder {config.raw} beside this crate, and not part of it; "
-            f"their names and SHA-256 are in {SUMS.removeprefix(_FOLDER)}.",
-        },
-        {"@id": _PAPER, "@type": "ScholarlyArticle", "name": reference.CITATION},
+        _entity(_PROGRAM, "SoftwareApplication", name="rftfit", version=rftfit.__version__),
+        _entity(_LOGS, "Collection", name=f"{logs} logs as recorded", description=beside),
+        _entity(_PAPER, "ScholarlyArticle", name=reference.CITATION),
         *others,
     ]
     # the 1.1 context was made before schema.org had this term
@@ -250,12 +232,12 @@ def crate_text(config: Config, plan: Plan, files: Mapping[str, tuple[int, str]],
     return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
 
 
-def _identifier(path: str) -> str:
-    return quote(path.removeprefix(_FOLDER))
+def _entity(identifier: str, kind: str, **facts: Any) -> Entity:
+    return {"@id": identifier, "@type": kind, **facts}
 
 
 def _link(path: str) -> Entity:
-    return {"@id": _identifier(path)}
+    return {"@id": quote(path.removeprefix(_FOLDER))}
 
 
 def _action(step: str) -> str:
@@ -268,14 +250,14 @@ def _one_or_many(entities: list[Entity]) -> Entity | list[Entity]:
 
 
 def _file(path: str, size: int, digest: str) -> Entity:
-    return {
-        "@id": _identifier(path),
-        "@type": "File",
-        "name": path.removeprefix(_FOLDER),
-        "contentSize": str(size),
-        "encodingFormat": _FORMATS.get(PurePosixPath(path).suffix, "application/octet-stream"),
-        "sha256": digest,
-    }
+    return _entity(
+        _link(path)["@id"],
+        "File",
+        name=path.removeprefix(_FOLDER),
+        contentSize=str(size),
+        encodingFormat=_FORMATS.get(PurePosixPath(path).suffix, "application/octet-stream"),
+        sha256=digest,
+    )
 
 
 def _create(name: str, tasks: list[Task], files: Mapping[str, object]) -> Entity:
@@ -284,14 +266,14 @@ def _create(name: str, tasks: list[Task], files: Mapping[str, object]) -> Entity
     objects = [_link(path) for path in sorted(read)]
     if any("logs" in task.depends for task in tasks):
         objects.append({"@id": _LOGS})
-    return {
-        "@id": _action(name),
-        "@type": "CreateAction",
-        "name": name,
-        "instrument": {"@id": _PROGRAM},
-        "object": _one_or_many(objects),
-        "result": _one_or_many([_link(path) for path in sorted(made)]),
-    }
+    return _entity(
+        _action(name),
+        "CreateAction",
+        name=name,
+        instrument={"@id": _PROGRAM},
+        object=_one_or_many(objects),
+        result=_one_or_many([_link(path) for path in sorted(made)]),
+    )
 
 
 # --- what has changed since

@@ -186,17 +186,23 @@ def _message(job: Job, progress: Progress, root: Path) -> list[str]:
 
     Where the log could not be written, the stage writes among Snakemake's lines.
     """
-    for name in job.logs:
-        with contextlib.suppress(OSError):
-            lines = (root / name).read_text(encoding="utf-8", errors="replace").strip().splitlines()
-            begin = next((i for i, line in enumerate(lines) if _STAGE.match(line)), None)
-            if begin is not None:
-                return [_STAGE.sub(r"\1", lines[begin]), *lines[begin + 1 :][:_MOST_LINES]]
-            if "Traceback (most recent call last):" in lines:
-                end = "(an error that the program did not expect: its traceback is in the log)"
-                return [lines[-1], end]
+    for lines in _logs(job, root):
+        begin = next((i for i, line in enumerate(lines) if _STAGE.match(line)), None)
+        if begin is not None:
+            return [_STAGE.sub(r"\1", lines[begin]), *lines[begin + 1 :][:_MOST_LINES]]
+        if "Traceback (most recent call last):" in lines:
+            end = "(an error that the program did not expect: its traceback is in the log)"
+            return [lines[-1], end]
     own = [line for line in progress.plain if line.startswith(f"rftfit {job.rule}: ")]
     return [_STAGE.sub(r"\1", line) for line in own[:1]]
+
+
+def _logs(job: Job, root: Path) -> Iterator[list[str]]:
+    """Lines of those logs of a job that can be read."""
+    for name in job.logs:
+        with contextlib.suppress(OSError):
+            text = (root / name).read_text(encoding="utf-8", errors="replace")
+            yield text.strip().splitlines()
 
 
 def _why(job: Job, progress: Progress, root: Path) -> list[str]:
@@ -205,12 +211,11 @@ def _why(job: Job, progress: Progress, root: Path) -> list[str]:
         return [f"{name}: cannot write: {_CURE}" for name in absent]
     if message := _message(job, progress, root):
         return message
-    for name in job.logs:
-        with contextlib.suppress(OSError):
-            lines = (root / name).read_text(encoding="utf-8", errors="replace").strip().splitlines()
-            if lines and not job.status.startswith("SIG") and job.status not in _KILLED:
-                return lines[-_MOST_LINES:]
     status = _KILLED.get(job.status, job.status)
+    if not status.startswith("SIG"):
+        for lines in _logs(job, root):
+            if lines:
+                return lines[-_MOST_LINES:]
     if status == "SIGKILL":
         return [f"killed (SIGKILL), {_MEMORY}"]
     if status.startswith("SIG"):
