@@ -120,10 +120,10 @@ def highest_point(parts: Parts, state: FloatArray) -> float:
 
 
 def settled(ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics) -> bool:
-    """Whether the last two stretches are alike: in speed, and in height and pitch at their ends.
+    """Whether the last two stretches are alike: in speed, and at their ends in height and pitch.
 
-    The first stretch is never one of them: it holds the transient. A stretch is so many strides;
-    `ends` are the states (n + 1, 6) between strides.
+    The first stretch, with the transient, is never one of them. A stretch is so many strides; `ends` are
+    the states (n + 1, 6) between strides.
     """
     if len(ends) - 1 < 3 * stretch:
         return False
@@ -198,13 +198,10 @@ class Condition:
 class RobotRun:
     """Result of a run.
 
-    `speed_cm_per_s`: Mean over the averaged strides; NaN unless steady.
+    `speed_cm_per_s`: Mean over the last strides, `averaged` in number; NaN unless steady.
     `speed_sd_cm_per_s`: Standard deviation between those strides; NaN for one stride or none.
     `reason`: Why it is not steady, or that it is so without being regular.
     `warning`: That the legs are faster than the model holds for; else empty.
-    `strides`, `averaged`: Number of all strides, and of the last ones, which were averaged.
-    `stride_speeds_cm_per_s`: shape (strides,).
-    `series`: Motion and forces over time, where asked for.
     """
 
     condition: Condition

@@ -32,10 +32,7 @@ _KEYS = {
 
 @dataclass(frozen=True)
 class Difference:
-    """One number that is different.
-
-    `half_widths`: The change over the half width of the first interval; NaN without an interval.
-    """
+    """One number that is different, by so many half widths of the first interval; NaN without one."""
 
     file: str
     row: str
@@ -108,11 +105,8 @@ def _differences(
 
 
 def _is_end(quantity: str) -> bool:
-    return any(part in quantity for part in ("_lo", "_hi", "_se", "_dof")) or quantity in (
-        "se",
-        "lo",
-        "hi",
-    )
+    ends = ("_lo", "_hi", "_se", "_dof")
+    return quantity in ("se", "lo", "hi") or any(end in quantity for end in ends)
 
 
 def _half_width(table: pd.DataFrame, quantity: str) -> np.ndarray:

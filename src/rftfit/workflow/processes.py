@@ -27,10 +27,7 @@ _held: list[int] = []
 
 
 def hold(folder: Path) -> None:
-    """Note that this process holds the folder's lock, for as long as it lives; failing is no error.
-
-    `folder`: Snakemake's own folder, ``.snakemake``.
-    """
+    """Note in ``.snakemake`` that this process holds the lock, for as long as it lives; failing is no error."""
     note = folder / _NOTE
     with contextlib.suppress(OSError):
         note.parent.mkdir(parents=True, exist_ok=True)
@@ -43,9 +40,8 @@ def hold(folder: Path) -> None:
 
 @contextlib.contextmanager
 def left_by_the_dead(folder: Path) -> Iterator[bool]:
-    """Tell whether a folder's lock is that of a process that no longer lives.
+    """Tell whether it is certain that the lock in ``.snakemake`` is that of a process that no longer lives.
 
-    `folder`: Snakemake's own folder, ``.snakemake``. Yields true only where that is certain.
     Nobody else gets True until the block is left, so that two do not clear it one after the other.
     """
     try:
@@ -94,13 +90,10 @@ _ORPHANED = 143
 
 
 def end_with_parent(end: Callable[[], None] | None = None) -> bool:
-    """Watch the process that the environment names, and end soon after it has ended.
+    """Watch the process that the environment names, and end (default: at once) soon after it has ended.
 
     The name is taken out of the environment, so that processes started from here do not watch it.
-
-    `end`: How to end; default: at once. What was not finished is not there then (`rftfit.store`).
-    Returns whether anything is watched: only on POSIX systems, and where the environment asks for
-    it.
+    Returns whether anything is watched: only on POSIX systems, and where the environment asks for it.
     """
     named = os.environ.pop(VARIABLE, "")
     if os.name != "posix" or not named.isdecimal():

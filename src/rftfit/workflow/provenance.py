@@ -38,10 +38,8 @@ RECORD, SUMS, SHEET = "results/provenance.json", "results/manifest.sha256", "res
 class State:
     """What results depend on: as it was recorded, or as it is now.
 
-    `logs`: SHA-256 of each log, and of the robot's files, by path from the campaign's folder.
-    `rows`: Rows of the run sheet by run_id.
-    `modules`: Digest of each module of the program that a stage runs.
-    `versions`: Of the program, of Python, of the libraries and of packages whose dialects are used.
+    `logs`: SHA-256 of logs and of the robot's files, by path from the campaign's folder. `rows`: Of the
+    run sheet, by run_id. `modules`: Digests. `versions`: Of packages whose dialects are used, too.
     """
 
     logs: dict[str, str]
@@ -173,11 +171,10 @@ Entity = dict[str, Any]
 
 
 def crate_text(config: Config, plan: Plan, files: Mapping[str, tuple[int, str]], logs: int) -> str:
-    """Describe the folder of results, ``ro-crate-metadata.json``: the same for the same inputs.
+    """Describe the folder of results (`files`: bytes and SHA-256): the same for the same inputs.
 
-    `files`: Size in bytes and SHA-256 of each result. `logs`: How many logs there are. The date is
-    the config's; where it has none a placeholder stands, since the specification demands a date, and
-    says so.
+    The date is the config's; where it has none a placeholder stands, since the specification demands a
+    date, and says so.
     """
     told = config.publication
     description = (

@@ -234,10 +234,9 @@ _TEXTS = ("outcome", "reason", "warning")
 
 @dataclass
 class Store:
-    """A folder with one table for each curvature.
+    """A folder with one table for each curvature, and a digest of what the runs depend on in its name.
 
-    `folder`: Its name carries a digest of all that the runs depend on but their conditions.
-    `rows`: Of the table, by curvature, frequency (Hz) and phase (turns) of a finished run.
+    `rows`: By curvature, frequency (Hz) and phase (turns) of a finished run.
     """
 
     folder: Path
@@ -333,9 +332,9 @@ _FINE_FROM = 0.4
 def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
     """Conditions of a sweep: its grid, and every measured condition.
 
-    The full sweep has three starting phases. The reduced one has one (on the published measured
-    table the others change the speed of no measured condition by 1 %), every fourth curvature and
-    frequency, and at 5 Hz every curvature above 0.4, where the paper's best one lies.
+    The reduced sweep has one starting phase of three (on the published table the others change no
+    measured speed by 1 %), every fourth curvature and frequency, and at 5 Hz every curvature above 0.4,
+    where the paper's best one lies.
     """
     grid = paper_conditions()
     phases = PHASES_TURNS if full else PHASES_TURNS[:1]

@@ -46,14 +46,10 @@ _MOST = 5
 
 @dataclass
 class Workflow:
-    """One call of the workflow.
+    """One call of the workflow, for some results or all; `words` go to Snakemake itself.
 
-    `targets`: Results to make; default all.
-    `words`: Further words for Snakemake itself.
-    `cores`: Jobs at once; default: all cores.
-    `cluster`: Profile that puts the jobs on a cluster.
-    `say`: Told what is made again and why, one line each.
-    `on_job`: Told the state whenever a job has finished.
+    `cluster`: Profile that puts the jobs on a cluster. `say`: Told what is made again and why, one line
+    each. `on_job`: Told the state whenever a job has finished.
     """
 
     config: Path
@@ -221,11 +217,7 @@ def _refuse_packages(root: Path) -> None:
 
 
 def _cluster_words(name: str, snakefile: Path, cores: int | None) -> list[str]:
-    """Words for Snakemake that put the jobs on a cluster.
-
-    `name`: Of a profile beside the Snakefile, or the path of a folder that holds one. `cores`: Of
-    the largest job; default: what the profile says.
-    """
+    """Words for Snakemake that put the jobs on a cluster; `cores` are those of the largest job."""
     folder = find_profile(name, snakefile)
     executor = str(_read(folder / _FILE).get("executor", "local"))
     _check_installed(executor, folder)

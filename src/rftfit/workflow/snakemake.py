@@ -56,9 +56,8 @@ class Job:
 class Progress:
     """State of a workflow, from the events that Snakemake reports.
 
-    `jobs`: By Snakemake's number, those that began or, in a dry run, would.
-    `problem`: What Snakemake says of an error that is no job's.
-    `plain`: Lines that are no events.
+    `jobs`: By its number, those that began or, in a dry run, would. `problem`: What it says of an error
+    that is no job's. `plain`: Lines that are no events.
     """
 
     total: int = 0
@@ -126,8 +125,7 @@ class Progress:
 def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
     """Say what failed and why, without what Snakemake adds to it.
 
-    `log`: The whole log, to be named. `status`: Exit status of Snakemake; below zero where a signal
-    of that number ended it.
+    `log`: To be named. `status`: Of Snakemake; below zero where a signal of that number ended it.
     """
     done = f"{progress.done} of {progress.total}"
     if progress.failed:
