@@ -75,12 +75,10 @@ def read_trials(
     taken: Collection[str] = (),
     tracks: tuple[Folder, str] | None = None,
 ) -> tuple[list[Trial], list[Problem]]:
-    """Read and check a robot's run sheet.
+    """Rows of a robot's run sheet without an error, and all problems, in the order of the sheet.
 
-    `medium`: The one that the robot runs on. `taken`: Names of the runs of the campaign's own run
-    sheet, which a trial may not have too. `tracks`: The raw folder and the sheet's own folder in it,
-    to look for the tracks. Returns the rows without an error, and all problems, in the order of the
-    sheet.
+    `taken`: Names of runs, which a trial may not have too. `tracks`: The raw folder and the sheet's own
+    folder in it, to look for the tracks.
     """
     columns = [replace(one, choices=(medium,)) if one.form == "choice" else one for one in COLUMNS]
     drafts, problems = read_rows(path, Schema("robot-sheet", tuple(columns), "trials"), file)

@@ -295,30 +295,31 @@ class Change:
 
 def changes_between(was: State, now: State) -> list[Change]:
     """List what is different between two states, each log, cell, value and module by itself."""
-    found = []
-    for sort, before, after in (("log", was.logs, now.logs), ("code", was.modules, now.modules)):
-        for name in sorted(before.keys() | after.keys()):
-            pair = before.get(name, ""), after.get(name, "")
-            if pair[0] != pair[1]:
-                found.append(Change(sort, name, *(_short(digest) for digest in pair)))
-    for name in sorted(was.rows.keys() | now.rows.keys()):
-        old, new = was.rows.get(name), now.rows.get(name)
+    found = [
+        Change(sort, name, _short(old), _short(new))
+        for sort, before, after in (("log", was.logs, now.logs), ("code", was.modules, now.modules))
+        for name, old, new in _different(before, after, "")
+    ]
+    for name, old, new in _different(was.rows, now.rows, None):
         if old is None or new is None:
             there = ("not there", "there") if old is None else ("there", "not there")
             found.append(Change("run", name, *there))
-        elif columns := [
-            key for key in sorted(old.keys() | new.keys()) if old.get(key, "") != new.get(key, "")
-        ]:
-            told = (
-                ", ".join(f"{key} '{row.get(key, '')}'" for key in columns) for row in (old, new)
-            )
-            found.append(Change("run", name, *told))
+        elif cells_of := _different(old, new, ""):
+            before = ", ".join(f"{column} '{cell}'" for column, cell, _ in cells_of)
+            after = ", ".join(f"{column} '{cell}'" for column, _, cell in cells_of)
+            found.append(Change("run", name, before, after))
     found += _leaves("", was.settings, now.settings)
-    for name in sorted(was.versions.keys() | now.versions.keys()):
-        pair = was.versions.get(name, "not there"), now.versions.get(name, "not there")
-        if pair[0] != pair[1]:
-            found.append(Change("version", name, *pair))
-    return found
+    versions = _different(was.versions, now.versions, "not there")
+    return found + [Change("version", name, old, new) for name, old, new in versions]
+
+
+def _different(
+    was: Mapping[str, Any], now: Mapping[str, Any], nothing: Any
+) -> list[tuple[str, Any, Any]]:
+    """Names whose values differ, with both values; `nothing` stands for one that is not there."""
+    names = sorted(was.keys() | now.keys())
+    pairs = ((name, was.get(name, nothing), now.get(name, nothing)) for name in names)
+    return [(name, old, new) for name, old, new in pairs if old != new]
 
 
 def _short(digest: str) -> str:
@@ -330,8 +331,8 @@ def _leaves(path: str, was: Any, now: Any) -> list[Change]:
     if isinstance(was, dict) and isinstance(now, dict):
         return [
             change
-            for key in sorted(was.keys() | now.keys())
-            for change in _leaves(f"{path}.{key}".lstrip("."), was.get(key), now.get(key))
+            for key, old, new in _different(was, now, None)
+            for change in _leaves(f"{path}.{key}".lstrip("."), old, new)
         ]
     told = (
         f"a section of {len(one)}" if isinstance(one, dict) else "none" if one is None else str(one)

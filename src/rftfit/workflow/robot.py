@@ -284,22 +284,20 @@ def fill(
     robot: Robot,
     profile: Profile,
     conditions: Sequence[Condition],
-    threads: int | None = None,
-    on_done: Callable[[int, int], None] | None = None,
+    threads: int,
+    on_done: Callable[[int, int], None],
 ) -> None:
     """Run what is not finished yet, and keep it as it comes; `on_done` is told how many of how many are."""
     waiting = [one for one in conditions if key(one) not in store.rows]
     done, unsaved, saved_at = len(conditions) - len(waiting), set[float](), time.monotonic()
-    if on_done is not None:
-        on_done(done, len(conditions))
+    on_done(done, len(conditions))
 
     def keep(run: RobotRun) -> None:
         nonlocal done, saved_at
         store.rows[key(run.condition)] = row_of(run)
         unsaved.add(key(run.condition)[0])
         done += 1
-        if on_done is not None:
-            on_done(done, len(conditions))
+        on_done(done, len(conditions))
         if time.monotonic() - saved_at > FLUSH_S:
             store.write(unsaved)
             unsaved.clear()

@@ -247,7 +247,11 @@ def listen(
     `warm`: Whether jobs are forked from a warm process. Returns exit status.
     """
     with contextlib.ExitStack() as stack:
-        keep = stack.enter_context(_open(log)) if log else None
+        keep = None
+        if log is not None:
+            with _writing(log):
+                log.parent.mkdir(parents=True, exist_ok=True)
+                keep = stack.enter_context(log.open("wb", buffering=0))
         stack.enter_context(_signals_as_interrupts())
         environment = _environment()
         if warm:
@@ -267,8 +271,9 @@ def listen(
         try:
             assert child.stdout is not None
             for raw in child.stdout:
-                if keep is not None:
-                    _keep(keep, raw, log)
+                if log is not None and keep is not None:
+                    with _writing(log):
+                        keep.write(raw)
                 on_line(raw.decode("utf-8", "replace").rstrip("\r\n"))
             return child.wait()
         except BaseException:
@@ -310,25 +315,14 @@ def _environment() -> dict[str, str]:
     )
 
 
-def _open(log: Path) -> Any:
+@contextlib.contextmanager
+def _writing(log: Path) -> Iterator[None]:
     try:
-        log.parent.mkdir(parents=True, exist_ok=True)
-        return log.open("wb", buffering=0)
+        yield
     except OSError as error:
-        raise _cannot_write(log, error) from error
-
-
-def _keep(handle: Any, line: bytes, log: Path | None) -> None:
-    try:
-        handle.write(line)
-    except OSError as error:
-        raise _cannot_write(log, error) from error
-
-
-def _cannot_write(log: Path | None, error: OSError) -> OutputError:
-    return OutputError(
-        f"{log}: cannot write the workflow's log: {error.strerror or error}; {_CURE}"
-    )
+        raise OutputError(
+            f"{log}: cannot write the workflow's log: {error.strerror or error}; {_CURE}"
+        ) from error
 
 
 @contextlib.contextmanager
