@@ -154,19 +154,13 @@ def _as_json(
     from rftfit.logs.inspect import config_block, kinds, lacking, together
 
     whole = together(surveys)
+    of_survey = ("rows", "used", "dropped", "missing", "notes", "time_unit")
+    of_clock = ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
     clocks = [
         {
             "columns": [asdict(column) for column in found.columns],
-            **{
-                name: getattr(found, name)
-                for name in ("rows", "used", "dropped", "missing", "notes")
-            },
-            "time_unit": found.time_unit,
-            "clock": found.clock
-            and {
-                name: getattr(found.clock, name)
-                for name in ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
-            },
+            **{name: getattr(found, name) for name in of_survey},
+            "clock": found.clock and {name: getattr(found.clock, name) for name in of_clock},
         }
         for found in surveys
     ]

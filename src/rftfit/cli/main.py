@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import io
+import os
 import platform
 import sys
 import tempfile
@@ -52,21 +53,17 @@ def crash_message(error: BaseException, words: list[str]) -> str:
     text = " ".join(str(error).split()) or "no further text"
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
     message = f"Unexpected error: {type(error).__name__}: {text}\n"
-    path = _write(_report(error, words))
+    report = (
+        f"rftfit {rftfit.__version__}, Python {platform.python_version()}, {platform.platform()}\n"
+        f"command: rftfit {' '.join(words)}\n\n{''.join(traceback.format_exception(error))}"
+    )
+    path = _write(report)
     if path is None:
         return f"{message}The full report could not be written anywhere."
     return (
         f"{message}This is a fault of rftfit or of its installation; the full report, to be sent "
         f"with a question, is in\n  {path}"
     )
-
-
-def _report(error: BaseException, words: list[str]) -> str:
-    head = (
-        f"rftfit {rftfit.__version__}, Python {platform.python_version()}, {platform.platform()}\n"
-        f"command: rftfit {' '.join(words)}\n\n"
-    )
-    return head + "".join(traceback.format_exception(error))
 
 
 def _write(text: str) -> Path | None:
@@ -83,14 +80,9 @@ def _write(text: str) -> Path | None:
 
 def quiet_standard_output() -> None:
     """Let the interpreter's last flush go nowhere, after the reader of a pipe has gone."""
-    import os
-
-    try:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-    except (OSError, ValueError):
-        # standard output is no file here, so nothing is flushed at the end either
-        return
+    # where standard output is no file, nothing is flushed at the end either
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 # --- The entry point of ``rftfit``: the one place where errors become messages and exit codes.

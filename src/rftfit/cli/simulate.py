@@ -164,8 +164,7 @@ def simulate(
     from rftfit.workflow.robot import SAMPLES, tail_of
 
     check_choice(medium, profile, results, method, alpha, None, profile_file)
-    if alpha is not None:
-        check_test(alpha, 0.0, 0.95)
+    check_test(alpha, 0.0, 0.95)
     body = paper_robot() if robot is None else read_robot(robot)
     source = make_profile(medium, profile, results, method, alpha, file=profile_file)
     check_folder(output, force)

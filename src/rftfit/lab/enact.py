@@ -78,16 +78,13 @@ def reenact(
 ) -> Summary:
     """Write the logs that the paper's lab would have recorded, their run sheet, and what says so.
 
-    The granular force in them is the published measurement: Table S5 times depth times area for
-    plates, Figs. S5 and S12 for legs, Fig. S11 for sand penetration.
+    The granular force in them is the published measurement: Table S5 times depth times area for plates,
+    Figs. S5 and S12 for legs, Fig. S11 for sand penetration. The same seed gives the same bytes, run by
+    run, whatever `media`, `workers` and order.
 
-    The same seed gives the same bytes, run by run, whatever `media`, `workers` and order.
-
-    `media`: Only these of the config, and the legs in air. `directions`: (beta, gamma) of the plates,
-    deg; default: of the paper. `faults`: ``NAME`` or ``NAME:run_id``, names from `FAULTS`. `workers`:
-    Processes that write at once. `spread`: Standard deviation of alpha from one prepared bed to the
-    next, N/cm^3; without it Table S5 comes back as it is. `disturb`: ``NAME``, ``NAME=SIZE`` or
-    ``real-lab``, names from `DISTURBANCES`.
+    `directions`: (beta, gamma) of the plates, deg; default: of the paper. `spread`: Standard deviation of
+    alpha from one prepared bed to the next, N/cm^3; without it Table S5 comes back as it is. `faults`,
+    `disturb`: As on the command line.
     """
     began = time.perf_counter()
     raw, chosen = raw.resolve(), media_of(config, media)

@@ -25,10 +25,9 @@ _MOST_SHOWN = 5
 
 
 def write_marker(raw: Path, names: Iterable[Path], made_by: str, *, complete: bool) -> None:
-    """Say in the raw folder what its logs are, and which files belong to the re-enactment.
+    """Say in the raw folder what its logs are, and which files, the run sheet too, are re-enacted.
 
-    `names`: All files, the run sheet included. `complete`: False before the first log is written: the
-    sizes are not known then.
+    `complete`: False before the first log is written: the sizes are not known then.
     """
     lines = []
     for path in sorted(set(names)):

@@ -105,11 +105,9 @@ def assemble(robot: Robot, curvature_times_R: float) -> Parts:
 
 @dataclass(frozen=True)
 class ElementSeries:
-    """Elements of one group of members over time: n samples, m members, k elements each.
+    """Elements of one group over time, shape (samples, members, elements): force and where it acts.
 
-    `ends_x_cm`, `ends_z_cm`: shape (n, m, k, 2); The two ends of each element.
-    `force_x_N`, `force_z_N`: shape (n, m, k).
-    `at_x_cm`, `at_z_cm`: shape (n, m, k); Where the force acts.
+    `ends_x_cm`, `ends_z_cm`: With a last axis for the two ends of each element.
     """
 
     ends_x_cm: FloatArray
@@ -123,10 +121,9 @@ class ElementSeries:
 def element_series(
     robot: Robot, profile: Profile, run: RobotRun, every: int = 1
 ) -> dict[str, ElementSeries]:
-    """Place all elements of a run with a series, and give the force on each (movies S5 and S6).
+    """Place all elements of a run and give the force on each, by group, at `every` so many samples.
 
-    `profile`: the one that the run was made with. `every`: take every so many of its samples.
-    Returns by group, in the order of ``run.series.groups``.
+    `profile`: The one that the run was made with. As movies S5 and S6 show it.
     """
     if run.series is None:
         raise ValueError("the run was made without samples; ask for samples_per_stride")

@@ -41,8 +41,7 @@ def measured_speeds(
 ) -> pd.DataFrame:
     """Join the trials of each condition: columns `MEASURED`, means over trials and their deviations.
 
-    `calibrated`: Curvature and frequency (Hz) of the conditions that the robot's free parameters were
-    calibrated on; a frequency within 0.05 Hz is the same.
+    `calibrated`: Curvature and frequency (Hz) of the conditions that the robot was calibrated on.
     """
     import pandas as pd
 

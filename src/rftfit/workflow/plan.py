@@ -22,14 +22,7 @@ from rftfit.figures.style import FORMATS
 from rftfit.results import FOLDER
 from rftfit.store import write_text
 from rftfit.store.digests import Seen, code_digest, digest_of
-from rftfit.workflow.sources import (
-    digests_of_files,
-    foreign_dialects,
-    log_names,
-    robot_files,
-    rows_of,
-    settings_of,
-)
+from rftfit.workflow.sources import digests_of_files, log_names, robot_files, rows_of
 from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES, Stage
 
 if TYPE_CHECKING:
@@ -204,7 +197,7 @@ class Plan:
     def _depends(self, stage: Stage | Declared, medium: str) -> dict[str, str]:
         depends = {"code": self.code(stage.run, logs=stage.logs)}
         if stage.settings:
-            whole = settings_of(self.campaign.config)
+            whole = self.campaign.config.model_dump(mode="json")
             sections = whole if ALL in stage.settings else stage.settings
             depends["settings"] = digest_of({name: whole[name] for name in sections})
         if isinstance(stage, Stage) and stage.rows:
@@ -277,7 +270,15 @@ class Plan:
     @cached_property
     def dialects(self) -> dict[str, Origin]:
         """Dialects of other packages that the logs are read with."""
-        return foreign_dialects(self.campaign.config)
+        config = self.campaign.config
+        named = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
+        wanted = [name for name in named if name not in (None, "rig")]
+        if not wanted:
+            return {}
+        # slow to import, and most campaigns have the rig's own logs
+        from rftfit.logs.registry import origins
+
+        return origins(wanted)
 
     def save(self) -> None:
         """Remember the digests of the logs for the next run."""

@@ -17,7 +17,7 @@ from rftfit.errors import InputError, RftfitError
 from rftfit.store.digests import module_digests, read_sums, sums_text
 from rftfit.store.environment import versions
 from rftfit.store.tables import unguarded
-from rftfit.workflow.sources import cells, settings_of
+from rftfit.workflow.sources import cells
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,7 +58,7 @@ def present_state(plan: Plan) -> State:
     return State(
         logs | {name: digest for name, digest in plan.robot_digests.items() if digest},
         {run.run_id: cells(run) for run in runs},
-        settings_of(plan.campaign.config),
+        plan.campaign.config.model_dump(mode="json"),
         module_digests(*modules, *(one.module for one in plan.dialects.values())),
         versions() | {one.package: one.version for one in plan.dialects.values()},
     )

@@ -1,9 +1,9 @@
-"""What the results of a campaign depend on outside of ``results/``: logs, rows, settings, dialects."""
+"""What the results of a campaign depend on outside of ``results/``: logs, robot, rows of the run sheet."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rftfit.campaign.files import BAG
 
@@ -11,14 +11,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
-    from rftfit.logs.registry import Origin
     from rftfit.store.digests import Seen
-
-OWN_DIALECT = "rig"
-"""The one that is read where the config names none."""
 
 # the number of a row, and what nobody computes with
 _LEFT_OUT = ("row", "note")
@@ -63,18 +58,6 @@ def robot_files(campaign: Campaign) -> list[str]:
     )
 
 
-def foreign_dialects(config: Config) -> dict[str, Origin]:
-    """Dialects of other packages that a campaign's logs are read with."""
-    named = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
-    wanted = [name for name in named if name not in (None, OWN_DIALECT)]
-    if not wanted:
-        return {}
-    # slow to import, and most campaigns have the rig's own logs
-    from rftfit.logs.registry import origins
-
-    return origins(wanted)
-
-
 def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
     """Cells of a medium's rows of the run sheet, or of all; order and numbers of rows do not count."""
     runs = campaign.runs_of(medium) if medium else campaign.runs
@@ -101,8 +84,3 @@ def _text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else ""
     return str(value)
-
-
-def settings_of(config: Config) -> dict[str, Any]:
-    """Every value of the configuration."""
-    return config.model_dump(mode="json")
