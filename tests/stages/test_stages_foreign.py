@@ -459,7 +459,7 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig: Results, tmp_pat
     found = chain(load_campaign(path), "poppy_LP").fit(RUN)
     for name in ("alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3", "alpha_x_N_per_cm3"):
         assert found[name] == pytest.approx(rig.fit(RUN)[name], rel=1e-5)
-    from rftfit.workflow.sources import log_names
+    from rftfit.workflow.plan import log_names
 
     assert "gauges.csv" in log_names(load_campaign(path), "poppy_LP")
     calibration.write_text("load,unit\n")
@@ -472,7 +472,7 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig: Results, tmp_pat
 
 def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path: Path) -> None:
     """The sheet names the folder; what belongs to the recording is every file in it."""
-    from rftfit.workflow.sources import log_names
+    from rftfit.workflow.plan import log_names
 
     room = room_of(tmp_path)
     path = room.write()

@@ -17,7 +17,7 @@ from rftfit.errors import InputError, RftfitError
 from rftfit.store.digests import module_digests, read_sums, sums_text
 from rftfit.store.environment import versions
 from rftfit.store.tables import unguarded
-from rftfit.workflow.sources import cells
+from rftfit.workflow.plan import cells
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
