@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class Surface:
 
     `depth_cm`: On the depth axis that was given: to be subtracted from it.
     `se_cm`, `dof`: Standard error and its degrees of freedom.
-    `growth_N_per_cm`: Slope of the force just below the surface.
+    `growth_N_per_cm`, `growth_se`: Slope of the force just below the surface, and its standard error.
     `air_N`: Force in air, next to the surface.
     `depth`, `force`, `fitted`: shape (n,); Readings of the window: cm, N, and the model's force, N.
     """
@@ -44,6 +44,7 @@ class Surface:
     se_cm: float
     dof: float
     growth_N_per_cm: float
+    growth_se: float
     air_N: float
     depth: FloatArray
     force: FloatArray
@@ -90,26 +91,10 @@ def find_surface(
             f"surface not found: fewer than {_MIN_BELOW} readings within {window_cm:g} cm below the "
             f"depth at which the force begins, or {_MIN_AIR} above it"
         )
-    _check_growth(best, depth, force, window_cm, noise)
+    _check_growth(best, window_cm, noise)
     others = [fit.depth_cm for fit in fits if fit is not None]
     spread = float(np.var(others, ddof=1)) if len(others) > 1 else 0.0
-    return Surface(
-        best.depth_cm, math.sqrt(best.se_cm**2 + spread + depth_sd**2), best.dof, best.slope,
-        best.air_N, depth[best.used], force[best.used], best.fitted,
-    )  # fmt: skip
-
-
-class _Fit(NamedTuple):
-    """A force that is constant in air and bends below a change point, fitted to some readings."""
-
-    depth_cm: float
-    se_cm: float
-    dof: float
-    air_N: float
-    slope: float
-    slope_se: float
-    used: np.ndarray
-    fitted: FloatArray
+    return replace(best, se_cm=math.sqrt(best.se_cm**2 + spread + depth_sd**2))
 
 
 def _onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float, float]:
@@ -139,7 +124,7 @@ def _fit(
     window: float,
     near: float = 0.0,
     toe: float = 0.0,
-) -> _Fit | None:
+) -> Surface | None:
     """Fit the change point to the readings of one window, but for those within `toe` of `near`."""
     part = (depth > onset - window) & (depth < onset + window)
     if toe > 0:
@@ -161,39 +146,37 @@ def _fit(
     residual = (f - fitted)[None]
     variance, dof = weighted_sum_variance(residual, weights[3])
     of_slope, _ = weighted_sum_variance(residual, weights[1])
-    return _Fit(
-        place, math.sqrt(float(variance[0])), dof, float(terms[0]), float(terms[1]),
-        math.sqrt(float(of_slope[0])), part, fitted,
+    return Surface(
+        place, math.sqrt(float(variance[0])), dof, float(terms[1]), math.sqrt(float(of_slope[0])),
+        float(terms[0]), d, f, fitted,
     )  # fmt: skip
 
 
-def _check_growth(
-    fit: _Fit, depth: FloatArray, force: FloatArray, window_cm: float, noise: float
-) -> None:
+def _check_growth(found: Surface, window_cm: float, noise: float) -> None:
     """Refuse a growth that is small, uncertain, or that begins in air already."""
-    rise = float(fit.fitted.max() - fit.air_N)
-    below = f"surface not found: below {fit.depth_cm:.2f} cm the force"
-    if fit.slope <= 0:
+    growth = found.growth_N_per_cm
+    rise = float(found.fitted.max() - found.air_N)
+    below = f"surface not found: below {found.depth_cm:.2f} cm the force"
+    if growth <= 0:
         raise ValueError(f"{below} does not grow at first")
     if rise < _RISE_TO_NOISE * noise:
         raise ValueError(
             f"{below} grows by {rise:.2f} N within {window_cm:g} cm; needed: {_RISE_TO_NOISE:g} times "
             f"its noise of {noise:.2f} N"
         )
-    if fit.slope < _T * fit.slope_se:
+    if growth < _T * found.growth_se:
         raise ValueError(
-            f"{below} grows by {fit.slope:.1f} N/cm with a standard error of {fit.slope_se:.1f} N/cm; "
-            f"needed: {_T:g} times its error"
+            f"{below} grows by {growth:.1f} N/cm with a standard error of {found.growth_se:.1f} "
+            f"N/cm; needed: {_T:g} times its error"
         )
-    d, f = depth[fit.used], force[fit.used]
-    air = d < fit.depth_cm
+    air = found.depth < found.depth_cm
     if np.count_nonzero(air) < _MIN_AIR:
         raise ValueError(_NOT_IN_AIR)
-    in_air = float(np.polyfit(d[air], f[air], 1)[0])
-    if in_air > _LARGEST_AIR * fit.slope:
+    in_air = float(np.polyfit(found.depth[air], found.force[air], 1)[0])
+    if in_air > _LARGEST_AIR * growth:
         raise ValueError(
-            f"surface not found: above {fit.depth_cm:.2f} cm the force grows too, by {in_air:.1f} "
-            f"N/cm against {fit.slope:.1f} N/cm below; the log must begin in air"
+            f"surface not found: above {found.depth_cm:.2f} cm the force grows too, by {in_air:.1f} "
+            f"N/cm against {growth:.1f} N/cm below; the log must begin in air"
         )
 
 
