@@ -20,7 +20,7 @@ from rftfit import reference
 from rftfit.measure.alpha import directions
 from rftfit.model.draws import alpha_draws, interval
 from rftfit.model.fourier import TERMS, as_array, fit_lsq, kept_terms
-from rftfit.model.motion import THETA_DEG, path_poses
+from rftfit.model.motion import THETA_DEG, path
 from rftfit.model.outlines import arc, model_leg, polyline
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 from rftfit.model.scaling import vertical_penetration
@@ -142,8 +142,7 @@ def test_outline_along_a_path(rftfit: Callable[..., Said], here: Path) -> None:
     found = read_forces(here / "dug.csv")
     assert found["t_s"].tolist() == [0, 1, 2, 4]
     assert found["angle_deg"] == pytest.approx([0, 10, 30, 40])
-    poses = path_poses([0, 1, 2, 4], [0, 0, -1, -6], [2, -1, -4, -4],
-                       np.radians([0, 10, 30, 40]))  # fmt: skip
+    poses = path([0, 1, 2, 4], [0, 0, -1, -6], [2, -1, -4, -4], [0, 10, 30, 40]).poses
     from rftfit.model.forces import forces_on
 
     scoop = polyline([(-2, 0), (0, -1), (2, 0)], 5.0)

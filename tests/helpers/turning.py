@@ -1,4 +1,4 @@
-"""Forces on a turning leg and along a path without intervals, for tests and benchmarks."""
+"""Forces on a turning leg without intervals, for tests and benchmarks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from rftfit.model.motion import HIP_HEIGHT_CM, RATE_RAD_PER_S, THETA_DEG, rotati
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-    import pandas as pd
 
     from rftfit.conventions import FloatArray
     from rftfit.model.forces import Forces
@@ -37,29 +36,3 @@ def sweep(profile: Profile, leg: Outline, *path: Any, **how: Any) -> Forces:
 def sweep_draws(profile: Profile, leg: Outline, *path: Any, **how: Any) -> Forces:
     """`sweep` for a stack of draws of a profile: arrays of shape (draws, theta)."""
     return force_draws(profile, leg, turned(*path, **how))
-
-
-def along_path(
-    profile: Profile, outline: Outline, time_s: FloatArray, poses: FloatArray
-) -> tuple[pd.DataFrame, Forces]:
-    """Force and moment on an outline along a path.
-
-    `time_s`: shape (p,). `poses`: shape (p, 6); From `read_path` or `path_poses`. Returns `table`:
-    `t_s, x_cm, z_cm, angle_deg, force_z_N, force_x_N, moment_N_cm`; the moment is about the
-    reference point. Returns `forces`: The same forces, and why there is NaN among them.
-    """
-    import pandas as pd
-
-    forces = forces_on(profile, outline, poses)
-    table = pd.DataFrame(
-        {
-            "t_s": time_s,
-            "x_cm": poses[:, 0],
-            "z_cm": poses[:, 1],
-            "angle_deg": np.degrees(poses[:, 2]),
-            "force_z_N": forces.force_z_N,
-            "force_x_N": forces.force_x_N,
-            "moment_N_cm": forces.moment_N_cm,
-        }
-    )
-    return table, forces

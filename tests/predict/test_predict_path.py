@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from turning import along_path, sweep
+from turning import sweep
 
 from rftfit import reference
 from rftfit.errors import InputError
 from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.motion import THETA_DEG, path_poses, read_path
+from rftfit.model.motion import THETA_DEG, path, read_path
 from rftfit.model.outlines import model_leg, polyline
+from rftfit.model.prediction import predict
 from rftfit.model.profiles import TableProfile
 from rftfit.model.reference_kernel import element_forces, place
 
@@ -24,37 +25,37 @@ HEADER = "t_s,x_cm,z_cm,angle_deg\n"
 
 
 def written(tmp_path: Path, text: str) -> Path:
-    path = tmp_path / "path.csv"
-    path.write_text(text, encoding="utf-8")
-    return path
+    file = tmp_path / "path.csv"
+    file.write_text(text, encoding="utf-8")
+    return file
 
 
 def test_a_turning_leg_is_a_path(tmp_path: Path) -> None:
     time = np.radians(THETA_DEG + 135) / 0.2
     rows = "".join(f"{t:.12f},0,2,{a:.12f}\n" for t, a in zip(time, THETA_DEG, strict=True))
-    time_read, poses = read_path(written(tmp_path, "# a sweep\n" + HEADER + rows))
-    np.testing.assert_allclose(poses[:, 5], 0.2, rtol=1e-8)
+    motion = read_path(written(tmp_path, "# a sweep\n" + HEADER + rows))
+    np.testing.assert_allclose(motion.poses[:, 5], 0.2, rtol=1e-8)
     for leg in ("c_leg", "flat_leg"):
-        table, forces = along_path(TABLE, model_leg(leg), time_read, poses)
+        table = predict(TABLE, model_leg(leg), motion)
         wanted = sweep(TABLE, model_leg(leg))
         np.testing.assert_allclose(table["force_z_N"], wanted.force_z_N, atol=1e-7)
         np.testing.assert_allclose(table["force_x_N"], wanted.force_x_N, atol=1e-7)
-        np.testing.assert_allclose(forces.moment_N_cm, wanted.moment_N_cm, atol=1e-6)
+        np.testing.assert_allclose(table["moment_N_cm"], wanted.moment_N_cm, atol=1e-6)
         assert (wanted.moment_N_cm <= 1e-12).all()  # sand resists the motor
 
 
 def test_a_plate_pushed_down_and_pulled_up(tmp_path: Path) -> None:
     rows = "".join(f"{t},0,{-t if t <= 4 else t - 8},0\n" for t in range(9))
-    time, poses = read_path(written(tmp_path, HEADER + rows))
+    motion = read_path(written(tmp_path, HEADER + rows))
     plate = polyline([(-1.905, 0), (1.905, 0)], 2.54)
-    table, _ = along_path(TABLE, plate, time, poses)
+    table = predict(TABLE, plate, motion)
     alpha_z, _ = reference.alpha_grid("poppy_LP")
     area = 3.81 * 2.54
     np.testing.assert_allclose(table["force_z_N"][:4], alpha_z[3, -1] * area * np.arange(4.0))
     np.testing.assert_allclose(table["force_z_N"][5:8], alpha_z[3, 0] * area * np.array([3, 2, 1]))
     assert table["force_z_N"][4] == 0  # it turns round: no velocity, no force
     np.testing.assert_allclose(table["force_x_N"], 0, atol=1e-12)
-    tilted = poses.copy()
+    tilted = motion.poses.copy()
     tilted[:, 2] = np.radians(30)  # the angle of a plate along x is its beta
     found = forces_on(TABLE, plate, tilted[3:4])
     assert found.force_z_N[0] == pytest.approx(
@@ -63,17 +64,17 @@ def test_a_plate_pushed_down_and_pulled_up(tmp_path: Path) -> None:
 
 
 def test_angles_may_wrap() -> None:
-    angle = np.radians([170.0, 178.0, -174.0, -166.0])
-    poses = path_poses([0, 1, 2, 3], np.zeros(4), np.zeros(4), angle)
+    angle = [170.0, 178.0, -174.0, -166.0]
+    poses = path([0, 1, 2, 3], np.zeros(4), np.zeros(4), angle).poses
     np.testing.assert_allclose(poses[:, 5], np.radians(8))
 
 
 def test_uneven_times_keep_a_steady_velocity() -> None:
     time = np.array([0.0, 0.1, 0.5, 0.6, 2.0])
-    poses = path_poses(time, 3 * time, -2 * time, 0.1 * time)
+    poses = path(time, 3 * time, -2 * time, np.degrees(0.1 * time)).poses
     np.testing.assert_allclose(poses[:, 3:], np.tile([3.0, -2.0, 0.1], (5, 1)))
     with pytest.raises(ValueError, match="increase"):
-        path_poses([0, 1, 1], np.zeros(3), np.zeros(3), np.zeros(3))
+        path([0, 1, 1], np.zeros(3), np.zeros(3), np.zeros(3))
 
 
 @pytest.mark.parametrize(
@@ -89,9 +90,9 @@ def test_uneven_times_keep_a_steady_velocity() -> None:
 def test_bad_paths_are_refused_with_their_rows(
     tmp_path: Path, rows: str, expected: list[str]
 ) -> None:
-    path = written(tmp_path, HEADER + rows)
+    file = written(tmp_path, HEADER + rows)
     with pytest.raises(InputError) as error:
-        read_path(path)
+        read_path(file)
     for part in ("path.csv", *expected):
         assert part in str(error.value)
 
@@ -134,21 +135,22 @@ def test_wrong_poses_are_refused() -> None:
 
 
 def test_columns_of_a_path_table() -> None:
-    time, poses = np.arange(3.0), np.zeros((3, 6))
-    poses[:, 1], poses[:, 2], poses[:, 4] = -2.0, np.radians(30), -1.0
-    table, forces = along_path(TABLE, polyline([(-1, 0), (1, 0)], 1.0), time, poses)
+    down = path(np.arange(3.0), np.zeros(3), [-2.0, -3.0, -4.0], np.full(3, 30.0))
+    plate = polyline([(-1, 0), (1, 0)], 1.0)
+    table = predict(TABLE, plate, down)
     assert list(table.columns) == [
-        "t_s", "x_cm", "z_cm", "angle_deg", "force_z_N", "force_x_N", "moment_N_cm",
+        "t_s", "x_cm", "z_cm", "angle_deg", "force_z_N", "force_x_N", "moment_N_cm", "reason",
     ]  # fmt: skip
-    np.testing.assert_array_equal(table["z_cm"], -2.0)
+    np.testing.assert_array_equal(table["z_cm"], [-2.0, -3.0, -4.0])
     np.testing.assert_allclose(table["angle_deg"], 30)
-    np.testing.assert_array_equal(table["moment_N_cm"], forces.moment_N_cm)
+    moment = forces_on(TABLE, plate, down.poses).moment_N_cm
+    np.testing.assert_array_equal(table["moment_N_cm"], moment)
 
 
 def test_two_rows_make_a_path(tmp_path: Path) -> None:
-    time, poses = read_path(written(tmp_path, HEADER + "0,0,0,0\n2,1,-1,90\n"))
-    np.testing.assert_array_equal(time, [0, 2])
-    np.testing.assert_allclose(poses[:, 3:], [[0.5, -0.5, np.pi / 4]] * 2)
+    motion = read_path(written(tmp_path, HEADER + "0,0,0,0\n2,1,-1,90\n"))
+    np.testing.assert_array_equal(motion.columns["t_s"], [0, 2])
+    np.testing.assert_allclose(motion.poses[:, 3:], [[0.5, -0.5, np.pi / 4]] * 2)
 
 
 @pytest.mark.parametrize(

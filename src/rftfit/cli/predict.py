@@ -248,7 +248,7 @@ def make_outline(
 
 def make_motion(hip_cm: float | None, path: Path | None) -> Motion:
     """Make the motion that was asked for: a rotation about an axle, or a free path."""
-    from rftfit.model.motion import HIP_HEIGHT_CM, along, read_path
+    from rftfit.model.motion import HIP_HEIGHT_CM, read_path
 
     if path is None:
         height = HIP_HEIGHT_CM if hip_cm is None else hip_cm
@@ -257,7 +257,7 @@ def make_motion(hip_cm: float | None, path: Path | None) -> Motion:
         return rftfit.rotation(None, height)
     if hip_cm is not None:
         raise InputError("--hip is for a rotation; with --path the height is in the file's z_cm")
-    return along(*read_path(path), f"along {path}")
+    return read_path(path)
 
 
 def shortened(reason: str) -> str:

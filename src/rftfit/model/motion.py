@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -122,18 +122,6 @@ SCHEMA = Schema(
 _MOST_SHOWN = 20
 
 
-def path_poses(
-    time_s: npt.ArrayLike, x_cm: npt.ArrayLike, z_cm: npt.ArrayLike, angle: npt.ArrayLike
-) -> FloatArray:
-    """Poses (p, 6) along a path, as of `path` but with the angle in rad."""
-    time = np.asarray(time_s, dtype=float)
-    if time.size < 2 or not (np.diff(time) > 0).all():
-        raise ValueError("a path needs at least two times, and time must increase")
-    x, z, turned = (np.asarray(part, dtype=float) for part in (x_cm, z_cm, angle))
-    place = np.stack([x, z, np.unwrap(turned)], axis=-1)
-    return np.concatenate([place, np.gradient(place, time, axis=0)], axis=-1)
-
-
 def path(
     time_s: npt.ArrayLike, x_cm: npt.ArrayLike, z_cm: npt.ArrayLike, angle_deg: npt.ArrayLike
 ) -> Motion:
@@ -164,33 +152,30 @@ def path(
     >>> down = rftfit.path([0, 1, 2], [0, 0, 0], [0, -1, -2], [0, 0, 0])
     """
     time = np.asarray(time_s, dtype=float)
-    poses = path_poses(time, x_cm, z_cm, np.radians(np.asarray(angle_deg, dtype=float)))
-    return along(time, poses, f"a path of {time.size} poses")
-
-
-def along(time_s: FloatArray, poses: FloatArray, name: str) -> Motion:
-    """Poses of a path as a motion; `poses` as from `read_path`."""
+    if time.size < 2 or not (np.diff(time) > 0).all():
+        raise ValueError("a path needs at least two times, and time must increase")
+    x, z, angle = (np.asarray(part, dtype=float) for part in (x_cm, z_cm, angle_deg))
+    place = np.stack([x, z, np.unwrap(np.radians(angle))], axis=-1)
+    poses = np.concatenate([place, np.gradient(place, time, axis=0)], axis=-1)
     x, z, angle = poses[:, 0], poses[:, 1], np.degrees(poses[:, 2])
-    return Motion(name, poses, {"t_s": time_s, "x_cm": x, "z_cm": z, "angle_deg": angle})
+    columns = {"t_s": time, "x_cm": x, "z_cm": z, "angle_deg": angle}
+    return Motion(f"a path of {time.size} poses", poses, columns)
 
 
-def read_path(path: Path) -> tuple[FloatArray, FloatArray]:
-    """Read a path from a table with the columns ``t_s``, ``x_cm``, ``z_cm``, ``angle_deg``.
-
-    Returns times of shape (p,) and poses of shape (p, 6).
-    """
-    rows, problems = read_rows(path, SCHEMA)
-    file = str(path)
+def read_path(file: Path) -> Motion:
+    """Read a path from a table with the columns ``t_s``, ``x_cm``, ``z_cm``, ``angle_deg``."""
+    rows, problems = read_rows(file, SCHEMA)
     if not problems and len(rows) < 2:
         text = f"{len(rows)} row; a velocity needs at least two"
-        problems = [Problem("path.too-short", Place(file, rows[0].row), None, text)]
+        problems = [Problem("path.too-short", Place(str(file), rows[0].row), None, text)]
     for before, row in pairwise([row for row in rows if not row.bad]):
         time, earlier = row.number["t_s"], before.number["t_s"]
         if time <= earlier:
             code = "path.repeated-time" if time == earlier else "path.backward-time"
             text = f"later than the {earlier:.10g} s of row {before.row}"
-            problems.append(Problem(code, Place(file, row.row, "t_s"), f"{time:.10g}", text))
+            place = Place(str(file), row.row, "t_s")
+            problems.append(Problem(code, place, f"{time:.10g}", text))
     if problems:
         raise CampaignError(problems[:_MOST_SHOWN])
-    time, x, z, angle = np.array([[row.number[c.name] for c in SCHEMA.columns] for row in rows]).T
-    return time, path_poses(time, x, z, np.radians(angle))
+    columns = np.array([[row.number[c.name] for c in SCHEMA.columns] for row in rows]).T
+    return replace(path(*columns), name=f"along {file}")

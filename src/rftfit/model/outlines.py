@@ -330,8 +330,7 @@ def crossings(points: FloatArray) -> list[tuple[int, int]]:
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    result: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return result
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def _turns_back(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
@@ -349,5 +348,4 @@ def _meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> np.ndar
     apart = (side_c * side_d > 0) | (side_a * side_b > 0)
     low, high = np.minimum(a, b), np.maximum(a, b)
     boxes = ((np.maximum(c, d) >= low) & (np.minimum(c, d) <= high)).all(axis=-1)
-    result: np.ndarray = ~apart & boxes
-    return result
+    return ~apart & boxes

@@ -167,8 +167,7 @@ def _alike(beta: FloatArray, gamma: FloatArray, by: Variation) -> FloatArray:
     size = np.sqrt(1 + np.diag(turned))
     nothing = np.zeros_like(direct)
     even = (direct + turned) / size / size[:, None]
-    result: FloatArray = np.block([[even, nothing], [nothing, direct - turned]])
-    return result
+    return np.block([[even, nothing], [nothing, direct - turned]])
 
 
 def _kernel(one: Angles, other: Angles, by: Variation) -> FloatArray:
@@ -784,8 +783,7 @@ LEAST_WORK = 0.02
 
 def work(alpha: FloatArray, gamma: FloatArray) -> FloatArray:
     """Energy that a medium takes, per area, depth and way, N/cm^3; `alpha`: shape (..., 2, n)."""
-    result: FloatArray = alpha[..., 0, :] * np.sin(gamma) + alpha[..., 1, :] * np.cos(gamma)
-    return result
+    return alpha[..., 0, :] * np.sin(gamma) + alpha[..., 1, :] * np.cos(gamma)
 
 
 def passive_draws(
