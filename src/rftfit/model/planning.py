@@ -14,11 +14,10 @@ import numpy as np
 from rftfit.campaign.problems import choose
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import Outline
 from rftfit.model.profiles import TableProfile
-from rftfit.model.scaling import PAPER_RULE, vertical_penetration
+from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import (
     LEAST_PERCENT,
     USUAL_PERCENT,
@@ -106,9 +105,7 @@ def _alpha(alpha: FloatArray, known: Map) -> FloatArray:
 
 
 def _zeta(alpha: FloatArray, known: Map) -> FloatArray:
-    keep = kept_terms(fit_lsq(known.beta, known.gamma, *known.alpha), PAPER_RULE)
-    terms = fit_lsq(known.beta, known.gamma, alpha[..., 0, :], alpha[..., 1, :], keep)
-    return vertical_penetration(terms)[..., None]
+    return vertical_penetration(known.coefficients(alpha))[..., None]
 
 
 WHOLE_MAP = Target("map", ("alpha over its largest",), _alpha, relative=False)
@@ -120,7 +117,7 @@ def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
     poses = (rotation() if motion is None else motion).poses
 
     def numbers(alpha: FloatArray, known: Map) -> FloatArray:
-        best = TableProfile(known.alpha[0], known.alpha[1], known.beta, known.gamma)
+        best = known.bare_profile
         many = TableProfile(alpha[..., 0, :], alpha[..., 1, :], known.beta, known.gamma)
         found = []
         for outline in outlines:

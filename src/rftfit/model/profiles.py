@@ -62,25 +62,17 @@ class Pack(NamedTuple):
 
 
 def make_pack(
-    kind: int,
-    values: FloatArray | None = None,
-    beta: FloatArray | None = None,
-    gamma: FloatArray | None = None,
-    cells: FloatArray | None = None,
+    kind: int, values: FloatArray, beta: FloatArray, gamma: FloatArray, cells: FloatArray
 ) -> Pack:
     """Make a `Pack` whose parts always have the same types, so that one compilation serves all."""
-    nothing = np.zeros(0)
-    beta = nothing if beta is None else np.ascontiguousarray(beta, dtype=float)
-    gamma = nothing if gamma is None else np.ascontiguousarray(gamma, dtype=float)
-    return Pack(
-        kind,
-        nothing if values is None else np.ascontiguousarray(values, dtype=float),
-        beta,
-        gamma,
-        _bins(beta),
-        _bins(gamma),
-        np.zeros((0, 0, 8)) if cells is None else np.ascontiguousarray(cells, dtype=float),
+    values, beta, gamma, cells = (
+        np.ascontiguousarray(part, dtype=float) for part in (values, beta, gamma, cells)
     )
+    return Pack(kind, values, beta, gamma, _bins(beta), _bins(gamma), cells)
+
+
+def _pack_of_values(kind: int, values: FloatArray) -> Pack:
+    return make_pack(kind, values, np.zeros(0), np.zeros(0), np.zeros((0, 0, 8)))
 
 
 def _bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
@@ -250,12 +242,11 @@ class TableProfile(Profile):
         flat = (*alpha_z.shape[: alpha_z.ndim - len(shape)], -1)
         cells = beta_of.ravel(), gamma_of.ravel()
         values = alpha_z.reshape(flat), alpha_x.reshape(flat)
-        self.scattered = (grid := rectangle(*cells)) is None
-        nothing = np.zeros(0)
-        self.lines = (nothing, nothing) if grid is None else (grid.beta, grid.gamma)
-        if grid is None:
+        self.lines = (np.zeros(0), np.zeros(0))
+        if (grid := rectangle(*cells)) is None:
             self.beta, self.gamma, self.alpha_z, self.alpha_x = _triangulated(*cells, *values)
         else:
+            self.lines = (grid.beta, grid.gamma)
             whole = grid.torus.complete(*values)
             self.beta, self.gamma, self.alpha_z = grid.closed(whole[0])
             self.alpha_x = grid.closed(whole[1])[2]
@@ -323,13 +314,13 @@ class TableProfile(Profile):
             place = _place(*(np.degrees(angle[number]) for angle in cells))
             why = reasons.get(place)
             told.append(f"({place[0]:g}, {place[1]:g})" + (f": {why}" if why else ""))
-        where = "farther than {:g} deg from every push" if self.scattered else (
-            "where no run was made, or between lines of the grid more than {:g} deg apart"
+        scattered = not self.lines[0].size
+        far = f"farther than {REACH_DEG:g} deg from every push" if scattered else (
+            f"where no run was made, or between lines of the grid more than {WIDEST_DEG:g} deg apart"
         )  # fmt: skip
-        far = where.format(REACH_DEG if self.scattered else WIDEST_DEG)
         if not told:
             return f"{self.name}: no alpha {far}"
-        more = f"; nor {far}" if self.scattered else ""
+        more = f"; nor {far}" if scattered else ""
         return f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(told)}{more}"
 
     @classmethod
@@ -339,15 +330,10 @@ class TableProfile(Profile):
     ) -> TableProfile:  # fmt: skip
         """Take a table that is complete: lines from -pi/2 to pi/2 and from -pi to pi, both ends."""
         made = cls.__new__(cls)
-        made.name, made.reason, made.spread, made.scattered = name, reason, None, False
+        made.name, made.reason, made.spread = name, reason, None
         made.lines = made.beta, made.gamma = beta, gamma
         made.alpha_z, made.alpha_x = alpha
         return made
-
-    @property
-    def nodes(self) -> tuple[int, int]:
-        """Number of nodes in beta and in gamma, of the completed table."""
-        return self.beta.size, self.gamma.size
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
@@ -362,7 +348,7 @@ class TableProfile(Profile):
             for first in (0, 1)
             for second in (0, 1)
         ]
-        return make_pack(TABLE, None, self.beta, self.gamma, np.stack(corners, axis=-1))
+        return make_pack(TABLE, np.zeros(0), self.beta, self.gamma, np.stack(corners, axis=-1))
 
     def _corners(
         self, beta: FloatArray, gamma: FloatArray
@@ -506,7 +492,7 @@ class FourierProfile(Profile):
         return self.coefficients[..., :split], self.coefficients[..., split:]
 
     def _packed(self) -> Pack:
-        return make_pack(FOURIER, self.coefficients)
+        return _pack_of_values(FOURIER, self.coefficients)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values of the nine terms."""
@@ -626,7 +612,7 @@ class DepthOnlyProfile(Profile):
         return self.values[..., :2], self.values[..., 2:]
 
     def _packed(self) -> Pack:
-        return make_pack(DEPTH_ONLY, self.values)
+        return _pack_of_values(DEPTH_ONLY, self.values)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Projected part of a plate, with the side to which its motion goes."""

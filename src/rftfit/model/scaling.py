@@ -145,8 +145,6 @@ def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float
 
     `cell`: Row of an alpha table. `confidence`: Level of its interval.
     """
-    from rftfit.measure.slopes import student_quantile
-
     alpha, se, lo, hi = (float(cell[column("z", end)]) for end in ("", "_se", "_lo", "_hi"))
     wide = (hi - lo) / 2 / float(student_quantile(confidence, _TEST_DOF))
     return alpha, float(np.maximum(se, wide))

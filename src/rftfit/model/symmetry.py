@@ -91,17 +91,14 @@ class Rectangle(NamedTuple):
     torus: Torus
     node: npt.NDArray[np.intp]
 
-    def fill(self, alpha: FloatArray) -> FloatArray:
-        """Values (..., m) of the torus on the grid, (..., nb, ng), NaN in its holes."""
-        return np.where(self.node >= 0, alpha[..., self.node], np.nan)
-
     def closed(self, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Grid from -90 to 90 degrees of beta and -180 to 180 of gamma, whose opposite ends are one.
 
         An end between two lines is interpolated; in a gap wider than `WIDEST_DEG` stands a line of
         NaN. `alpha`: shape (..., m), of the torus. Returns beta, gamma and values on them.
         """
-        gamma, values = _close(self.gamma, self.fill(alpha), np.pi)
+        filled = np.where(self.node >= 0, alpha[..., self.node], np.nan)
+        gamma, values = _close(self.gamma, filled, np.pi)
         beta, turned = _close(self.beta, np.swapaxes(values, -1, -2), np.pi / 2)
         return beta, gamma, np.swapaxes(turned, -1, -2)
 
