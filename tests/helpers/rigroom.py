@@ -18,10 +18,9 @@ from rftfit.lab.enact import reenact, run_logs
 from rftfit.lab.plan import plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table
-from rftfit.measure.fits import fit_medium
+from rftfit.measure.fits import fit_medium, leg_curves
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.ledger import check, join
-from rftfit.measure.legs import leg_curves
 from rftfit.measure.tare import tare_medium
 
 if TYPE_CHECKING:

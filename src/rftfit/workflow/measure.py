@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of
 from rftfit.measure.errors import errors_of
-from rftfit.measure.fits import fit_medium
+from rftfit.measure.fits import fit_medium, leg_curves
 from rftfit.measure.ingest import account_unclaimed, ingest_medium
 from rftfit.measure.ledger import check, join
-from rftfit.measure.legs import leg_curves
 from rftfit.measure.pairs import one_table
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
