@@ -193,10 +193,9 @@ def bed_spread(table: pd.DataFrame) -> float:
 
 @dataclass(frozen=True)
 class Peak:
-    """Peak of a curve of force against theta.
+    """Peak of a curve of force against theta, with what the scatter of the readings leaves uncertain.
 
-    `se_N`: What the scatter of the readings leaves uncertain, N; NaN where the curve is too short
-        to show its scatter. An error of the zero is not in it.
+    `se_N` is NaN where the curve is too short to show its scatter; an error of the zero is not in it.
     """
 
     force_N: float
@@ -269,10 +268,8 @@ def leg_errors(
     A predicted curve without a measured one has a reason instead of numbers, and one that stopped
     early near its highest point has no peak. The interval of the peak error has the errors of alpha,
     of the leg's readings, of their zero and of the parabola through its peak, and the spread of its
-    bed: a leg is measured in one bed.
-
-    `bed_spread`: By medium, of the function of this name. `behind`: By medium, leg and component: of
-    `errors_of_peaks`.
+    bed: a leg is measured in one bed. `bed_spread` is by medium, `behind` of `errors_of_peaks`, by
+    medium, leg and component.
     """
     import pandas as pd
 

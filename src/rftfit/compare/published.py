@@ -46,15 +46,9 @@ _DIGIT = Tolerance(1, "printed to 1 %")
 class Item(NamedTuple):
     """A published number beside ours.
 
-    `item`: What is compared, with its unit.
-    `where`: Table, figure or text of the paper.
-    `paper`: As printed.
-    `ours`: From this campaign.
-    `lo`, `hi`: Our 95 % interval; NaN if there is none.
-    `tolerance`, `tolerance_reason`: See `Tolerance`; NaN where nothing is judged by a number.
-    `verdict`: One of `VERDICTS`.
-    `evidence`: One of `EVIDENCE`.
-    `why`: One line.
+    `item`: what is compared, with its unit; `where`: table, figure or text of the paper; `paper`: as
+    printed; `lo`, `hi`: our 95 % interval, NaN if there is none; `tolerance`, `tolerance_reason`: see
+    `Tolerance`, NaN where nothing is judged by a number; `verdict`, `evidence`: of `VERDICTS`, `EVIDENCE`.
     """
 
     item: str
@@ -472,10 +466,7 @@ def _generic(laboratory: pd.DataFrame) -> list[Item]:
 
 
 def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
-    """Natural sands: forces by the scaled generic profile, and what sieving does.
-
-    `scaled`: zeta and alpha_z by medium.
-    """
+    """Natural sands: forces by the scaled generic profile, and what sieving does."""
     if lift.empty or scaled.empty:
         return []
     ratio = scaled["zeta"] / scaled["alpha_z_measured_N_per_cm3"]

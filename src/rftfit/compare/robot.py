@@ -184,16 +184,14 @@ def optima(
     """Find the leg curvature that runs fastest at every stride frequency with enough curvatures.
 
     The best curvature is the top of the parabola through the points within 0.2 of the fastest one
-    (`rftfit.robot.sweep.best_curvature`). Its interval is that of the errors of alpha
-    (`rftfit.robot.intervals`), known at 5 Hz. Apart from it stands the range of reading, a bootstrap:
-    starting phases are drawn anew at every curvature, and the points' distances from the parabola
+    (`rftfit.robot.sweep.best_curvature`). Its interval is that of the errors of alpha, by `widths`
+    (`rftfit.robot.intervals`, known at 5 Hz), else empty. Apart from it stands the range of reading:
+    a bootstrap draws starting phases anew at every curvature, and the points' distances from the parabola
     are given random signs. The model is deterministic, so this is no error of measurement but how
     well a top can be read off a curve that is known at some points and starting phases only; it is
     never narrower than half a step of the curvatures to either side. Where the top is a grid point
-    itself, it reaches to the neighbouring points.
-
-    `speed`: A row a run. `calibrated`: Frequencies (Hz) whose optimum, on the profile ``table``, the
-    robot was calibrated on. `widths`: Half widths of the intervals; without them these are empty.
+    itself, it reaches to the neighbouring points. `calibrated`: frequencies (Hz) whose optimum, on the
+    profile ``table``, the robot was calibrated on.
     """
     import pandas as pd
 

@@ -240,10 +240,9 @@ class Estimate:
 class PlateResult:
     """What the repeated runs with one plate say together.
 
-    `alpha`: alpha_z(0, 90 deg), N/cm^3, for one further bed prepared alike: run-to-run spread
-        included.
-    `largest_deviation`: Of a run from the mean of its plate, relative.
-    `exponent`: n of stress ~ depth^n within the window, from the scatter between runs.
+    `alpha`: alpha_z(0, 90 deg), N/cm^3, for one further bed prepared alike: run-to-run spread included.
+    `largest_deviation`: of a run from the mean, relative. `exponent`: n of stress ~ depth^n within the
+    window, from the scatter between runs.
     """
 
     alpha: Estimate

@@ -169,12 +169,9 @@ _BUILD_UP_S = 0.02
 class Alignment:
     """Offset and drift as estimated, with what they were estimated from.
 
-    `clock`: Offset and drift; no whole hours where the clocks have unrelated zeros.
-    `drift_se`: Standard error of the drift.
-    `explained`: Share of the force's variance that one smooth function of depth explains.
-    `profile`: Unexplained share of the force's variance over all lags that were tried.
-    `time`, `force`, `depth`, `fitted`: shape (n,); Readings used: force clock (s), force (N),
-        depth then (cm), the smooth function (N).
+    `clock` has no whole hours where the clocks have unrelated zeros. `explained`: share of the force's
+    variance that one smooth function of depth explains; `profile`: what it leaves over all lags tried.
+    `time` (force clock, s), `force` (N), `depth` then (cm), `fitted` (N): the n readings used.
     """
 
     clock: ClockFit
@@ -209,10 +206,9 @@ def estimate_clocks(
 ) -> Alignment:
     """Estimate how the clocks of a force and a motion log lie, from one push into the medium.
 
-    `force_time`, `force`: shape (n,); s and N; lift on the intruder with any constant in it.
-    `motion_time`, `depth`: shape (m,); s and cm; growing as the intruder goes down, from any zero.
-    `max_drift`: Standard deviation of the relative difference of two clocks' rates. `max_se_s`: An
-    offset less certain than this is none.
+    `force` (N) is lift with any constant in it, `depth` (cm) grows downward from any zero. `max_drift`:
+    standard deviation of the relative difference of two clocks' rates; an offset less certain than
+    `max_se_s` is none.
     """
     time, pushed = _readings(force_time, force)
     if motion_time.size < _MIN_READINGS or np.ptp(depth) <= 0:

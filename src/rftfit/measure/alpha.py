@@ -77,13 +77,10 @@ def alpha_table(
 
     Cells are the planned ones of the grid, or else the distinct directions of the runs. A cell with
     several runs gets their mean. Planned cells at beta = -90 and +90 degrees are one and the same plate
-    and share their runs. A horizontal cell is the zero-intercept fit through the steady-state means
-    at the depths of its runs (design section 2). The interval holds every error of `SOURCES`, which
-    have columns of their own; column `spread` says where that of the beds comes from.
-
-    `fits`: Of `fit_medium`. `confidence`: Level of the intervals. `depths`: Number of depths that a
-    horizontal cell should have. `errors`: What no log shows; default: none. `grid`: Planned cells, and
-    when two directions are the same. `surface`: Of `surface_error`; default: it has none.
+    and share their runs. A horizontal cell is the zero-intercept fit through the steady-state means at
+    the depths of its runs, of which it should have `depths` (design section 2). The interval holds every
+    error of `SOURCES`, which have columns of their own; column `spread` says where that of the beds comes
+    from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none.
     """
     import pandas as pd
 
@@ -170,8 +167,7 @@ def _by_depth(runs: list[Row]) -> list[list[Row]]:
 class _Cell:
     """The runs of one direction that give its alpha: the sum of `share` times that of each run.
 
-    `level`: Whether their steady means at several depths are fitted, as in horizontal runs.
-    `told`: Columns of the table that are no alpha.
+    `level`: whether their means at several depths are fitted, as in horizontal runs. `told`: other columns.
     """
 
     runs: list[Row]

@@ -72,10 +72,9 @@ _SAME_MODEL, _FEW_RUNS = 0.8, 3
 
 @dataclass(frozen=True)
 class Check:
-    """What one check says about one medium.
+    """What one check says about one medium: `found` and `allowed` in words, the likely cause in `sentence`.
 
-    `found`, `allowed`: In words. `sentence`: The likely cause and what to look at.
-    `runs`: What is wrong with single runs, by run_id, for the flags of their cells.
+    `runs`: what is wrong with single runs, by run_id, for the flags of their cells.
     """
 
     check: CheckName

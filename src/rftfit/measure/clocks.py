@@ -21,13 +21,8 @@ _JITTER_S = 0.1
 class ClockFit:
     """Motion time = force time + offset + drift x (force time - reference).
 
-    `offset_s`: At the reference time.
-    `drift`: Relative difference of the clocks' rates.
-    `reference_s`: Force time.
-    `residual_s`: Root mean square of the edges about the fit.
-    `edges`: Edges used.
-    `se_s`: Standard error of the offset, where the force alone gave it (`measure.alignment`).
-    `hours`: Whole hours in the offset, where the force alone gave it.
+    `residual_s`: root mean square of the `edges` about the fit. `se_s` and `hours` (whole hours in the
+    offset) are there where the force alone gave the offset (`measure.alignment`).
     """
 
     offset_s: float
@@ -39,10 +34,7 @@ class ClockFit:
     hours: int | None = None
 
     def offset_se(self, step_s: float) -> float:
-        """Return the standard error of the offset, s; 0 for logs on one clock.
-
-        `step_s`: Sampling step of the sync line: an edge is known to within one.
-        """
+        """Standard error of the offset, s, by the step of the sync line; 0 for logs on one clock."""
         if self.se_s is not None:
             return self.se_s
         if self.edges == 0:

@@ -74,11 +74,9 @@ def _quantile(confidence: float, dof: float) -> float:
 class Spread:
     """How a component of alpha differs from one prepared bed to the next: sd^2 = a^2 + (b alpha)^2.
 
-    `size`: shape (2,); a^2, (N/cm^3)^2, and b^2, beyond what the errors of the single runs explain.
-    `covariance`: shape (2, 2); Of `size`; zeros where it is stated.
-    `source`: `REPEATS` of the run sheet, `STATED` in the config, `ASSUMED`: neither, or `AS_PREPARED`:
-        stated to be none, intervals are those of one bed as prepared.
-    `repeats`: Degrees of freedom of the repeats.
+    `size`: a^2, (N/cm^3)^2, and b^2, beyond what the errors of the single runs explain; `covariance`: of
+    these, zeros where stated. `source`: `REPEATS` of the run sheet, `STATED` in the config, `ASSUMED`:
+    neither, or `AS_PREPARED`: stated to be none. `repeats`: degrees of freedom of the repeats.
     """
 
     size: FloatArray
@@ -195,11 +193,9 @@ def bed_of_mean(
 ) -> tuple[Part, Part, str]:
     """Error of a mean of runs by how their beds differ: noise, bed, and where that is known from.
 
-    Where the spread is not known, the scatter of these runs counts if it is larger than their noise, which
-    is then in it, and than what is assumed.
-
-    `alpha`, `share`: shape (n,); Of the runs, N/cm^3, and their shares in the mean. `noise`: Of the
-    mean. `own`: Whether the runs are repeats of one another.
+    Where the spread is not known, the scatter of these runs (`own`: where they are repeats of one another)
+    counts if it is larger than what is assumed and than their `noise`, which is then in it. `alpha`,
+    `share` (n,): of the runs, N/cm^3, and their shares in the mean.
     """
     n = alpha.size
     part = spread.part(float(share @ alpha))
@@ -222,10 +218,7 @@ _CLEAR_CM = 0.1
 
 @dataclass(frozen=True)
 class SurfaceError:
-    """Standard deviations of the free surface, cm.
-
-    `run`: From run to run, with `dof`. `session`: Common to all runs of a medium.
-    """
+    """Standard deviations of the free surface, cm: from run to run, with `dof`, and common to a medium's runs."""
 
     run: float = 0.0
     session: float = 0.0
@@ -237,13 +230,11 @@ def surface_error(
 ) -> SurfaceError:
     """Tell how far the free surface may be off, as stated, or else from lines with a free intercept.
 
-    Such a line meets zero stress at an offset from the surface that was used. The scatter of the offsets
-    of a medium is the surface's error from run to run, their median the error that all runs share; a
+    Such a line meets zero stress at an `offset` (cm, by run) from the surface that was used. The scatter
+    of the offsets is the surface's error from run to run, their median the error that all runs share; a
     stress that is not linear moves them too, and then the intervals hold what that does to the line
-    through zero. Fewer than `PRIOR_RUNS` runs are filled up with the prior.
-
-    `offset`, `se`: shape (n,); Of the runs, cm. `given`: Whether the surface was given, not found
-    in each run, whose error then is in that of the run.
+    through zero. Fewer than `PRIOR_RUNS` runs are filled up with the prior. A surface that is not `given`
+    was found in each run, whose error has it already.
     """
     clear = np.isfinite(offset) & (se <= _CLEAR_CM)
     offset, noise = offset[clear], se[clear] ** 2

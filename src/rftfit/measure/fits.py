@@ -78,8 +78,7 @@ def slanted_window(
 ) -> npt.NDArray[np.int8]:
     """`RowStatus` of each sample of a slanted stroke: good where the plate is submerged and off walls.
 
-    `depth`, `x`: shape (n,); Of the plate's centre, cm; x = 0 in the middle of the container.
-    `beta`: rad.
+    `depth`, `x` (n,), cm, are of the plate's centre, x = 0 in the middle of the container; `beta` in rad.
     """
     _, half_z = half_extent(plate, beta)
     # the outermost reason is tested last, so that it wins
@@ -128,13 +127,9 @@ def linear_window(depth: FloatArray, linear_to_cm: float, fit: Fit) -> npt.NDArr
 class Stroke:
     """A tared stroke; arrays of shape (n,), in the order of recording.
 
-    `depth`, `x`, `path`: cm; path is the length travelled.
-    `force`: shape (2, n); Granular force z, x, N; NaN where the tare is not known.
-    `why`: `RowStatus` of each sample.
-    `zero_variance`, `zero_dof`: shape (2, 2); Of run and tare (rows), for z and x, N^2.
-    `depth_sd`: Standard error of the depth common to all samples, from the clocks, cm.
-    `flags`: What earlier stages remarked.
-    `tare`: shape (2, n); What was subtracted, N; default: nothing.
+    `depth`, `x`, `path` (length travelled) in cm; `force`, `tare` (2, n): granular force and what was
+    subtracted, z, x, N, NaN where the tare is not known. `zero_variance` (N^2), `zero_dof` (2, 2): of run
+    and tare (rows), for z and x. `depth_sd`, cm: standard error, from the clocks, that all depths share.
     """
 
     depth: FloatArray
@@ -151,15 +146,12 @@ class Stroke:
 
 @dataclass(frozen=True)
 class RunFit:
-    """What one plate run says about one cell of the alpha table.
+    """What one plate run says about the cell of the alpha table that it is filed under.
 
-    `beta_deg`, `gamma_deg`: The cell it is filed under.
-    `depth_from_cm`, `depth_to_cm`: Depths actually fitted; NaN if there is no fit.
-    `slope`: Components z, x, the sign of x already that of the cell.
-    `rod`: Slopes of the tare that was subtracted, N/cm^3.
-    `laws`: Other laws than the line through zero, whose slopes are `line`, N/cm^3.
-    `why`: shape (n,); `RowStatus` of each sample; GOOD where it was fitted, or would have been.
-    `reason`: Why there is no alpha; empty if there is one.
+    `depth_from_cm`, `depth_to_cm`: as fitted; NaN if there is no fit, and then `reason` says why.
+    `slope`: z, x, the sign of x already that of the cell; `line`, `rod` (N/cm^3): slopes of the line through
+    zero, beside which stand other `laws`, and of the tare that was subtracted. `why` (n,): `RowStatus`, GOOD
+    where a sample was fitted, or would have been.
     """
 
     beta_deg: float
@@ -329,10 +321,9 @@ def fit_medium(
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Fit every plate run of a medium, from the tables of the ingest and tare stages.
 
-    `linear_to_cm`: By run, of a natural sand: end of its linear regime, if not the stated one.
-
-    Returns a row per plate run of the sheet, also of those that give no alpha; for the rows of
-    `tared`, the `RowStatus` by which they were fitted or not; the rows of the strokes handed on.
+    `linear_to_cm`, by run: end of the linear regime, if not the stated one. Returns a row per plate run of
+    the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
+    fitted or not; the rows of the strokes handed on.
     """
     import pandas as pd
 

@@ -83,11 +83,9 @@ RUN_COLUMNS: dict[str, object] = {
 class ForceReadings:
     """A force log in the lab frame, its zero not yet removed; arrays of shape (n,).
 
-    `time`: s, on the force log's clock.
-    `force`: shape (2, n); z, x; N.
-    `arm_moving`: The sync line, if the log has one.
-    `saturated`: Where a channel is at the end of its range.
-    `channels`: shape (3, n); F1 to F3 as the sensor reads them, N.
+    `time` (s) is on the force log's clock, `force` (2, n) holds z, x in N, `channels` (3, n) what the
+    sensor reads on F1 to F3 in N; `arm_moving` is the sync line, if the log has one, and `saturated`
+    where a channel is at the end of its range.
     """
 
     time: FloatArray
@@ -101,18 +99,10 @@ class ForceReadings:
 class Trace:
     """One run in the lab frame, on the force log's clock; arrays of shape (n,).
 
-    `time`: s.
-    `phase`: Index into `PHASES`.
-    `x`, `z`: Reference point of the intruder, cm.
-    `angle`: beta or theta, rad.
-    `force`: shape (2, n); z, x; N; zero removed.
-    `why`: `RowStatus` of each sample.
-    `zero_variance`: shape (2,); N^2.
-    `flags`: Remarks that do not stop the run.
-    `rows`: Data lines of force and motion log.
-    `alignment`: What the clocks were estimated from, where they were.
-    `surface`: The free surface as found, where it was looked for.
-    `channels`: What the sensor's own channels read in the stroke: `_channel_facts`.
+    `time` in s; `x`, `z` of the intruder's reference point in cm; `angle` (beta or theta) in rad;
+    `force` (2, n) as z, x in N, its zero removed; `zero_variance` (2,) in N^2. `phase` is an index into
+    `PHASES`, `why` a `RowStatus`, `rows` the data lines of force and motion log. `flags` do not stop the
+    run; `alignment` and `surface` are there where they were looked for; `channels`: `_channel_facts`.
     """
 
     run: Run
@@ -480,11 +470,9 @@ def place_surface(
 ) -> tuple[Motion, Surface | None]:
     """Count z from the free surface that the force shows, where the config asks for that.
 
-    The depth of the surface as found is counted from the zero that `motion` had.
-
-    `time`, `lift`: shape (n,); Force readings on the motion log's clock, s, and vertical force, zero
-    not yet removed, N. `clock_se_s`: Standard error of the clocks' offset: it moves the surface by
-    as far as the arm went in it.
+    `time` (s, on the motion log's clock) and `lift` (N, zero not yet removed) are of the force log;
+    `clock_se_s` moves the surface by as far as the arm went in it. The surface as found is counted from
+    the zero that `motion` had.
     """
     if config.surface.method == "given" or run.surface_z_mm is not None:
         return motion, None

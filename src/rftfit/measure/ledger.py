@@ -20,10 +20,7 @@ if TYPE_CHECKING:
 
 
 class RowStatus(IntEnum):
-    """Why a row must not be used, small enough to be kept for every sample; `GOOD` rows may be used.
-
-    `text`: What the ledger says.
-    """
+    """Why a row must not be used, and its text in the ledger; small enough to be kept for every sample."""
 
     text: str
 

@@ -29,10 +29,9 @@ _NUMBERS = re.compile(r"\d+(?:[.,]\d+)*")
 
 @dataclass
 class Opened:
-    """What was found in the logs of some runs.
+    """What was found in the logs of some runs: a problem for each sort of reason, with how many runs it holds for.
 
-    `problems`: One for each sort of reason, with the number of runs it holds for.
-    `runs`: Runs whose logs were read; `passed_over`: those with a log that is too large.
+    `runs`: whose logs were read; `passed_over`: with a log that is too large.
     """
 
     problems: list[Problem] = field(default_factory=list)

@@ -38,13 +38,11 @@ def _cosines(n: int, count: int) -> FloatArray:
 def weighted_sum_variance(
     residual: FloatArray, weight: FloatArray, fitted: FloatArray | None = None
 ) -> tuple[FloatArray, float]:
-    """Variance of sum(weight x error), and its degrees of freedom, from residuals of a linear fit.
+    """Variance of sum(weight x error), and its degrees of freedom, from residuals (k, n) of a linear fit.
 
-    The residuals may be autocorrelated: an autoregression whitens them, and the level of the white
-    rest is read off its slow modes.
-
-    `residual`: shape (k, n); k series of n residuals each, equally spaced. `weight`: shape (n,).
-    `fitted`: shape (p, n); What was fitted, linearly independent; by default the weight alone.
+    The residuals may be autocorrelated, at equal steps: an autoregression whitens them, and the level of
+    the white rest is read off its slow modes. `fitted` (p, n): what was fitted, linearly independent; by
+    default the weight alone.
     """
     n = weight.size
     if n < FEWEST:
@@ -137,19 +135,14 @@ _SLOWEST = 0.5
 def unfinished_start(
     path: FloatArray, stress: FloatArray, steady: npt.NDArray[np.bool_], skip_cm: float
 ) -> FloatArray:
-    """Estimate by how much the start-up still moves the mean over the steady part.
+    """Estimate the mean over the steady part less the steady value, N/cm^2, shape (k,).
 
     The force of a horizontal run approaches its steady value gradually, so that leaving out a fixed
-    length never leaves out all of it. How far the second and the last third of that length lie from
-    the steady mean shows how fast it dies away, and so what remains: with d2 and d3 and q = d3 / d2,
-    an exponential leaves d3 q / (1 - q) times a third of the skipped length. The first third also
-    knows what the pause before has left, and is not used. The mean is not corrected (the published
-    values are plain means); the interval is widened by what is left.
-
-    `path`: shape (n,); Length travelled, cm. `stress`: shape (k, n); N/cm^2; NaN where not known.
-    `steady`: shape (n,); Samples that are averaged. `skip_cm`: Length left out at the start of the
-    stroke. Returns the mean over the steady part less the steady value, N/cm^2, shape (k,); 0 where
-    fewer than 8 samples in either third tell nothing.
+    length, `skip_cm`, never leaves out all of it. How far the second and the last third of that length lie
+    from the steady mean shows how fast it dies away, and so what remains: with d2 and d3 and q = d3 / d2,
+    an exponential leaves d3 q / (1 - q) times a third of the skipped length; 0 where fewer than 8 samples
+    in either third tell nothing. The first third also knows what the pause before has left, and is not
+    used. The mean is not corrected (the published values are plain means); the interval is widened.
     """
     third = skip_cm / 3
     known = np.isfinite(stress).all(axis=0)
@@ -174,27 +167,19 @@ _LEVEL = 0.005
 class Slope:
     """Slopes of k stress components against one depth; all arrays of shape (k,).
 
-    `alpha`: sum(sigma z) / sum(z^2), N/cm^3.
-    `se`, `dof`: Standard error that allows for autocorrelation and for the error of the zero,
-        N/cm^3, and its degrees of freedom.
-    `ols_se`: Textbook standard error, which takes samples for independent, N/cm^3.
-    `intercept`, `free_slope`: Of the fit with a free intercept, N/cm^2 and N/cm^3; these and the
-        nonlinearity are NaN where the depth does not change, as in a horizontal run.
-    `nonlinear_p`: Probability that a straight line through zero shows this much curvature by noise.
-    `nonlinear_ratio`: Deviation of a parabola through zero from the line at the end of the window,
-        relative to the stress there.
-    `points`: Samples used.
-    `startup`: What a start-up left in the window moves alpha by, N/cm^3; contained in `se`.
-    `tare`: Standard error from the tare alone, common to all runs that share it, N/cm^3; contained
-        in `se`.
-    `curvature`: Standard error from a curvature that is no noise, N/cm^3: by how much a parabola
-        leaves the line at the end of the window, less (in squares) what noise shows once in a hundred
-        times, as the limit of an even distribution; contained in `se`.
-    `lever`: Change of alpha, relative, for a surface that lies lower by 1 cm than was taken, 1/cm.
-    `offset`, `offset_se`: Depth at which the line with a free intercept has no stress, and its
-        standard error, cm; NaN in a horizontal run.
-    `shift`, `shift_of_tare`: Variance of what moves all samples alike, and of the part of the tare,
-        (N/cm^2)^2.
+    `alpha`: sum(sigma z) / sum(z^2), N/cm^3; `se` allows for autocorrelation and for the error of the
+    zero, `ols_se` takes samples for independent.
+    `intercept`, `free_slope`: of the line with a free intercept, N/cm^2 and N/cm^3; `offset`, `offset_se`:
+    depth at which it has no stress, cm. These and the nonlinearity are NaN in a horizontal run.
+    `nonlinear_p`: probability that a straight line through zero shows this much curvature by noise;
+    `nonlinear_ratio`: how far a parabola through zero leaves it at the end of the window, relative
+    to the stress there.
+    `startup`, `tare`, `curvature`: standard errors contained in `se`, N/cm^3: what a start-up left in the
+    window moves alpha by; the tare, common to all runs that share it; a curvature that is no noise: by how
+    much a parabola leaves the line at the end, less (in squares) what noise shows once in a hundred times,
+    as the limit of an even distribution.
+    `lever`: relative change of alpha for a surface that lies lower by 1 cm than was taken, 1/cm.
+    `shift`, `shift_of_tare`: variance of what moves all samples alike, and of the tare's part, (N/cm^2)^2.
     """
 
     alpha: FloatArray
@@ -249,12 +234,10 @@ def fit_slope(
 ) -> Slope:
     """Fit the zero-intercept slope with its honest standard error and quality figures.
 
-    `depth`: shape (n,); |z| in the order of recording, cm; at least 8 samples, not all at depth zero.
-    `stress`: shape (k, n); Tared stress, N/cm^2.
-    `zero_variance`, `zero_dof`: shape (m, k); Variance of the stress zero of the run and of its tare,
-        (N/cm^2)^2: an error of the zero is the same in all samples, so their scatter does not show it.
-    `depth_sd`: Standard error of the depth common to all samples (of the clocks), cm.
-    `startup`: shape (k,); What a start-up moves the mean stress by (`unfinished_start`), N/cm^2.
+    `depth` (n,): |z| in the order of recording, cm; at least 8 samples, not all at zero; `stress` (k, n):
+    tared, N/cm^2. `zero_variance`, `zero_dof` (m, k): of the stress zero of the run and of its tare,
+    (N/cm^2)^2: an error of the zero is the same in all samples, so their scatter does not show it; so is
+    that of the depth, `depth_sd`, cm (of the clocks). `startup` (k,): of `unfinished_start`, N/cm^2.
     """
     alpha, ols_se = zero_intercept(depth, stress)
     power = float(depth @ depth)
@@ -324,8 +307,7 @@ def _offset(
 ) -> tuple[FloatArray, FloatArray]:
     """Depth of no stress by the line with a free intercept, and its standard error, cm.
 
-    `noise`: shape (k,); Variance of a sum over that of its weights, (N/cm^2)^2. `shift`: shape (k,);
-    Variance of what moves all samples alike, (N/cm^2)^2.
+    `noise`, `shift` (k,), (N/cm^2)^2: as of `_curvature`, and of what moves all samples alike.
     """
     if np.isnan(slope).all():
         return intercept, intercept  # NaN

@@ -33,9 +33,8 @@ _CORNER_CM, _CORNER_DEG = 0.1, 10.0
 class Motion:
     """Path of the intruder on the motion log's clock; arrays of shape (n,).
 
-    `time`: s, increasing.
-    `x`, `z`: Reference point in the lab frame, cm.
-    `angle`: beta of a plate or theta of a leg, rad.
+    `time` (s) increases; `x`, `z` (cm) of the reference point in the lab frame; `angle` (rad): beta of a
+    plate or theta of a leg.
     """
 
     time: FloatArray
@@ -218,12 +217,9 @@ def _rotation(motion: Motion, spans: FloatArray) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples of one run's stroke; arrays of shape (n,), in the order of recording.
+    """Samples of one run's stroke, in the order of recording; arrays of shape (n,), `force` (2, n) z, x, N.
 
-    `depth`, `x`: cm.
-    `path`: Length travelled since the stroke's start, cm.
-    `force`: shape (2, n); z, x; N.
-    `why`: `RowStatus` of each sample.
+    `depth`, `x`, `path` (length travelled since the stroke's start) in cm; `why`: `RowStatus`.
     """
 
     depth: FloatArray

@@ -31,13 +31,11 @@ _NOT_IN_AIR = (
 
 @dataclass(frozen=True)
 class Surface:
-    """The free surface as found.
+    """The free surface as found: its depth on the axis that was given, to be subtracted from it.
 
-    `depth_cm`: On the depth axis that was given: to be subtracted from it.
-    `se_cm`, `dof`: Standard error and its degrees of freedom.
-    `growth_N_per_cm`, `growth_se`: Slope of the force just below the surface, and its standard error.
-    `air_N`: Force in air, next to the surface.
-    `depth`, `force`, `fitted`: shape (n,); Readings of the window: cm, N, and the model's force, N.
+    `growth_N_per_cm`, `growth_se`: slope of the force just below, and its standard error; `air_N`: the
+    force in air, next to it. `depth` (cm), `force`, `fitted` (N): the n readings of the window and the
+    model's force.
     """
 
     depth_cm: float
@@ -66,13 +64,11 @@ def find_surface(
 ) -> Surface:
     """Find the free surface on the way down: where the force leaves zero and grows from there.
 
-    `depth`: shape (n,); From any zero, growing downward, in the order of recording, cm. `force`:
-    shape (n,); Lift, N; any constant may be in it. `window_cm`: How far above and below the
-    surface readings are used. `noise_N`: Standard deviation of one reading by the transducer's own
-    statement; what the readings in air show counts where it is larger. `depth_sd`: Standard error
-    of the depth next to the surface (of the clocks), cm. `toe_cm`: Half the thickness of the
-    plate: as long as it is partly in air the force is not yet that of its depth, so readings this
-    near to the surface are passed over.
+    `depth` (cm, growing downward from any zero) and `force` (lift, N, with any constant) are in the order
+    of recording. Readings `window_cm` above and below the surface are used, but for those within `toe_cm`
+    of it, half the thickness of the plate: partly in air it has not yet the force of its depth. `noise_N`
+    is stated for the transducer; noise in air counts where it is larger. `depth_sd`, cm: standard error
+    of the depth there, from the clocks.
     """
     deeper = depth >= np.maximum.accumulate(depth) - 0.02
     down = np.arange(depth.size) <= int(np.argmax(force))
@@ -203,8 +199,7 @@ _CONTACT_TO_NOISE = 20.0
 class Compliance:
     """Travel that the machine itself swallows, as a curve over the lift; it never extrapolates.
 
-    `force`: shape (k,); N, increasing from 0.
-    `travel`: shape (k,); cm, 0 at no force, never falling.
+    `force` (N) increases from 0; `travel` (cm) is 0 at no force and never falls.
     """
 
     force: FloatArray
@@ -216,11 +211,10 @@ class Compliance:
 
 
 def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compliance:
-    """Find the compliance of the machine from a push against something rigid.
+    """Find the compliance of the machine from a push against something rigid, beginning out of contact.
 
-    `depth`: shape (n,); From any zero, growing downward, in the order of recording, cm. `force`:
-    shape (n,); Lift, N; the recording must begin out of contact. `noise_N`: Standard deviation of
-    one reading.
+    `depth`, cm, grows downward from any zero, in the order of recording; `force`: lift, N; `noise_N`:
+    standard deviation of one reading.
     """
     if force.size < _MIN_READINGS:
         raise ValueError(f"{force.size} readings are too few; {_MIN_READINGS} at least")

@@ -29,13 +29,10 @@ _TARE_COLUMNS = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "fo
 
 @dataclass(frozen=True)
 class Tare:
-    """Force to be subtracted at equal position; it never extrapolates.
+    """Force z, x (2, n), N, to be subtracted at equal position; it never extrapolates.
 
-    `abscissa`: What equal position means: ``depth_cm``, ``path_cm`` (horizontal runs) or
-        ``angle_deg``.
-    `position`: shape (n,); Increasing, unit of the abscissa.
-    `force`: shape (2, n); z, x; N.
-    `longest_step`: A wider step between positions is a hole, not to be bridged.
+    `abscissa`: what equal position means, ``depth_cm``, ``path_cm`` (horizontal runs) or ``angle_deg``;
+    `position` (n,) increases, in its unit. A step wider than `longest_step` is a hole, not to be bridged.
     """
 
     abscissa: str

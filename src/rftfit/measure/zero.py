@@ -22,14 +22,11 @@ _FEWEST = 10
 
 @dataclass(frozen=True)
 class Zero:
-    """Zero of the forces (z, x) of one run.
+    """Zero of the forces (z, x) of one run, to be subtracted.
 
-    `force`: To be subtracted, N; shape (2, n), a straight line in time between two stretches in air;
-        else constant, shape (2, 1).
-    `variance`: shape (2,); Of its error, N^2, autocorrelation allowed for.
-    `dof`: Degrees of freedom of `variance`.
-    `drift_N`: Largest change of the zero between the two stretches in air; NaN if there is but
-        one.
+    `force`, N: (2, n), a straight line in time between two stretches in air; else constant, (2, 1).
+    `variance` (2,) of its error, N^2, allows for autocorrelation. `drift_N`: largest change between the
+    two stretches; NaN if there is but one.
     """
 
     force: FloatArray
@@ -41,8 +38,7 @@ class Zero:
 def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
     """Height of the reference point, cm, at which the whole intruder is clear of the surface.
 
-    A leg counts as the circle around its chord, which every model leg lies within. `angle` is beta or
-    theta, rad, shape (n,).
+    A leg counts as the circle around its chord, which every model leg lies within; `angle` (n,) in rad.
     """
     if isinstance(intruder, Leg):
         half = intruder.max_length_cm / 2
@@ -62,12 +58,10 @@ def find_zero(
 ) -> Zero | None:
     """Estimate the zero from the samples at rest in air.
 
-    None if there are fewer of them than half a second holds, at most `MIN_SAMPLES`.
-
-    `time`: shape (n,), s. `force`: shape (2, n); z, x; N. `in_air`, `moving`: shape (n,).
-    `stroke_time`: Middle of the stroke, s. `drift_N_per_min`: Largest drift to be expected. Where
-    the intruder is in air at one end of the run only, the zero may have moved by this until the
-    stroke, and nothing in the log would show it.
+    None if there are fewer of them than half a second holds, at most `MIN_SAMPLES`. `force` (2, n): z, x,
+    N; `time` and `stroke_time`, the middle of the stroke, in s. Where the intruder is in air at one end
+    of the run only, the zero may have moved by `drift_N_per_min` until the stroke, and nothing in the
+    log would show it.
     """
     rest = np.flatnonzero(in_air & ~moving)
     fewest = _fewest(time)

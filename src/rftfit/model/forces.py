@@ -21,13 +21,11 @@ _MOST_AT_ONCE = 2_000_000
 
 @dataclass(frozen=True)
 class Forces:
-    """Net force and moment on an outline.
+    """Net force and moment on an outline by pose, shape (..., p); leading axes are draws.
 
-    `force_z_N`, `force_x_N`: shape (..., p); By pose, up and toward +x positive; leading axes are
-        draws.
-    `moment_N_cm`: shape (..., p); About the reference point (a leg's axle), positive from z toward
-        x: in the sense of the angle, so that moment times its rate is power.
-    `reason`: Why there is NaN; empty if there is none.
+    Forces are up and toward +x positive; the moment is about the reference point (a leg's axle), positive
+    from z toward x: in the sense of the angle, so that moment times its rate is power. `reason`: why
+    there is NaN; empty if there is none.
     """
 
     force_z_N: FloatArray

@@ -41,11 +41,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Target:
-    """What is to be known well: numbers that follow from alpha.
+    """What is to be known well: numbers (..., t) that follow from alpha (..., 2, n) at the nodes of a map.
 
-    `parts`: Name of each number. `numbers`: of shape (..., t), of alpha of shape (..., 2, n) at the nodes
-    of a map. `linear`: Whether they are linear in alpha. `relative`: Whether each is to be known relative
-    to itself; else they have their scale already.
+    `parts` names them; `linear`: in alpha; `relative`: each to itself, else they have their scale already.
     """
 
     name: str
@@ -134,11 +132,10 @@ def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
 
 @dataclass(frozen=True)
 class Step:
-    """One more push of a plan.
+    """One more push of a plan, with the `runs` that it takes.
 
-    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too.
-    `runs`: That it takes.
-    `half_width`: Of the interval of each part of the target after it, relative.
+    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too. `half_width`: of
+    the interval of each part of the target after it, relative.
     """
 
     directions: tuple[tuple[float, float], ...]

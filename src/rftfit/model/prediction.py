@@ -227,10 +227,7 @@ PEAKS = (
 
 @dataclass(frozen=True)
 class Peak:
-    """Greatest force of one sign, with its interval there; NaN where no interval is known.
-
-    `at`: Where: theta_deg or t_s.
-    """
+    """Greatest force of one sign, with its interval there (NaN where none is known), at theta_deg or t_s."""
 
     name: str
     quantity: str

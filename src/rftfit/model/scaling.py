@@ -141,9 +141,8 @@ def scale_new_medium(
 def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:
     """Alpha_z of a penetration test, N/cm^3, and the standard error that `scale_new_medium` makes its interval of.
 
-    The interval of few runs is wider than their standard error says, which is known poorly.
-
-    `cell`: Row of an alpha table. `confidence`: Level of its interval.
+    The interval of few runs is wider than their standard error says, which is known poorly. `cell` is a row
+    of an alpha table, `confidence` the level of its interval.
     """
     alpha, se, lo, hi = (float(cell[column("z", end)]) for end in ("", "_se", "_lo", "_hi"))
     wide = (hi - lo) / 2 / float(student_quantile(confidence, _TEST_DOF))
@@ -443,14 +442,11 @@ FEWEST_MEDIA = 2
 
 @dataclass(frozen=True)
 class MediumFit:
-    """Coefficients of one medium by one method; its draws are made when they are asked for.
+    """Coefficients of one medium by one method, N/cm^3, shape (9,); its draws are made when they are asked for.
 
-    `full`: shape (9,); With all nine terms, N/cm^3.
-    `keep`: shape (9,); Terms that are used.
-    `used`: shape (9,); Coefficients of the kept terms (refitted without the others), 0 elsewhere,
-        N/cm^3; NaN where there are none, and then `reason` says why.
-    `alpha_z`: Measured alpha_z(0, 90 deg), N/cm^3.
-    `without_flagged`: shape (9,); `used`, had the flagged cells been left out; NaN where there are none.
+    `full` has all nine terms; `used` those that are kept (refitted without the others), 0 elsewhere, NaN
+    where there are none, and then `reason` says why; `without_flagged` is `used` had the flagged cells
+    been left out. `alpha_z`: measured alpha_z(0, 90 deg), N/cm^3.
     """
 
     medium: str
