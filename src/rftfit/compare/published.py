@@ -179,14 +179,9 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
             continue
         paper = load("table_s5").query("medium == @key")
         place = rows_at(table, paper["beta_deg"], paper["gamma_deg"])
-        off = np.concatenate(
-            [
-                np.abs(
-                    np.where(place < 0, np.nan, table[name].to_numpy(float)[place]) - paper[name]
-                )
-                for name in map(column, "zx")
-            ]
-        )
+        names = [column("z"), column("x")]
+        ours = np.where(place[:, None] < 0, np.nan, table[names].to_numpy(float)[place])
+        off = np.abs(ours - paper[names].to_numpy(float))
         # a cell without a run is not a cell that agrees
         share = 100 * float(np.mean(np.nan_to_num(off, nan=np.inf) <= REPEATABILITY))
         worst = float(np.nanmax(off)) if np.isfinite(off).any() else np.nan

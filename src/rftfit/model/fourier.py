@@ -77,15 +77,11 @@ def fit_lsq(
     """
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
     whole = torus(beta, gamma)
-    grids = basis(whole.beta, whole.gamma)
     result = np.zeros((*alpha_z.shape[:-1], len(TERMS)))
-    for cells, alpha, terms, used in zip(
-        (alpha_z, alpha_x),
-        whole.complete(alpha_z, alpha_x),
-        grids,
-        (np.flatnonzero(keep[:5]), np.flatnonzero(keep[5:])),
-        strict=True,
-    ):
+    complete = whole.complete(alpha_z, alpha_x)
+    both = zip((0, 5), (alpha_z, alpha_x), complete, basis(whole.beta, whole.gamma), strict=True)
+    for first, cells, alpha, terms in both:
+        used = np.flatnonzero(keep[first : first + len(terms)])
         measured = int(np.isfinite(cells).reshape(-1, cells.shape[-1]).all(axis=0).sum())
         there = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)
         if measured < used.size:
@@ -99,7 +95,6 @@ def fit_lsq(
                 "more directions of plate and motion are needed"
             )
         solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), alpha[..., there])
-        first = 0 if terms is grids[0] else 5
         result[..., first + used] = solution
     return result
 

@@ -82,26 +82,19 @@ def predict(
 
     motion = rotation() if motion is None else motion
     best = forces_on(profile, outline, motion.poses)
-    ends = force_intervals(profile, outline, motion.poses, confidence, quantities)
+    ends: Ends = {}
+    if isinstance(profile.spread, Profile):
+        ends = _of_draws(profile.spread, outline, motion.poses, confidence, quantities)
+    elif profile.spread is not None:
+        ends = _of_further_medium(profile.spread.at(confidence), outline, motion.poses, quantities)
     columns: dict[str, object] = dict(motion.columns)
-    for name, values in _named(best, QUANTITIES).items():
+    numbers = _named(best, QUANTITIES)
+    for name, values in numbers.items():
         columns[name] = values
         if name in ends:
             columns |= dict(zip(end_names(name), ends[name], strict=True))
-    unknown = np.isnan(np.stack(list(_named(best, QUANTITIES).values()))).any(axis=0)
+    unknown = np.isnan(np.stack(list(numbers.values()))).any(axis=0)
     return pd.DataFrame(columns | {"reason": np.where(unknown, best.reason, "")})
-
-
-def force_intervals(
-    profile: Profile, outline: Outline, poses: FloatArray, confidence: float,
-    quantities: Sequence[str] = QUANTITIES,
-) -> Ends:  # fmt: skip
-    """Carry the spread of a profile through the integral. Empty where no error is known."""
-    if profile.spread is None:
-        return {}
-    if isinstance(profile.spread, Profile):
-        return _of_draws(profile.spread, outline, poses, confidence, quantities)
-    return _of_further_medium(profile.spread.at(confidence), outline, poses, quantities)
 
 
 def _of_further_medium(
