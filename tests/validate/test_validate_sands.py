@@ -7,7 +7,9 @@ import pandas as pd
 import pytest
 
 from rftfit.compare import sands
+from rftfit.compare.legs import bed_spread
 from rftfit.compare.sands import bend_of, linear_end
+from rftfit.measure.alpha import column
 from rftfit.measure.errors import SurfaceError
 from rftfit.reference import load
 
@@ -77,3 +79,11 @@ def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
 def test_a_fit_that_was_refused_has_its_reason_and_no_number() -> None:
     row = sands._slope({"reason": "too few points"}, 0.95, np.array([1.2, 1.3]), SurfaceError())
     assert row == {"reason": "too few points"}
+
+
+def test_a_medium_without_resistance_has_no_relative_spread() -> None:
+    numbers = {"beta_deg": 0.0, "gamma_deg": 90.0, column("z"): 0.0, column("x"): 0.0}
+    table = pd.DataFrame([numbers | {"run_to_run_z_N_per_cm3": 0.01, column("z", "_rod"): 0.01}])
+    assert bed_spread(table) == 0
+    assert sands._of_any_window(table) == 0
+    assert bed_spread(table.assign(**{column("z"): 0.5})) == pytest.approx(0.02)

@@ -187,8 +187,8 @@ def bed_spread(table: pd.DataFrame) -> float:
     cell = cell_at(table, 0, 90)
     if cell is None:
         return 0.0
-    ratio = float(cell.get("run_to_run_z_N_per_cm3", 0.0)) / float(cell[column("z")])
-    return ratio if ratio > 0 else 0.0
+    alpha, spread = float(cell[column("z")]), float(cell.get("run_to_run_z_N_per_cm3", 0.0))
+    return spread / alpha if alpha > 0 and spread > 0 else 0.0
 
 
 @dataclass(frozen=True)

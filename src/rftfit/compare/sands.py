@@ -133,7 +133,7 @@ def _of_any_window(alpha: pd.DataFrame) -> float:
     cell = cell_at(alpha, 0, 90)
     if cell is None:
         return 0.0
-    rod = float(cell.get(column("z", "_rod"), 0.0)) / float(cell[column("z")])
+    rod = float(cell.get(column("z", "_rod"), 0.0)) / (float(cell[column("z")]) or math.nan)
     return math.hypot(bed_spread(alpha), rod if math.isfinite(rod) else 0.0)
 
 
