@@ -13,6 +13,7 @@ import pytest
 from paper_grid import BETA, GAMMA
 
 from rftfit import reference
+from rftfit.compare.coefficients import penetration_row
 from rftfit.measure.alpha import column
 from rftfit.model import fourier
 from rftfit.model.draws import alpha_draws, interval
@@ -21,6 +22,7 @@ from rftfit.model.scaling import (
     AS_PRINTED,
     Reference,
     fit_media,
+    fit_medium,
     generic_interval,
     reference_of,
     scale,
@@ -330,6 +332,14 @@ def test_generic_interval_is_that_of_a_mean_of_media(paper_config: Config) -> No
     np.testing.assert_allclose((lo + hi)[5:] / 2, middle[5:], atol=1e-3)
     np.testing.assert_allclose((hi - lo)[5:] / 2, Z95 * 0.025, rtol=0.03)
     np.testing.assert_allclose((hi - lo)[:5], 0, atol=1e-9)
+
+
+def test_a_medium_without_resistance_has_a_reason(paper_config: Config) -> None:
+    z, x = reference.alpha_grid("poppy_LP")
+    fit = fit_medium(alpha_frame("poppy_LP", (0 * z, x), 0.002), paper_config, "lsq")
+    assert "nothing can be scaled" in fit.reason
+    assert not fit.counts
+    assert math.isnan(penetration_row(fit)["chi"])  # type: ignore[arg-type]
 
 
 def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config: Config) -> None:

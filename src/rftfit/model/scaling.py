@@ -546,6 +546,11 @@ def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
                 f"{empty} of {alpha[0].size} cells have no alpha; the transform needs all of them"
             )
             full = used
+        elif not vertical_penetration(full):
+            full, reason = (
+                used,
+                "the fit has an alpha_z(0, 90 deg) of 0, by which nothing can be scaled",
+            )
     except ValueError as error:
         reason = str(error)
     if not reason:
