@@ -10,6 +10,8 @@ from pathlib import Path
 
 # two workers share two processors: threads of linear algebra would wait for one another
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# tests and figures are many objects that live long: to look for garbage among them takes a tenth of the time
+gc.set_threshold(50_000, 20, 50)
 
 import pytest
 import yaml
@@ -39,9 +41,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Look less often for garbage among the many objects that live to the end: a tenth of the time."""
+    """Look for garbage no more among what lives to the end."""
     gc.freeze()
-    gc.set_threshold(50_000, 20, 50)
 
 
 @pytest.fixture(scope="session")

@@ -88,12 +88,18 @@ def combine(values: FloatArray, weights: FloatArray) -> FloatArray:
 
     `values`: shape (draws, ..., p). `weights`: shape (n, ..., p). Returns shape (draws, ..., n, ...).
     """
+    # most poses reach few directions of a map
+    used = (weights != 0).reshape(-1, weights.shape[-1]).any(axis=0)
+    values, weights = values[..., used], weights[..., used]
     missing = np.isnan(values)
     if not missing.any():
         return np.tensordot(values, weights, axes=(-1, -1))
     # relative, because a sum over elements carries a unit
     part = np.abs(weights) > NEGLIGIBLE * np.abs(weights).sum(axis=-1, keepdims=True)
     result = np.tensordot(np.where(missing, 0.0, values), weights, axes=(-1, -1))
+    flat = missing.reshape(-1, missing.shape[-1])
+    if (flat.any(axis=0) == flat.all(axis=0)).all():  # the same in all draws
+        missing = flat.any(axis=0)
     lost = np.tensordot(missing.astype(float), part.astype(float), axes=(-1, -1)) > 0
     return np.where(lost, np.nan, result)
 
@@ -407,6 +413,7 @@ def _triangulated(
     Linear between the nearest directions on the torus, mirror images included. Returns beta, gamma
     of the grid (rad), and alpha_z, alpha_x of shape (..., nb, ng).
     """
+    from scipy.sparse import csr_array
     from scipy.spatial import Delaunay, KDTree
 
     rows, columns = np.arange(-90, 91, _STEP_DEG), np.arange(-180, 181, _STEP_DEG)
@@ -427,17 +434,20 @@ def _triangulated(
     corner = mesh.find_simplex(at)
     step = mesh.transform[corner]
     two = np.einsum("nij,nj->ni", step[:, :2], at - step[:, 2])
-    weights = np.column_stack([two, 1 - two.sum(axis=1)])
+    three = np.column_stack([two, 1 - two.sum(axis=1)])
+    place = (np.repeat(np.arange(len(at)), 3), number[mesh.simplices[corner]].ravel())
+    weights = csr_array((three.ravel(), place), shape=(len(at), len(own)))
     near = KDTree(points).query(at)[0] <= REACH_DEG
+    nodes = np.arange(len(at)).reshape(rows.size, columns.size)
+    half = columns.size // 2
+    image = np.concatenate([nodes[::-1, half::-1], nodes[::-1, -2 : half - 1 : -1]], axis=1).ravel()
 
     def laid(alpha: FloatArray, sign: float) -> FloatArray:
-        parts = zip(number[mesh.simplices[corner]].T, weights.T, strict=True)
-        values = sum((alpha[..., part] * weight for part, weight in parts), np.zeros(()))
-        values = np.where(near, values, np.nan).reshape(*lead, rows.size, columns.size)
         # where four directions lie on a circle, either diagonal will do: take both
-        half = columns.size // 2
-        image = np.concatenate([values[..., half::-1], values[..., -2 : half - 1 : -1]], axis=-1)
-        return (values + sign * image[..., ::-1, :]) / 2
+        both = (weights + sign * weights[image]) / 2
+        values = (both @ alpha.reshape(-1, alpha.shape[-1]).T).T
+        values = np.where(near & near[image], values, np.nan)
+        return values.reshape(*lead, rows.size, columns.size)
 
     z, x = whole.complete(alpha_z[..., there], alpha_x[..., there])
     return np.radians(rows), np.radians(columns), laid(z, 1.0), laid(x, -1.0)
