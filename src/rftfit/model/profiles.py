@@ -99,7 +99,7 @@ def combine(values: FloatArray, weights: FloatArray) -> FloatArray:
     result = np.tensordot(np.where(missing, 0.0, values), weights, axes=(-1, -1))
     flat = missing.reshape(-1, missing.shape[-1])
     if (flat.any(axis=0) == flat.all(axis=0)).all():  # the same in all draws
-        missing = flat.any(axis=0)
+        missing = np.asarray(flat.any(axis=0))
     lost = np.tensordot(missing.astype(float), part.astype(float), axes=(-1, -1)) > 0
     return np.where(lost, np.nan, result)
 
