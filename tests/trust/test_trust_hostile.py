@@ -21,7 +21,7 @@ import chain_tables as chain
 import pandas as pd
 import pytest
 import yaml
-from campaigns import FEW, PROJECT, make_campaign
+from campaigns import FEW, make_campaign
 from memory import Memory, memory, run
 from page_inputs import NASTY, page_results
 from result_tables import read_result
@@ -473,7 +473,7 @@ def test_odd_names_pass_through_the_workflow(tmp_path: Path) -> None:
         writer.writerows(rows)
     before = folder.raw_digests()
     done = subprocess.run(
-        [sys.executable, "-m", "rftfit.cli.main", "run", "results/ledger.csv", "--snakefile", str(PROJECT / "Snakefile")],
+        [sys.executable, "-m", "rftfit.cli.main", "run", "results/ledger.csv"],
         cwd=folder.root, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
