@@ -53,7 +53,7 @@ MAX_LINE = 1 << 16
 MAX_BYTES = 1 << 36
 GZIP = b"\x1f\x8b"
 
-_FEED, _RETURN, _COMMA, _ZERO, _NINE = b"\n\r,09"
+_FEED, _RETURN, _TAB, _BLANK, _COMMA, _ZERO, _NINE = b"\n\r\t ,09"
 
 
 # --- A file as blocks of whole lines
@@ -431,12 +431,21 @@ def _options(layout: Layout, width: int) -> dict[str, Any]:
 
 def _single_blanks(body: bytes) -> bytes:
     """Put one blank between cells, and none at either end of a line."""
-    body = body.replace(b"\t", b" ")
-    while b"  " in body:
-        body = body.replace(b"  ", b" ")
-    for end in (b"\n", b"\r"):
-        body = body.replace(b" " + end, end).replace(end + b" ", end)
-    return body.strip(b" ")
+    text = np.frombuffer(body, dtype=np.uint8)
+    # the last blank of each run stays, if a cell follows
+    blank = (text == _BLANK) | (text == _TAB)
+    drop = np.ones(text.size, dtype=bool)
+    follows = text[1:]
+    np.logical_and(blank[:-1], blank[1:] | (follows == _FEED) | (follows == _RETURN), out=drop[:-1])
+    drop[-1] = blank[-1]
+    text = text[~drop]
+    if text.size:
+        # and goes, if no cell is before it
+        end = (text == _FEED) | (text == _RETURN)
+        drop = (text == _BLANK) | (text == _TAB)
+        drop[1:] &= end[:-1]
+        text = text[~drop]
+    return text.tobytes().replace(b"\t", b" ")
 
 
 def _by_hand(layout: Layout, body: bytes) -> Rows:
