@@ -82,13 +82,20 @@ def alpha_grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
     `medium`: One of `MEDIA`. Returns `alpha_z`, `alpha_x` of shape (7, 13): In N/cm^3, rows in the
     order of `BETA_DEG`, columns in that of `GAMMA_DEG`.
     """
+    alpha_z, alpha_x = _grid(medium)
+    return alpha_z.copy(), alpha_x.copy()
+
+
+@cache
+def _grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
     if medium not in MEDIA:
         raise KeyError(f"Table S5 has no medium {medium!r}; it has {', '.join(MEDIA)}")
     table = _read("table_s5")
     rows = table[table["medium"] == medium].sort_values(["beta_deg", "gamma_deg"])
     shape = (BETA_DEG.size, GAMMA_DEG.size)
-    z, x = (rows[f"alpha_{c}_N_per_cm3"].to_numpy(float, copy=True) for c in "zx")
-    return z.reshape(shape), x.reshape(shape)
+    alpha_z = rows["alpha_z_N_per_cm3"].to_numpy(float).reshape(shape)
+    alpha_x = rows["alpha_x_N_per_cm3"].to_numpy(float).reshape(shape)
+    return alpha_z, alpha_x
 
 
 def coefficients(medium: str) -> dict[str, float]:
