@@ -10,7 +10,7 @@ import pytest
 from paper_grid import PAPER, grid
 
 from rftfit.campaign.config import Errors, Grid
-from rftfit.measure.alpha import alpha_table, column
+from rftfit.measure.alpha import alpha_table, column, flagged, window_of
 from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
@@ -324,3 +324,51 @@ def test_directions_near_one_another_are_one_cell_and_no_run_is_without() -> Non
     narrow = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, grid=Grid(angle_tolerance_deg=0.01))
     assert found["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)
     assert len(narrow) == 4
+
+
+def test_runs_that_share_a_tare_err_alike() -> None:
+    """Own errors add up in squares; those of a tare add up over its runs, and then in squares."""
+    own, tare = 0.003, np.array([0.004, 0.004, 0.002])
+    runs = [
+        run(n, 0, 90, 0.3, se=math.hypot(own, e), tare_run=t) | {"alpha_z_tare_N_per_cm3": e}
+        for n, t, e in zip("abc", ("t1", "t1", "t2"), tare, strict=True)
+    ]
+    here = cell(alpha_table(pd.DataFrame(runs), "m", 0.95, 3), 0, 90)
+    assert here[column("z", "_tare")] == pytest.approx(math.hypot(0.008 / 3, 0.002 / 3))
+    assert here[column("z", "_noise")] == pytest.approx(own / math.sqrt(3))
+    assert here["tare_runs"] == "t1 t2"
+
+
+def test_a_tare_that_repeats_share_does_not_make_them_differ() -> None:
+    """Pairs 0.02 apart vary by 0.02^2 / 2, less the error that each run has for itself."""
+    own, tare = 0.004, 0.003
+    made = [
+        row | {"alpha_z_se_N_per_cm3": math.hypot(own, tare), "alpha_z_tare_N_per_cm3": tare}
+        for row in pairs((30.0, 30.0), GAMMAS)
+    ]
+    for names, self_error in ((("t", "t"), own), (("t1", "t2"), math.hypot(own, tare))):
+        rows = pd.DataFrame([row | {"tare_run": names[i % 2]} for i, row in enumerate(made)])
+        found = alpha_table(rows, "m", 0.95, 3)
+        np.testing.assert_allclose(
+            found["run_to_run_z_N_per_cm3"], math.sqrt(0.02**2 / 2 - self_error**2)
+        )
+
+
+def test_two_planned_depths_of_which_one_is_there_give_no_number() -> None:
+    here = cell(table(run("a", 60, 0, 0.1, depth=5.08), depths=2), 60, 0)
+    assert math.isnan(here[column("z")])
+    assert here["reason"] == "only 1 of 2 depths"
+
+
+def test_flags_and_depths_of_a_table() -> None:
+    found = table(
+        run("a", 0, 90, 0.3, depth=2.0, flags="not linear"),
+        run("b", 30, 90, 0.2, depth=4.0),
+        run("c", 60, 0, 0.1, depth=2.5),
+        run("d", 60, 0, 0.1, depth=7.5),
+        run("e", 60, 45, math.nan, math.nan, flags="not linear", reason="log missing"),
+    )
+    place = list(zip(found["beta_deg"], found["gamma_deg"].round(), found["n_runs"], strict=True))
+    assert [place[i] for i in np.flatnonzero(flagged(found))] == [(0, 90, 1), (60, 0, 2)]
+    assert window_of(found) == (2.0, 7.5)
+    assert window_of(found.drop(columns=["depth_from_cm", "depth_to_cm"])) == (0.0, math.inf)

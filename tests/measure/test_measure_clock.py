@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -151,6 +153,13 @@ def test_stretch_that_the_log_cuts_is_left_out() -> None:
     assert len(found) == 3
     assert len(whole_spans(found, time[0], time[-1])) == 1
     np.testing.assert_array_equal(whole_spans(found, time[0], time[-1])[0], found[1])
+
+
+def test_error_of_an_offset_by_few_edges() -> None:
+    """Of two parameters: what six edges are apart has four degrees of freedom; at least a sample's part."""
+    fit = ClockFit(0, 0, 0, 0.02, 6)
+    assert fit.offset_se(0.0) == pytest.approx(0.02 * math.sqrt(6 / 4) / math.sqrt(6))
+    assert fit.offset_se(0.6) == pytest.approx(math.sqrt(0.6**2 / 12 - 6e-4 + 1e-4))
 
 
 def test_one_clock_has_no_error() -> None:

@@ -148,6 +148,21 @@ def test_no_motion_or_no_sand_is_no_force(profile: Profile) -> None:
 
 
 @each_profile
+@pytest.mark.parametrize("velocity", [(-1, -1), (1, -1), (1, 1), (0, -1), (0, 1), (-1, 0)])
+def test_exact_axes_and_diagonals(profile: Profile, velocity: tuple[int, int]) -> None:
+    """Where components of the velocity are equal or 0 to the last digit."""
+    parts = [[1.0, -2.0, *tangent(np.radians(beta)), 0.5, 2.0, *velocity] for beta in (-30, 60, 90)]
+    elements = np.array(parts, dtype=float)
+    found = compiled(profile, elements)
+    np.testing.assert_allclose(found, plain(profile, elements), rtol=1e-12, atol=1e-12)
+    if isinstance(profile, DepthOnlyProfile):
+        # each component opposes its own velocity, and there is none without it
+        assert (np.sign(found[:, 1]) == -velocity[0]).all()
+        level = np.abs(elements[:, 2]) > 1e-9
+        assert (np.sign(found[level, 0]) == -velocity[1]).all()
+
+
+@each_profile
 def test_missing_numbers_stay_missing(profile: Profile) -> None:
     elements = elements_of([(0.0, -2.0, 20, 0.1, 1.0, 30, 1.0)] * 8)
     for column in range(1, 8):
