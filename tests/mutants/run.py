@@ -39,7 +39,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 TREE = ROOT / ".mutants"
 RESULT = TREE / "result.json"
-COPIED = ("src", "tests", "config", "docs", "examples", "profiles", "workflow")
+COPIED = ("src", "tests", "config", "docs", "examples", "profiles", "studies", "workflow")
 PRELOADED = (
     "numpy",
     "scipy.special",
