@@ -328,15 +328,15 @@ def test_directions_near_one_another_are_one_cell_and_no_run_is_without() -> Non
 
 def test_runs_that_share_a_tare_err_alike() -> None:
     """Own errors add up in squares; those of a tare add up over its runs, and then in squares."""
-    own, tare = 0.003, np.array([0.004, 0.004, 0.002])
+    own, tare = 0.003, (0.004, 0.004, 0.002, 0.001)
     runs = [
         run(n, 0, 90, 0.3, se=math.hypot(own, e), tare_run=t) | {"alpha_z_tare_N_per_cm3": e}
-        for n, t, e in zip("abc", ("t1", "t1", "t2"), tare, strict=True)
+        for n, t, e in zip("abcd", ("t1", "t1", "t2", "t3"), tare, strict=True)
     ]
     here = cell(alpha_table(pd.DataFrame(runs), "m", 0.95, 3), 0, 90)
-    assert here[column("z", "_tare")] == pytest.approx(math.hypot(0.008 / 3, 0.002 / 3))
-    assert here[column("z", "_noise")] == pytest.approx(own / math.sqrt(3))
-    assert here["tare_runs"] == "t1 t2"
+    assert here[column("z", "_tare")] == pytest.approx(math.hypot(0.008, 0.002, 0.001) / 4)
+    assert here[column("z", "_noise")] == pytest.approx(own / math.sqrt(4))
+    assert here["tare_runs"] == "t1 t2 t3"
 
 
 def test_a_tare_that_repeats_share_does_not_make_them_differ() -> None:
