@@ -547,10 +547,8 @@ def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
             )
             full = used
         elif not vertical_penetration(full):
-            full, reason = (
-                used,
-                "the fit has an alpha_z(0, 90 deg) of 0, by which nothing can be scaled",
-            )
+            full = used
+            reason = "the fit has an alpha_z(0, 90 deg) of 0, by which nothing can be scaled"
     except ValueError as error:
         reason = str(error)
     if not reason:
