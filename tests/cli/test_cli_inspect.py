@@ -151,8 +151,27 @@ def test_plot(rftfit: Callable[..., Said], campaign: Path) -> None:
     assert "Drawing: log é.png" in said.out
     said = rftfit("inspect", FORCE, "--plot", FORCE)
     assert said.code == 2
-    assert "found the ending '.csv'; allowed: .png, .pdf, .svg" in said.err
+    assert f"--plot: found '{FORCE}'; allowed: a name that ends in .png, .pdf or .svg" in said.err
+    assert rftfit("inspect", FORCE, "--plot", "log.webp").code == 2
     assert rftfit("inspect", FORCE, "--plot", f"{FORCE}/below.png").code == 3
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+def test_a_picture_of_somebody_else_is_left_as_it_is(
+    rftfit: Callable[..., Said], campaign: Path, ending: str
+) -> None:
+    picture = campaign / f"rig.{ending}"
+    picture.write_bytes(b"a photograph of the rig")
+    said = rftfit("inspect", FORCE, "--plot", picture.name)
+    assert said.code == 2
+    assert "was not written by rftfit inspect" in said.err
+    assert "--plot, or add --force" in said.err
+    assert picture.read_bytes() == b"a photograph of the rig"
+    assert rftfit("inspect", FORCE, "--plot", picture.name, "--force").code == 0
+    first = picture.read_bytes()
+    # its own it draws anew unasked
+    assert rftfit("inspect", FORCE, "--plot", picture.name).code == 0
+    assert picture.read_bytes() == first
 
 
 def test_panels() -> None:

@@ -110,6 +110,10 @@ def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit: Callable[..., Said], her
     said = rftfit("plan", "--target", "legs", "--pairs", "--count", "6", "--figure", "plan.png")
     assert said.code == 0
     assert (here / "plan.png").read_bytes().startswith(b"\x89PNG")
+    (here / "photo.png").write_bytes(b"of the rig")
+    said = rftfit("plan", "--target", "legs", "--count", "1", "--figure", "photo.png")
+    assert said.code == 2
+    assert "not written by rftfit plan" in said.err
     rows = list(csv.DictReader((here / "plan.csv").read_text().splitlines()))
     assert len({row["run_id"] for row in rows}) == len(rows)
     for row in rows:
@@ -149,7 +153,7 @@ def test_a_plan_goes_on_from_a_campaign(rftfit: Callable[..., Said], here: Path)
         (("--beta", "0,95"), "--beta: found 95; allowed: -90 to 90 degrees"),
         (("--confidence", "2"), "--confidence: found 2"),
         (("--error-percent", "0"), "--error-percent: found 0"),
-        (("--figure", "plan.doc"), "ends in .png, .svg or .pdf"),
+        (("--figure", "plan.doc"), "ends in .png, .pdf or .svg"),
     ],
 )
 def test_plan_refuses(rftfit: Callable[..., Said], words: list[str], why: str) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import count, json_text, megabytes, say, table
+from rftfit.cli.output import check_picture, count, json_text, megabytes, say, table
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rftfit.logs.inspect import Clock, Survey
 
 _MOST_GAPS = 10
+_DRAWN = "drawn by rftfit inspect"
 
 
 def inspect_log(
@@ -36,6 +37,7 @@ def inspect_log(
         list[str] | None,
         typer.Option(metavar="KEY=VALUE", help="An option of the dialect, as in the config."),
     ] = None,
+    force: options.Overwrite = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Show what a log is: dialect, columns and units, clock, resolution, damage, what it lacks.
@@ -46,6 +48,7 @@ def inspect_log(
     """
     from rftfit.logs.inspect import survey_file
 
+    ending = check_picture(plot, "--plot", _DRAWN, force) if plot is not None else ""
     reader, text, others = _reader(log, dialect, option or [])
     surveys, refused = survey_file(reader, log)
     say(
@@ -55,8 +58,10 @@ def inspect_log(
     )
     if plot is not None:
         from rftfit.figures.log_plot import plot_log
+        from rftfit.figures.style import content
+        from rftfit.store import write_bytes
 
-        plot_log(reader, surveys, plot)
+        write_bytes(plot, content(plot_log(reader, surveys), ending, _DRAWN))
         if as_json:
             return
         say(f"\nDrawing: {plot}")

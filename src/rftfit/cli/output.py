@@ -87,23 +87,48 @@ def _is_number(cell: str) -> bool:
 
 
 def check_target(
-    path: Path, mark: str, what: str, force: bool, inputs: Sequence[Path | None] = ()
+    path: Path,
+    mark: str,
+    what: str,
+    force: bool,
+    inputs: Sequence[Path | None] = (),
+    *,
+    option: str = "--output",
+    picture: bool = False,
 ) -> None:
-    """Refuse to write over what is read, or what does not begin with the command's own `mark`."""
+    """Refuse to write over what is read, or what is there without the command's own `mark`.
+
+    A table begins with its mark; a picture has it somewhere among what it says of itself.
+    """
     if path.is_dir():
         raise OutputError(f"{path}: this is a folder; name a file for the {what}")
     try:
         with path.open("rb") as handle:
-            ours = handle.read(len(mark)) == mark.encode()
+            head = handle.read(-1 if picture else len(mark))
     except FileNotFoundError:
         return
     except OSError as error:
         raise OutputError(f"{path}: cannot be looked at: {error.strerror or error}") from error
     if any(other is not None and other.exists() and other.samefile(path) for other in inputs):
-        raise InputError(f"{path}: this file is read; name another for the {what} with --output")
-    if not ours and not force:
-        command = mark.partition("written by ")[2] or "rftfit"
+        raise InputError(f"{path}: this file is read; name another for the {what} with {option}")
+    if mark.encode() not in head and not force:
+        command = mark.partition(" by ")[2] or "rftfit"
         raise InputError(
             f"{path}: this file is there and was not written by {command}, so it is left as it is; "
-            "name another with --output, or add --force to overwrite it"
+            f"name another with {option}, or add --force to overwrite it"
         )
+
+
+def check_picture(path: Path, option: str, mark: str, force: bool) -> str:
+    """Refuse a picture's file as `check_target` does, and other endings than those of figures in print.
+
+    Returns the ending, without its point.
+    """
+    from rftfit.figures.style import PRINTED
+
+    ending = path.suffix.lower().removeprefix(".")
+    if ending not in PRINTED:
+        allowed = f".{', .'.join(PRINTED[:-1])} or .{PRINTED[-1]}"
+        raise InputError(f"{option}: found '{path}'; allowed: a name that ends in {allowed}")
+    check_target(path, mark, "drawing", force, option=option, picture=True)
+    return ending

@@ -9,7 +9,7 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_target, count, json_text, say, table
+from rftfit.cli.output import check_picture, check_target, count, json_text, say, table
 from rftfit.cli.predict import make_motion, make_outline
 from rftfit.cli.scale import told_by
 from rftfit.errors import InputError
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 MARK = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm"
 """How the first line of such rows begins: only these are overwritten unasked."""
+
+_DRAWN = "drawn by rftfit plan"
 
 TARGETS = ("map", "zeta", "legs", "robot")
 _DEPTHS_CM = (2.54, 5.08, 7.62)
@@ -109,10 +111,7 @@ def plan(
     check_target(
         output, MARK, "rows of the run sheet", force, (pushes, profile_file, outline, path)
     )
-    if figure is not None and figure.suffix not in (".png", ".svg", ".pdf"):
-        raise InputError(
-            f"--figure: found '{figure}'; allowed: a name that ends in .png, .svg or .pdf"
-        )
+    ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
     wanted = _wanted(target, leg, outline, width, hip, path)
     betas, gammas = _angles("--beta", beta), _angles("--gamma", gamma)
     nodes = grid(betas, gammas)
@@ -134,7 +133,7 @@ def plan(
         from rftfit.figures.style import content
         from rftfit.store import write_bytes
 
-        write_bytes(figure, content(draw(found, known), figure.suffix[1:]))
+        write_bytes(figure, content(draw(found, known), ending, _DRAWN))
     if not as_json:
         say(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
 

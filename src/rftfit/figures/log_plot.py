@@ -7,16 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.errors import InputError
 from rftfit.figures import style
-from rftfit.figures.style import FORMATS, content
 from rftfit.logs.base import Log, join_blocks
 from rftfit.logs.inspect import GAP_STEPS
-from rftfit.store import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-    from pathlib import Path
 
     from matplotlib.figure import Figure
 
@@ -29,20 +25,14 @@ MOST_ROWS = 200_000
 _PANEL_CM = 3.0
 
 
-def plot_log(reader: Reader, surveys: Sequence[Survey], target: Path) -> None:
-    """Draw a log into a file, whose ending is the format, one of `FORMATS`."""
-    ending = target.suffix.lower().removeprefix(".")
-    if ending not in FORMATS:
-        raise InputError(
-            f"{target}: found the ending {target.suffix!r}; allowed: .{', .'.join(FORMATS)}"
-        )
+def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
+    """Draw a log from its file, thinned where it is long."""
     logs = []
     for found in surveys:
         names = [column.name for column in found.columns]
         own = reader if len(surveys) == 1 else reader.only(names)
         logs.append(thinned(own.stream(found.path), found.used))
-    figure = draw_log(*logs, time_name=surveys[0].quantities.get("time", "time"))
-    write_bytes(target, content(figure, ending))
+    return draw_log(*logs, time_name=surveys[0].quantities.get("time", "time"))
 
 
 def thinned(blocks: Iterable[Log], rows: int) -> Log:

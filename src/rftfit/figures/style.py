@@ -267,7 +267,10 @@ _METADATA: dict[str, dict[str, Any]] = {
 
 _REMARK = {"png": "Description", "pdf": "Subject", "svg": "Description"}
 
-FORMATS = (*_METADATA, "webp")
+PRINTED = tuple(_METADATA)
+"""Endings of figures in print."""
+
+FORMATS = (*PRINTED, "webp")
 """Endings of a figure's files; webp is the preview that the page holds."""
 
 PREVIEW, SHEET = 125 / 300, 60 / 300
@@ -345,7 +348,7 @@ def size_of_preview(content: bytes) -> tuple[int, int]:
 def save(figure: Figure, base: str | Path, about: str = "") -> list[Path]:
     """Write a figure in all `FORMATS`; a point in the name is part of the name."""
     base = Path(base)
-    made = {ending: content(figure, ending, about) for ending in _METADATA}
+    made = {ending: content(figure, ending, about) for ending in PRINTED}
     made["webp"] = preview(made["png"])
     # not with_suffix: it would cut glass0.3mm_LP at the point
     targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in FORMATS}
