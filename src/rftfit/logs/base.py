@@ -278,11 +278,12 @@ def check_size(path: Path, most: int = 2 << 30) -> None:
 
 
 def number_or_zero(text: str) -> float:
-    """Return a number, or 0 where the text is none."""
+    """Return a finite number, or 0 where the text is none."""
     try:
-        return float(text)
+        number = float(text)
     except ValueError:
         return 0.0
+    return number if math.isfinite(number) else 0.0
 
 
 def ns_to_s(stamps: np.ndarray) -> FloatArray:
