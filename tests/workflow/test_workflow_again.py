@@ -44,6 +44,27 @@ def test_nothing_is_done_twice(small: Folder) -> None:
     assert small.digests() == before
 
 
+def test_results_of_a_medium_of_before_are_named_and_not_believed(small: Folder) -> None:
+    results = small.root / "results"
+    left = {
+        "alpha/dune.csv": "beta_deg\n",
+        "checks/dune.csv": "medium,verdict,effect,sentence\ndune,failed,unusable,The axes are wrong.\n",
+    }
+    assert "Not made by this campaign" not in small.rftfit("verify").stdout
+    try:
+        for name, content in left.items():
+            (results / name).write_text(content, encoding="utf-8")
+        said, verified = small.rftfit("run"), small.rftfit("verify")
+    finally:
+        for name in left:
+            (results / name).unlink()
+    line = "Not made by this campaign, and left as they are: results/alpha/dune.csv, results/checks/dune.csv."
+    assert line in said.stdout
+    assert "dune" not in said.stdout.replace(line, "")
+    assert line in verified.stdout
+    assert verified.returncode == 0
+
+
 def test_one_changed_log_reruns_its_medium_only(small: Folder) -> None:
     log = small.root / "raw" / "paper" / "yuma" / "yuma_bp00_g90_in_force.csv"
     content = log.read_bytes()

@@ -16,6 +16,7 @@ from rftfit.cli.run import failed_checks
 from rftfit.figures.registry import figures
 from rftfit.model.scaling import generic
 from rftfit.results import open_results
+from rftfit.workflow.plan import Plan
 
 GOOD, BAD, TAKEN = "poppy_CP", "glass3mm_CP", "glass0.3mm_CP"
 WHY = "weighed in 1998 with another scale"
@@ -117,7 +118,7 @@ def test_page_workbook_and_closing_lines(whole: Folder) -> None:
     assert "0.3 mm glass, close (accepted)" in text
     book = openpyxl.load_workbook(whole.root / "results/alpha_tables.xlsx")
     assert book[BAD]["A2"].value == MARK
-    lines = failed_checks(whole.root)
+    lines = failed_checks(Plan(whole.config))
     named = {line.partition(":")[0] for line in lines}
     assert named == {f"{BAD}, unusable", f"{TAKEN}, accepted"}
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rftfit.campaign.problems import listed
 from rftfit.cli import options
 from rftfit.cli.output import count, say, table, warn
 from rftfit.errors import InputError, OutputError
@@ -32,6 +33,8 @@ FILES = (
     "results/ledger.csv",
 )
 LEDGER = "results/ledger.csv"
+
+_MOST = 5
 
 _RESERVED = (
     "--config", "-C", "--snakefile", "-s", "--directory", "-d", "--forcerun", "-R", "--logger",
@@ -102,7 +105,7 @@ def run(
     elif progress.total:
         say(f"Done: {count(progress.done, 'job')}.")
     if not dry_run:
-        for line in [*closing_lines(workflow.root), *failed_checks(workflow.root)]:
+        for line in [*closing_lines(workflow.plan), *failed_checks(workflow.plan)]:
             say(line)
     if strict and not dry_run and (empty := media_without_alpha(workflow.plan)):
         warn(
@@ -169,8 +172,9 @@ def _display() -> Iterator[Callable[[Progress, Job | None], None]]:
         yield bar
 
 
-def closing_lines(root: Path) -> list[str]:
+def closing_lines(plan: Plan) -> list[str]:
     """Say what was found and how many runs it stands on, and name the results that are there."""
+    root = plan.root
     # a terminal may have no true minus sign
     found = [
         f"  {row.get('finding', '')}".replace("\N{MINUS SIGN}", "-")
@@ -181,7 +185,14 @@ def closing_lines(root: Path) -> list[str]:
         *(["Found:", *found] if found else []),
         *filter(None, [ledger_line(root / LEDGER)]),
         *(["To look at:", *shown] if shown else []),
+        *others_line(plan),
     ]
+
+
+def others_line(plan: Plan) -> list[str]:
+    """Name files among the results that are none of this campaign, if there are any."""
+    found = listed(plan.others(), _MOST)
+    return [f"Not made by this campaign, and left as they are: {found}."] if found else []
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
@@ -193,12 +204,12 @@ def _rows(path: Path) -> list[dict[str, str]]:
         return []
 
 
-def failed_checks(root: Path) -> list[str]:
+def failed_checks(plan: Plan) -> list[str]:
     """What the checks say of the media that fail one."""
     return [
         f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}"
-        for path in sorted((root / "results/checks").glob("*.csv"))
-        for row in _rows(path)
+        for path in plan.outputs("checks")
+        for row in _rows(plan.root / path)
         if row.get("verdict") in ("failed", "accepted")
     ]
 

@@ -11,6 +11,7 @@ from rftfit.campaign.problems import did_you_mean, listed
 from rftfit.cli import options
 from rftfit.cli.main import NOT_AS_RECORDED
 from rftfit.cli.output import count, json_text, say
+from rftfit.cli.run import others_line
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ def verify(
     if as_json:
         facts = {name: name not in differ for name in wanted}
         said = {"changed": [str(one) for one in changes], "why": why}
+        said["others"] = plan.others()
         say(json_text({"as_recorded": facts, **said, "versions": recorded.versions}))
     else:
         for name in chosen:
@@ -71,6 +73,8 @@ def verify(
             made = f", made with rftfit {recorded.versions.get('rftfit', '')}"
             made += f" at commit {data['commit']}" if data.get("commit") else ""
             say(f"{count(len(wanted), 'result')}: all as recorded{made}.")
+        for line in others_line(plan):
+            say(line)
     if differ:
         raise typer.Exit(NOT_AS_RECORDED)
 

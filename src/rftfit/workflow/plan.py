@@ -37,6 +37,9 @@ _WORD = re.compile(r"\{(\w+)\}")
 _LEFT_OUT = ("row", "note")
 """Columns of the run sheet: the number of a row, and what nobody computes with."""
 
+_KEPT = tuple(f"{FOLDER}/{name}/" for name in ("records", "logs", "robot/parts"))
+"""Folders of what is no result: records of tasks, logs of jobs, finished runs of a sweep."""
+
 
 @dataclass(frozen=True)
 class Record:
@@ -353,6 +356,20 @@ class Plan:
         return {
             path: task for tasks in self.stages.values() for task in tasks for path in task.writes
         }
+
+    def others(self) -> list[str]:
+        """Files below ``results/`` that no task writes: of a medium or figure of before, or a user's own."""
+        ours = set(self.maker)
+        for name, tasks in self.stages.items():
+            records = Records.load(self.root, name).tasks
+            # a figure of several pages writes more than it promises
+            ours.update(
+                path for task in tasks if (one := records.get(task.key)) for path in one.writes
+            )
+        found = (self.root / FOLDER).rglob("[!.]*")
+        files = (path for path in found if path.is_file())
+        names = (path.relative_to(self.root).as_posix() for path in files)
+        return sorted(name for name in names if name not in ours and not name.startswith(_KEPT))
 
 
 # --- what results depend on outside of ``results/``
