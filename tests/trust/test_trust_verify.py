@@ -14,7 +14,7 @@ import pytest
 
 from rftfit.cli.main import INPUT_NOT_VALID, NOT_AS_RECORDED
 from rftfit.errors import RftfitError
-from rftfit.workflow.diff import compare
+from rftfit.workflow.diff import Comparison, compare
 from rftfit.workflow.run_stage import run_stage
 
 if TYPE_CHECKING:
@@ -299,7 +299,7 @@ def test_diff_of_two_folders_of_results(checked: Checked, tmp_path: Path) -> Non
     """One changed log: which alpha moved, by how much, and because of what."""
     first = tmp_path / "before"
     shutil.copytree(checked.root / "results", first)
-    assert compare(first, checked.root) == ([], [], [])
+    assert compare(first, checked.root) == Comparison([], [], [], [])
     second = tmp_path / "after"
     shutil.copytree(checked.root / "results", second)
     table = pd.read_csv(second / "alpha" / "yuma.csv")
@@ -313,14 +313,36 @@ def test_diff_of_two_folders_of_results(checked: Checked, tmp_path: Path) -> Non
     data = json.loads((second / "provenance.json").read_text(encoding="utf-8"))
     data["settings"]["fourier"]["threshold"] = 0.06
     (second / "provenance.json").write_text(json.dumps(data), encoding="utf-8")
-    (found,), changes, alone = compare(first, second)
+    compared = compare(first, second)
+    (found,), changes = compared.numbers, compared.changes
     assert (found.file, found.quantity) == ("alpha/yuma.csv", "alpha_z_N_per_cm3")
     assert found.half_widths == pytest.approx(2, rel=1e-3)
     assert [(one.sort, one.name) for one in changes if one.sort == "setting"] == [
         ("setting", "fourier.threshold")
     ]
     assert sum(one.sort == "log" for one in changes) == 1
-    assert alone == []
+    assert compared.alone == []
+    # the record of the second folder is of another table
+    assert compared.unrecorded == [second / "alpha" / "yuma.csv"]
+    said = checked.folder.rftfit("diff", str(first), str(second)).stdout
+    assert f"Not as recorded (edited, or its run was not finished): {second}/alpha/yuma.csv" in said
+    assert "By their records, what they were made from differs in:" in said
+
+
+def test_changes_of_numbers_with_an_interval_come_first(checked: Checked, tmp_path: Path) -> None:
+    """A depth that doubles is no news beside an alpha that moved by a tenth of its half width."""
+    first, second = tmp_path / "before", tmp_path / "after"
+    for folder in (first, second):
+        shutil.copytree(checked.root / "results", folder)
+    table = pd.read_csv(second / "alpha" / "yuma.csv")
+    seen = table["alpha_z_lo_N_per_cm3"].notna()
+    half = (table["alpha_z_hi_N_per_cm3"] - table["alpha_z_lo_N_per_cm3"])[seen] / 2
+    table["depth_to_cm"] *= 2
+    table.loc[seen, "alpha_z_N_per_cm3"] += 0.1 * half
+    table.to_csv(second / "alpha" / "yuma.csv", index=False)
+    numbers = compare(first, second).numbers
+    quantities = [one.quantity for one in numbers]
+    assert quantities == ["alpha_z_N_per_cm3"] * seen.sum() + ["depth_to_cm"] * seen.sum()
 
 
 def test_the_crate_is_sound(checked: Checked) -> None:

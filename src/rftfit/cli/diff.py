@@ -25,15 +25,17 @@ def diff(
 ) -> None:
     """Compare two folders of results: alpha, coefficients, zeta and peaks of legs.
 
-    A change is counted in half widths of the first interval. Logs, rows of the run sheet, settings,
+    A change is counted in half widths of the first interval; numbers without one come last. Logs, rows of the run sheet, settings,
     code and versions that are different are listed: one of them is the cause.
     """
     from rftfit.workflow.diff import compare
 
-    differences, changes, alone = compare(first, second)
+    found = compare(first, second)
+    differences, changes = found.numbers, found.changes
     if as_json:
-        changed, because = ([vars(one) for one in found] for found in (differences, changes))
-        say(json_text({"changed": changed, "because": because, "only_in_one": alone}))
+        changed, because = ([vars(one) for one in part] for part in (differences, changes))
+        facts = {"changed": changed, "because": because, "only_in_one": found.alone}
+        say(json_text(facts | {"not_as_recorded": found.unrecorded}))
         return
     if not differences:
         say("No alpha, coefficient, zeta or peak is different.")
@@ -51,13 +53,12 @@ def diff(
         say(table(["table", "row", "quantity", "A", "B", "half widths"], rows))
         if len(differences) > len(shown):
             say(f"  and {len(differences) - len(shown)} more (--all lists them)")
-    for name in alone:
+    for name in found.alone:
         say(f"Only in one of them: {name}")
-    say(
-        "What they were made from is the same."
-        if not changes
-        else "What they were made from differs in:"
-    )
+    for path in found.unrecorded:
+        say(f"Not as recorded (edited, or its run was not finished): {path}")
+    recorded = "By their records, what" if found.unrecorded else "What"
+    say(f"{recorded} they were made from {'differs in:' if changes else 'is the same.'}")
     for change in changes if all_ else changes[:_MOST]:
         say(f"  {change}")
     if not all_ and len(changes) > _MOST:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe
 from rftfit.results import FOLDER, Tables
+from rftfit.store.digests import sha256_of
 from rftfit.workflow.provenance import Change, changes_between, read_state
 
 if TYPE_CHECKING:
@@ -42,12 +43,23 @@ class Difference:
     half_widths: float
 
 
-def compare(first: Path, second: Path) -> tuple[list[Difference], list[Change], list[str]]:
-    """Compare two folders of results.
+@dataclass(frozen=True)
+class Comparison:
+    """What two folders of results differ in.
 
-    Returns numbers that changed, the largest change first; what their logs, runs, settings, code and
-    versions differ in; and files of which only one folder has one.
+    `numbers`: Those with an interval first, the largest change first. `changes`: In logs, runs, settings,
+    code and versions. `alone`: Tables that only one folder has. `unrecorded`: Tables that are not as the
+    record of their folder says, so that it does not tell what they were made from.
     """
+
+    numbers: list[Difference]
+    changes: list[Change]
+    alone: list[str]
+    unrecorded: list[Path]
+
+
+def compare(first: Path, second: Path) -> Comparison:
+    """Compare two folders of results."""
     one, other = (_folder(folder) for folder in (first, second))
     names = [
         {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")}
@@ -59,10 +71,22 @@ def compare(first: Path, second: Path) -> tuple[list[Difference], list[Change], 
     for name, keys in sorted(compared.items()):
         if name in names[0] and name in names[1]:
             found += _differences(name, Tables(one).table(name), Tables(other).table(name), keys)
-    found.sort(key=lambda one: -_size(one))
+    found.sort(key=lambda one: (np.isnan(one.half_widths), -_size(one)))
     alone = sorted(name for name in compared if (name in names[0]) != (name in names[1]))
-    states = [read_state(folder)[0] for folder in (one, other)]
-    return found, changes_between(*states), alone
+    records = [read_state(folder) for folder in (one, other)]
+    unrecorded = [
+        folder / name
+        for folder, (_, record), own in zip((one, other), records, names, strict=True)
+        for name in sorted(own.intersection(compared))
+        if _written(record).get(f"{FOLDER}/{name}") != sha256_of(folder / name)
+    ]
+    return Comparison(found, changes_between(*(state for state, _ in records)), alone, unrecorded)
+
+
+def _written(record: dict[str, Any]) -> dict[str, str]:
+    """SHA-256 of every result by its path, of the record of a folder."""
+    tasks = (task for stage in record["stages"].values() for task in stage.values())
+    return {path: digest for task in tasks for path, digest in task["writes"].items()}
 
 
 def _folder(folder: Path) -> Path:
