@@ -34,7 +34,7 @@ $(STAMP): $(LOCK) pyproject.toml $(if $(MOVED),FORCE)
 	@"$(PYTHON)" -m venv $(if $(MOVED),--clear) .venv || { \
 	  echo "'$(PYTHON)' cannot make a virtual environment. On Debian and Ubuntu: apt-get install python3-venv"; exit 1; } >&2
 	@echo "Installing the locked packages into .venv; this takes a minute or two, once ..."
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --require-hashes -r $(LOCK)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --use-pep517 --require-hashes -r $(LOCK)
 	@$(BIN)/python -m compileall -q -j 0 -x '/tests?/' .venv/lib # on all processors, of which pip uses one
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@pwd -P > $(STAMP)
