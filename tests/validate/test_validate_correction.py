@@ -46,6 +46,50 @@ def test_factors_come_back() -> None:
     assert 0.7 < table.loc["one factor", "factor_z"] < 1.2
 
 
+def few(z: list[list[float]], x: list[list[float]]) -> pd.DataFrame:
+    """Forces of three legs, leg by leg."""
+    return pd.concat(
+        pd.DataFrame({"medium": "sand", "leg": leg, "theta_deg": range(len(up)),
+                      "force_z_N": up, "force_x_N": along})
+        for leg, up, along in zip(LEGS, z, x, strict=True)
+    )  # fmt: skip
+
+
+def test_factors_and_errors_by_hand() -> None:
+    """One factor for all six forces is (2 + 1 + 2 + 1 + 8 + 4) / (4 + 8), whichever leg is left out."""
+    predicted = few([[1.0], [1.0], [2.0]], [[1.0], [1.0], [2.0]])
+    measured = few([[2.0], [2.0], [4.0]], [[1.0], [1.0], [2.0]])
+    table = corrections(measured, predicted).set_index("model")
+    numbers = ["factor_z", "factor_x", "rms_fit_N", "rms_cv_N", "gain_cv_percent"]
+    half = np.sqrt(0.5)
+    wanted = {"none": [1, 1, 1, 1, 0], "one factor": [1.5, 1.5, half, half, 100 * (1 - half)],
+              "factors for z and x": [2, 1, 0, 0, 100]}  # fmt: skip
+    for model, row in wanted.items():
+        assert list(table.loc[model, numbers]) == pytest.approx(row, abs=1e-12), model
+    assert list(table["earns_its_place"]) == [False, True, True]
+    assert (table["reason"] == "").all()
+
+
+@pytest.mark.parametrize(("extra", "worth"), [(0.4, False), (0.6, True)])
+def test_a_factor_is_worth_it_from_a_tenth_of_the_error_on(extra: float, worth: bool) -> None:
+    """Lifts 1 N off either way, beyond a factor: the error falls by 1 - 1 / sqrt(1 + extra^2)."""
+    predicted = few([[1.0, 1.0]] * 3, [[1.0, 1.0]] * 3)
+    measured = few([[extra, 2 + extra]] * 3, [[1.0, 1.0]] * 3)
+    row = corrections(measured, predicted).set_index("model").loc["factors for z and x"]
+    assert row["factor_z"] == pytest.approx(1 + extra)
+    assert row["gain_cv_percent"] == pytest.approx(100 * (1 - 1 / np.hypot(1, extra)))
+    assert row["earns_its_place"] == worth
+
+
+@pytest.mark.parametrize("lost", ["force_z_N", "force_x_N"])
+def test_theta_without_a_predicted_force_are_left_out(lost: str) -> None:
+    measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
+    predicted.loc[predicted["theta_deg"] < 0, lost] = np.nan
+    table = corrections(measured, predicted).set_index("model")
+    assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
+    assert table.loc["factors for z and x", "rms_fit_N"] == pytest.approx(0, abs=1e-12)
+
+
 def test_noise_earns_nothing() -> None:
     table = result(curves(ONE, ONE, noise=0.3))
     assert not table["earns_its_place"].any()

@@ -20,6 +20,31 @@ def test_a_straight_line_is_linear_to_its_end() -> None:
     assert bend_of(depth, 0.7 * depth) == pytest.approx(0, abs=1e-12)
 
 
+def test_the_bend_by_hand() -> None:
+    """Parabolas through (1, 1) and (2, 4), (2, 1); lines of slope 9/5 and 3/5; (4 - 3.6)/3.6, (1 - 1.2)/1.2."""
+    depth = np.array([1.0, 2.0])
+    assert bend_of(depth, np.array([1.0, 4.0])) == pytest.approx(1 / 9)
+    assert bend_of(depth, np.array([1.0, 1.0])) == pytest.approx(-1 / 6)
+    assert np.isnan(bend_of(depth, np.zeros(2)))
+
+
+@pytest.mark.parametrize(("curve_per_cm", "end_cm"), [(0.2, 2.857), (-0.1, 3.077)])
+def test_a_regime_ends_where_a_parabola_bends_by_a_tenth(
+    curve_per_cm: float, end_cm: float
+) -> None:
+    """u = curve times depth: it leaves its line through zero by (u / 4) / (1 + 3 u / 4)."""
+    depth = np.arange(0.001, 6.0, 0.001)
+    found = linear_end(depth, 0.7 * (depth + curve_per_cm * depth**2))
+    assert end_cm - 0.05 <= found <= end_cm + 0.001
+
+
+@pytest.mark.parametrize(("count", "known"), [(8, True), (7, False)])
+def test_a_regime_has_at_least_eight_samples_below_the_surface(count: int, known: bool) -> None:
+    depth = np.concatenate([[-0.2, -0.1, 0.0], np.linspace(0.1, 1.0, count)])
+    stress = np.where(depth > 0, 0.7 * depth, 5.0)
+    assert np.isfinite(linear_end(depth, stress)) == known
+
+
 @pytest.mark.parametrize("knee", [1.5, 2.5, 4.0])
 def test_a_steeper_second_part_ends_the_regime_behind_its_knee(knee: float) -> None:
     depth = np.arange(0.01, 8.0, 0.01)

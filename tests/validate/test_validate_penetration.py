@@ -1,0 +1,184 @@
+"""Rows of the penetration tests of a natural sand: two regimes, zeta of each, and every reason."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from light_campaign import alpha_frame, one_cell
+
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.compare.sands import NO_END, penetration_rows
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.tare import NO_TARE_FLAG
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
+
+AREA_CM2 = 3.81 * 2.54
+CHI = np.array([1.2, 1.3])
+DEPTH_CM = np.arange(0.01, 5.0, 0.01)
+NONE = "no linear regime with enough samples"
+
+
+def push(name: str = "down", **more: Any) -> Run:
+    values: dict[str, Any] = {
+        "run_id": name, "kind": "plate", "medium": "yuma", "intruder": "plate",
+        "direction": "intrusion", "beta_deg": 0.0, "gamma_deg": 90.0, "depth_cm": math.nan,
+        "force_log": "f.csv", "motion_log": "", "tare_run": "rod", "tare_shared": True,
+        "surface_z_mm": None, "excluded": False, "reason": "", "note": "", "row": 2,
+    }  # fmt: skip
+    return Run(**values | more)
+
+
+def kneed(knee_cm: float) -> np.ndarray:
+    """Stress of 0.5 N/cm^3 times depth, four times as steep below the knee."""
+    return np.asarray(0.5 * DEPTH_CM + 1.5 * np.clip(DEPTH_CM - knee_cm, 0, None))
+
+
+def told(
+    config: Config,
+    stresses: dict[str, np.ndarray],
+    runs: tuple[Run, ...] = (push(),),
+    *,
+    alpha: pd.DataFrame | None = None,
+    reasons: dict[str, str] | None = None,
+    numbers: bool = False,
+) -> dict[tuple[str, str], dict[str, Any]]:
+    """Rows by run and window; `stresses` of the runs that have a tared stroke, `reasons` of the others."""
+    here = Path("no campaign is here")
+    table = {run.run_id: ({"depth_cm": 1.0},) for run in runs} if numbers else {}
+    campaign = Campaign(here, here, here, config, runs, table)
+    facts = {"flags": "", "note": "", "sample_step_s": 0.01, "clock_se_s": 0.0, "surface_se_mm": 0.0,
+             "zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0, "zero_dof": 12.0}  # fmt: skip
+    status = pd.DataFrame(
+        facts | {"run_id": run.run_id, "reason": (reasons or {}).get(run.run_id, "")}
+        for run in runs
+    )
+    nothing = dict.fromkeys(("x_cm", "force_x_N", "tare_z_N", "tare_x_N"), 0.0)
+    tared = pd.concat(
+        pd.DataFrame({"run_id": name, "depth_cm": DEPTH_CM, "path_cm": DEPTH_CM, **nothing,
+                      "force_z_N": AREA_CM2 * stresses[name], "why": np.int8(0)})
+        for name in sorted(stresses)
+    )  # fmt: skip
+    tared["run_id"] = tared["run_id"].astype("category")
+    tares = pd.DataFrame(columns=["run_id", "reason"])
+    fits, *_ = fit_medium(campaign, "yuma", status, tared, tares)
+    table_of = alpha_frame("yuma", one_cell(0.5)) if alpha is None else alpha
+    tables = {"runs": status, "tared": tared, "tares": tares, "fits": fits, "alpha": table_of}
+    rows: list[Any] = penetration_rows(campaign, "yuma", tables, CHI)
+    assert {row["medium"] for row in rows} <= {"yuma"}
+    found = {(row["run_id"], row["window"]): row for row in rows}
+    assert len(found) == len(rows)
+    return found
+
+
+def test_each_regime_has_its_own_slope_and_zeta(paper_config: Config) -> None:
+    """The stated regime of 2 cm ends above the knee at 3 cm, the detected one below it."""
+    found = told(paper_config, {"down": kneed(3.0)})
+    assert list(found) == [("down", "stated"), ("down", "detected")]
+    stated, detected = found.values()
+    assert (stated["linear_to_cm"], stated["reason"], detected["reason"]) == (2.0, "", "")
+    assert stated["alpha_z_N_per_cm3"] == pytest.approx(0.5)
+    assert stated["zeta"] == pytest.approx(0.5 / 1.25)
+    end = detected["linear_to_cm"]
+    assert 3 < end < 4.2
+    part = end + 1e-9 >= DEPTH_CM
+    slope = DEPTH_CM[part] @ kneed(3.0)[part] / (DEPTH_CM[part] @ DEPTH_CM[part])
+    assert slope > 0.503
+    assert detected["alpha_z_N_per_cm3"] == pytest.approx(slope)
+    assert detected["zeta"] == pytest.approx(slope / 1.25)
+
+
+def test_a_regime_that_ends_with_the_test_is_said(paper_config: Config) -> None:
+    found = told(paper_config, {"down": kneed(9.0)})
+    assert found["down", "stated"]["reason"] == ""
+    assert found["down", "detected"]["reason"] == NO_END
+    assert found["down", "detected"]["linear_to_cm"] == pytest.approx(4.95, abs=0.051)
+    assert found["down", "detected"]["zeta"] == pytest.approx(0.5 / 1.25)
+
+
+@pytest.mark.parametrize("window", ["stated", "detected"])
+def test_a_regime_that_is_not_known_has_its_reason_and_no_number(
+    paper_config: Config, window: str
+) -> None:
+    """A curve that is bent from the start has none to detect, and a config may state none."""
+    media = dict(paper_config.media)
+    if window == "stated":
+        media["yuma"] = media["yuma"].model_copy(update={"linear_to_cm": None})
+    config = paper_config.model_copy(update={"media": media})
+    found = told(config, {"down": kneed(3.0) if window == "stated" else DEPTH_CM**2})
+    lost = found.pop(("down", window))
+    assert lost["reason"] == NONE
+    assert math.isnan(lost["linear_to_cm"])
+    assert "alpha_z_N_per_cm3" not in lost
+    (other,) = found.values()
+    assert (other["reason"], other["alpha_z_N_per_cm3"] > 0) == ("", True)
+
+
+def test_only_a_level_plate_straight_down_is_a_penetration_test(paper_config: Config) -> None:
+    others = (
+        push("tilted", beta_deg=30.0), push("slanted", gamma_deg=45.0),
+        push("up", direction="extraction"), push("rod", kind="rod"),
+    )  # fmt: skip
+    runs = (*others, push())
+    strokes = {run.run_id: kneed(3.0) for run in runs if run.kind == "plate"}
+    assert {name for name, _ in told(paper_config, strokes, runs)} == {"down"}
+
+
+def test_a_test_without_a_stroke_stands_last_with_its_reason(paper_config: Config) -> None:
+    runs = push("a"), push("b"), push("c")
+    found = told(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust on the plate"})
+    assert list(found) == [("b", "stated"), ("b", "detected"), ("a", "stated"), ("c", "stated")]
+    assert found["a", "stated"]["reason"] == "dust on the plate"
+    assert found["c", "stated"]["reason"] == "it has no stroke, or its tare rod is of no use"
+    number = told(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust"}, numbers=True)
+    assert number["a", "stated"]["reason"] == "dust"
+    assert number["c", "stated"]["reason"] == (
+        "a slope from a table: no curve of stress against depth"
+    )
+
+
+def test_the_force_on_rod_and_mount_is_said_of_both_regimes(paper_config: Config) -> None:
+    runs = push(tare_run=""), push("tared")
+    found = told(paper_config, {"down": kneed(9.0), "tared": kneed(3.0)}, runs)
+    assert found["down", "stated"]["reason"] == NO_TARE_FLAG
+    assert found["down", "detected"]["reason"] == f"{NO_END}; {NO_TARE_FLAG}"
+    assert found["tared", "stated"]["reason"] == found["tared", "detected"]["reason"] == ""
+
+
+def test_the_bed_and_the_surface_are_in_the_interval_of_a_test(paper_config: Config) -> None:
+    """Beds 4 % apart, rods 3 %, a surface known to 0.1 mm and, of all runs, 0.2 mm; no noise."""
+    alpha = alpha_frame("yuma", one_cell(0.5)).assign(
+        run_to_run_z_N_per_cm3=0.02, alpha_z_rod_N_per_cm3=0.015
+    )
+    errors = paper_config.errors.model_copy(
+        update={"surface_run_mm": 0.1, "surface_session_mm": 0.2}
+    )
+    config = paper_config.model_copy(update={"errors": errors})
+    stated = told(config, {"down": kneed(3.0)}, alpha=alpha)["down", "stated"]
+    part = DEPTH_CM[DEPTH_CM <= 2]
+    # a surface that lies deeper by d takes slope times d from each stress of the line through zero
+    lever = part.sum() / (part @ part)
+    half = 1.959964 * 0.5 * math.hypot(0.04, 0.03, 0.01 * lever, 0.02 * lever)
+    assert stated["alpha_z_hi_N_per_cm3"] == pytest.approx(0.5 + half, rel=1e-4)
+    assert stated["alpha_z_lo_N_per_cm3"] == pytest.approx(0.5 - half, rel=1e-4)
+    fit = paper_config.fit.model_copy(update={"confidence": 0.8})
+    config = config.model_copy(update={"fit": fit})
+    narrow = told(config, {"down": kneed(3.0)}, alpha=alpha)["down", "stated"]
+    assert narrow["alpha_z_hi_N_per_cm3"] == pytest.approx(
+        0.5 + 1.281552 / 1.959964 * half, rel=1e-4
+    )
+    assert narrow["zeta_hi"] < stated["zeta_hi"]
+
+
+def test_a_sand_that_pulls_has_a_slope_and_no_zeta(paper_config: Config) -> None:
+    for row in told(paper_config, {"down": -kneed(3.0)}).values():
+        assert row["alpha_z_N_per_cm3"] < -0.4
+        assert row["reason"].startswith("alpha_z(0, 90 deg) must be a positive number")
+        assert "zeta" not in row
