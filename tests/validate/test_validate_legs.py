@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import PROJECT
-from light_campaign import results_of
+from light_campaign import alpha_frame, one_cell, results_of
 from turning import sweep
 
 from rftfit.campaign.config import Config, Leg
@@ -25,6 +25,7 @@ from rftfit.measure.alpha import column
 from rftfit.model.draws import measured_profile
 from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import TableProfile
+from rftfit.model.scaling import PRINTED_NOTE
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, alpha_grid, load
 
 SE = 0.001
@@ -32,8 +33,11 @@ SE = 0.001
 
 @pytest.fixture(scope="module")
 def config() -> Config:
+    """The demonstration's, with few draws: the best values do not depend on them."""
     text = (PROJECT / "config" / "config.yaml").read_text(encoding="utf-8")
-    return Config.model_validate(yaml.safe_load(text))
+    values = yaml.safe_load(text)
+    values["fourier"]["draws"] = 200
+    return Config.model_validate(values)
 
 
 def alpha_of(medium: str, noise: np.random.Generator | None = None) -> pd.DataFrame:
@@ -107,13 +111,16 @@ def test_the_shape_of_a_leg_is_in_the_intervals(config: Config) -> None:
     np.testing.assert_allclose(
         other["force_z_N"] - plain["force_z_N"], moved["hip"]["z"], atol=1e-9
     )
-    top = int(plain["force_z_N"].argmax())
-    extra = 1.96 * math.hypot(*(part["z"][top] for part in moved.values()))
-    own = plain["force_z_hi_N"][top] - plain["force_z_N"][top]
-    assert wide["force_z_hi_N"][top] - wide["force_z_N"][top] == pytest.approx(
-        math.hypot(own, extra), rel=1e-3
-    )
-    assert extra > 0.01 * plain["force_z_N"][top]
+    for c in "zx":
+        top = int(plain[f"force_{c}_N"].abs().argmax())
+        extra = 1.96 * math.hypot(*(part[c][top] for part in moved.values()))
+        for end in ("lo", "hi"):
+            own, whole = (
+                abs(one[f"force_{c}_{end}_N"][top] - one[f"force_{c}_N"][top])
+                for one in (plain, wide)
+            )
+            assert whole == pytest.approx(math.hypot(own, extra), rel=1e-3)
+        assert extra > 0.01 * abs(plain[f"force_{c}_N"][top])
 
 
 def curve(theta: np.ndarray, z: np.ndarray, x: np.ndarray, **names: str) -> pd.DataFrame:
@@ -237,6 +244,34 @@ def test_a_missing_cell_gives_no_guess(config: Config) -> None:
     assert by_table.loc[unknown, "reason"].str.contains("transducer saturated").all()
     assert (by_table.loc[~unknown, "reason"] == "").all()
     assert curves.loc[curves["profile"] == "fourier", "force_z_N"].notna().all()
+
+
+def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config: Config) -> None:
+    sand = results_of([alpha_frame("yuma", one_cell(0.69))], config)["yuma"]
+    reasons = predicted_curves(sand).groupby(["profile", "leg"])["reason"].unique()
+    assert len(reasons) == 2 * len(LEGS)
+    assert all(list(found) == [PRINTED_NOTE] for found in reasons["generic"])
+    assert all(list(found) == [""] for found in reasons["map"])
+
+
+def test_a_sand_without_a_test_has_no_curve_and_all_columns(config: Config) -> None:
+    sand = results_of([alpha_frame("yuma", one_cell(np.nan))], config)["yuma"]
+    curves = predicted_curves(sand)
+    assert curves.empty
+    assert list(curves.columns) == PREDICTED_COLUMNS
+
+
+def test_a_map_is_for_a_medium_that_lacks_directions(config: Config) -> None:
+    """Cells that are too few for nine terms give no profile that needs them."""
+    table = alpha_of("poppy_LP")
+    cells = (table["beta_deg"] == 0) & ((table["gamma_deg"] > 0) | (table["gamma_deg"] == -90))
+    numbers = [name for name in table if str(name).startswith("alpha_")]
+    table.loc[~cells, numbers] = np.nan
+    curves = predicted_curves(results_of([table], config)["poppy_LP"])
+    assert set(curves["profile"]) == {"table", "map", "depth_only"}
+    lacking = curves[curves["force_z_N"].isna()]
+    assert set(lacking["profile"]) == {"table"}
+    assert lacking["reason"].str.startswith("measured table of poppy_LP: no alpha at").all()
 
 
 def test_prediction_needs_a_leg_of_the_config(config: Config) -> None:

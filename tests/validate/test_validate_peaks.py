@@ -216,3 +216,48 @@ def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error() -> None:
         half, rel=1e-3
     )
     assert found["rms_relative_to_peak"] == pytest.approx(found["rms_error_N"] / peak.force_N)
+
+
+def test_flags_of_the_logs_stand_behind_the_reason() -> None:
+    measured, predicted = curves(wide(10.0), wide(12.0))
+    flags = np.where(THETA < 0, "no tare subtracted", "")
+    flags[-1] = "a gap"
+    measured = measured.assign(flags=flags)
+    assert set(leg_errors(measured, predicted)["reason"]) == {"no tare subtracted; a gap"}
+    lost = predicted.assign(force_z_N=np.nan, reason="no run")
+    table = leg_errors(measured, lost).set_index("component")
+    assert table.loc["z", "reason"] == "no run; no tare subtracted; a gap"
+    assert list(table["rms_error_N"].isna()) == [True, False]
+
+
+def test_what_a_peak_rests_on_is_told_of_the_measured_table_alone() -> None:
+    measured, by_table = curves(wide(10.0), wide(12.0))
+    predicted = pd.concat([by_table, by_table.assign(profile="fourier")])
+    behind = {("m", "c_leg", "z"): ("bed 90 %, noise 10 %", 12.5)}
+    table = leg_errors(measured, predicted, behind=behind).set_index(["profile", "component"])
+    names = ["peak_errors", "peak_on_flagged_percent"]
+    assert list(table.loc[("table", "z"), names]) == ["bed 90 %, noise 10 %", 12.5]
+    rest = table.drop(index=("table", "z"))
+    assert len(rest) == 3
+    assert (rest["peak_errors"] == "").all()
+    assert rest["peak_on_flagged_percent"].isna().all()
+
+
+def test_the_interval_of_a_peak_error_has_the_stated_level() -> None:
+    """10 N measured with a zero of 0.3 N; Student, 24 degrees of freedom, 80 %: 1.3178."""
+    measured, predicted = curves(wide(10.0), wide(12.0))
+    row = leg_errors(measured.assign(zero_se_z_N=0.3), predicted, confidence=0.8).iloc[0]
+    half = 120 * math.hypot(0.1 / 12, 1.3178 * 0.03)
+    assert row["peak_error_hi_percent"] == pytest.approx(20 + half, rel=1e-4)
+    assert row["peak_error_lo_percent"] == pytest.approx(20 - half, rel=1e-4)
+
+
+def test_curves_are_compared_over_the_theta_that_both_have() -> None:
+    measured, predicted = curves(wide(10.0), wide(12.0))
+    part = predicted[predicted["theta_deg"] >= -120]
+    row = leg_errors(measured[measured["theta_deg"] <= 125], part).iloc[0]
+    assert (row["theta_from_deg"], row["theta_to_deg"]) == (-120, 125)
+    assert row["reason"] == ""
+    theta = np.arange(-120.0, 126.0)
+    rms = 2 * math.sqrt(np.mean((1 - (theta / 150) ** 2) ** 2))
+    assert row["rms_error_N"] == pytest.approx(rms)

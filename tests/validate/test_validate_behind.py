@@ -1,0 +1,154 @@
+"""What the peaks of legs rest on: errors by their share of the variance, and flagged cells."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from light_campaign import alpha_frame, results_of
+from turning import sweep
+
+from rftfit.compare.legs import errors_of_peaks, extreme, shape_errors
+from rftfit.measure.alpha import column
+from rftfit.measure.fits import NOT_LINEAR
+from rftfit.model.outlines import leg_outline, model_leg
+from rftfit.model.profiles import TableProfile
+from rftfit.reference import LEGS, alpha_grid
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.campaign.config import Config
+    from rftfit.results import Medium
+
+MEDIUM = "poppy_LP"
+PROFILE = TableProfile.published(MEDIUM)
+
+
+@pytest.fixture(scope="module")
+def table() -> pd.DataFrame:
+    return alpha_frame(MEDIUM, alpha_grid(MEDIUM))
+
+
+def with_errors(config: Config, **errors: float) -> Config:
+    return config.model_copy(update={"errors": config.errors.model_copy(update=errors)})
+
+
+def medium_of(table: pd.DataFrame, config: Config) -> Medium:
+    return results_of([table], config)[str(table["medium"].iloc[0])]
+
+
+def shares(told: str) -> dict[str, float]:
+    """Percent by the name of the error."""
+    pairs = (part.removesuffix(" %").rsplit(" ", 1) for part in told.split(", "))
+    return {name: float(percent) for name, percent in pairs}
+
+
+def alphas(table: pd.DataFrame, end: str = "") -> list[str]:
+    """Columns of alpha and its errors."""
+    names = [str(name) for name in table]
+    return [name for name in names if name.startswith("alpha_") and name.endswith(end)]
+
+
+def exact(table: pd.DataFrame) -> pd.DataFrame:
+    """The same alpha with errors that are next to nothing."""
+    table = table.copy()
+    for c in "zx":
+        for source in ("_se", "_noise"):
+            table[column(c, source)] = 1e-9
+        for end, sign in (("_lo", -1), ("_hi", 1)):
+            table[column(c, end)] = table[column(c)] + sign * 1.96e-9
+    return table
+
+
+def test_noise_is_all_there_is_where_the_legs_are_exact(
+    table: pd.DataFrame, paper_config: Config
+) -> None:
+    found = errors_of_peaks(medium_of(table, with_errors(paper_config, hip_cm=0, arc_percent=0)))
+    assert set(found) == {(leg, c) for leg in LEGS for c in "zx"}
+    assert {told for told, _ in found.values()} == {"noise 100 %"}
+    assert [percent for _, percent in found.values()] == pytest.approx([0.0] * 6)
+
+
+def test_hip_and_arc_share_the_variance_that_exact_cells_leave(
+    table: pd.DataFrame, paper_config: Config
+) -> None:
+    """The flat leg has no arc; the shares of the others are those of a leg turned anew."""
+    config = with_errors(paper_config, hip_cm=0.05, arc_percent=2.0)
+    found = errors_of_peaks(medium_of(exact(table), config))
+    assert {found["flat_leg", c][0] for c in "zx"} == {"hip 100 %"}
+    for name in ("c_leg", "reversed_c_leg"):
+        leg: Any = config.intruders[name]
+        forces = [
+            sweep(PROFILE, outline, hip_height_cm=hip)
+            for outline, hip in (
+                (model_leg(name), 2.0), (model_leg(name), 2.05), (leg_outline(leg, arc_deg=183.6), 2.0),
+            )
+        ]  # fmt: skip
+        for c in "zx":
+            plain, hip, arc = (getattr(one, f"force_{c}_N") for one in forces)
+            at = extreme(plain, c)
+            of_hip, of_arc = ((one - plain)[at] ** 2 for one in (hip, arc))
+            wanted = {"hip": of_hip, "arc": of_arc}
+            for error, percent in shares(found[name, c][0]).items():
+                assert percent == pytest.approx(100 * wanted[error] / (of_hip + of_arc), abs=0.51)
+
+
+def test_the_surface_of_the_plates_moves_the_axle_too(paper_config: Config) -> None:
+    """Hip and surface errors of 0.03 and 0.4, 1.2 mm are one of 1.3 mm."""
+    leg: Any = paper_config.intruders["c_leg"]
+    plain = sweep(PROFILE, model_leg("c_leg"))
+    best = {"z": plain.force_z_N, "x": plain.force_x_N}
+    apart = {"hip_cm": 0.03, "surface_run_mm": 0.4, "surface_session_mm": 1.2}
+    found = shape_errors(PROFILE, leg, with_errors(paper_config, **apart), best)
+    raised = sweep(PROFILE, model_leg("c_leg"), hip_height_cm=2.13)
+    np.testing.assert_allclose(found["hip"]["z"], raised.force_z_N - best["z"], atol=1e-9)
+    np.testing.assert_allclose(found["hip"]["x"], raised.force_x_N - best["x"], atol=1e-9)
+
+
+def flagged(table: pd.DataFrame, where: Any) -> pd.DataFrame:
+    return table.assign(flags=np.where(where, f"alpha_z {NOT_LINEAR} (+12 %)", ""))
+
+
+def test_flagged_cells_and_the_others_make_the_whole_peak(
+    table: pd.DataFrame, paper_config: Config
+) -> None:
+    """Percent of the peak from some cells, and from all but these, add to 100."""
+    config = with_errors(paper_config, hip_cm=0, arc_percent=0)
+    some = (table["beta_deg"] >= 0) & (table["gamma_deg"] > 0)
+    parts = [errors_of_peaks(medium_of(flagged(table, where), config)) for where in (some, ~some)]
+    both = [{key: told[1] for key, told in part.items()} for part in parts]
+    for key, one in both[0].items():
+        assert one + both[1][key] == pytest.approx(100), key
+        assert one != pytest.approx(0)
+    # by hand: without these cells, the flat leg has the lift of the others alone
+    z, x = (np.where(some, 0, grid.ravel()).reshape(7, 13) for grid in alpha_grid(MEDIUM))
+    whole, left = (sweep(profile, model_leg("flat_leg")).force_z_N
+                   for profile in (PROFILE, TableProfile(z, x)))  # fmt: skip
+    at = int(whole.argmax())
+    assert both[0]["flat_leg", "z"] == pytest.approx(100 * (1 - left[at] / whole[at]))
+
+
+def test_only_the_legs_that_meet_an_empty_cell_are_left_out(
+    table: pd.DataFrame, paper_config: Config
+) -> None:
+    """The lowest part of a bent leg is level as it moves level, no part of a flat leg ever is."""
+    empty = (table["beta_deg"] == 0) & (table["gamma_deg"] == 0)
+    lacking = table.copy()
+    lacking.loc[empty, alphas(table)] = np.nan
+    whole = errors_of_peaks(medium_of(table, paper_config))
+    found = errors_of_peaks(medium_of(lacking, paper_config))
+    assert {leg for leg, _ in whole} == set(LEGS)
+    assert set(found) == {("flat_leg", "z"), ("flat_leg", "x")}
+    assert shares(found["flat_leg", "z"][0]).keys() == {"hip", "noise"}
+
+
+def test_a_table_without_errors_and_a_sand_tell_nothing(
+    table: pd.DataFrame, paper_config: Config
+) -> None:
+    silent, nothing = table.copy(), table.copy()
+    silent[alphas(table, "_hi_N_per_cm3")] = np.nan
+    nothing[alphas(table)] = np.nan
+    for own in (silent, nothing, table.assign(medium="yuma")):
+        assert errors_of_peaks(medium_of(own, paper_config)) == {}
