@@ -174,3 +174,33 @@ def test_poses_in_whole_numbers() -> None:
     plate = polyline([(-1, 0), (1, 0)], 1.0)
     ours, theirs = forces_on(TABLE, plate, whole), forces_on(TABLE, plate, whole.astype(float))
     np.testing.assert_array_equal(ours.force_z_N, theirs.force_z_N)
+
+
+@pytest.mark.parametrize("most", [1, 2_000_000])
+def test_draws_have_the_forces_and_the_moment_of_a_single_profile(
+    monkeypatch: pytest.MonkeyPatch, most: int
+) -> None:
+    """However many poses are taken at once, and also if nothing is missing."""
+    monkeypatch.setattr("rftfit.model.forces._MOST_AT_ONCE", most)
+    z, x = reference.alpha_grid("poppy_LP")
+    poses = np.tile([0.5, 1.0, 0.3, 0.4, -1.0, 0.2], (5, 1)) * np.linspace(0.5, 1, 5)[:, None]
+    leg = model_leg("c_leg")
+    found = force_draws(TableProfile(np.stack([z, 2 * z]), np.stack([x, 2 * x])), leg, poses)
+    wanted = forces_on(TABLE, leg, poses)
+    for name in ("force_z_N", "force_x_N", "moment_N_cm"):
+        one = getattr(wanted, name)
+        assert (one != 0).all()
+        np.testing.assert_allclose(getattr(found, name), [one, 2 * one], rtol=1e-9)
+    assert found.reason == wanted.reason == ""
+    poses[2, 0] = np.nan
+    lost = force_draws(TABLE, leg, poses)
+    assert lost.reason == forces_on(TABLE, leg, poses).reason != ""
+    np.testing.assert_array_equal(np.isnan(lost.moment_N_cm), np.arange(5) == 2)
+
+
+def test_draws_of_no_pose_are_empty() -> None:
+    z, x = reference.alpha_grid("poppy_LP")
+    found = force_draws(TableProfile(np.stack([z] * 3), np.stack([x] * 3)), model_leg("c_leg"),
+                        np.zeros((0, 6)))  # fmt: skip
+    shapes = {one.shape for one in (found.force_z_N, found.force_x_N, found.moment_N_cm)}
+    assert (shapes, found.reason) == ({(3, 0)}, "")

@@ -15,12 +15,15 @@ from paper_grid import BETA, GAMMA
 from rftfit import reference
 from rftfit.compare.coefficients import penetration_row
 from rftfit.measure.alpha import column
+from rftfit.measure.fits import NOT_LINEAR
 from rftfit.model import fourier
 from rftfit.model.draws import alpha_draws, interval
 from rftfit.model.scaling import (
     ALL_METHODS,
     AS_PRINTED,
     Reference,
+    Scaled,
+    alpha_of_test,
     fit_media,
     fit_medium,
     generic_interval,
@@ -371,3 +374,102 @@ def test_few_degrees_of_freedom_of_alpha_are_those_of_its_coefficients(
         table[column(c, "_hi")] = table[column(c)] + 2.776445 * table[column(c, "_se")]
     fits = fit_media([table], paper_config)
     assert [fit.dof for fit in fits] == pytest.approx([4.0] * len(ALL_METHODS), rel=1e-4)
+
+
+def test_the_error_of_a_test_is_the_larger_of_two() -> None:
+    """0.1 N/cm^3 either side at 95 % is a standard error of 0.1 / 1.9623."""
+    names = [column("z", end) for end in ("", "_se", "_lo", "_hi")]
+    for se, wanted in ((0.01, 0.1 / 1.962339), (0.2, 0.2)):
+        found = alpha_of_test(pd.Series(dict(zip(names, (0.5, se, 0.4, 0.6), strict=True))), 0.95)
+        assert found == pytest.approx((0.5, wanted), rel=1e-6)
+
+
+def nine_terms(medium: str, spoiled: float) -> pd.DataFrame:
+    """Alpha of nine known terms; two cells are flagged, and their alpha_z and alpha_x are `spoiled` off."""
+    true = fourier.as_array(reference.coefficients("poppy_CP"))
+    z, x = fourier.evaluate(true, BETA, GAMMA)
+    table = alpha_frame(medium, (z, x), 0.002).assign(flags="")
+    for row in (44, 60):
+        for c in "zx":
+            table.loc[row, [column(c, end) for end in ("", "_lo", "_hi")]] += spoiled
+        table.loc[row, "flags"] = f"alpha_z {NOT_LINEAR} (+20 %)"
+    return table
+
+
+def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config: Config) -> None:
+    """Exact cells give their terms back; what the other two would change is told beside it."""
+    true = fourier.as_array(reference.coefficients("poppy_CP"))
+    table = nine_terms("poppy_LP", 0.5)
+    kept = fit_medium(table, paper_config, "lsq")
+    np.testing.assert_allclose(kept.without_flagged, np.where(kept.keep, true, 0), atol=5e-3)
+    assert np.abs(kept.used - true).max() > 0.01
+    rule = paper_config.fit.model_copy(update={"flagged": "leave_out"})
+    config = paper_config.model_copy(update={"fit": rule})
+    bare = fit_medium(table, config, "lsq")
+    np.testing.assert_allclose(bare.full, true, atol=1e-9)
+    np.testing.assert_array_equal(bare.used, bare.without_flagged)
+    np.testing.assert_allclose(bare.draws.mean(axis=0), bare.used, atol=2e-4)
+    assert np.abs(kept.draws.mean(axis=0) - bare.used).max() > 0.01
+    # the transform needs every cell, and nothing is known of it without some
+    whole = fit_medium(table, paper_config, "dft-index")
+    assert whole.reason == ""
+    assert np.isnan(whole.without_flagged).all()
+    assert np.isnan(fit_medium(nine_terms("poppy_LP", 0).assign(flags=""), paper_config, "lsq")
+                    .without_flagged).all()  # fmt: skip
+
+
+def test_errors_of_zeta_by_name_make_its_whole_error(paper_config: Config) -> None:
+    """A table of noise and bed, 3 to 4: their squares add to that of the draws."""
+    table = published("poppy_LP", 0.005)
+    for c in "zx":
+        table[column(c, "_noise")] = 0.003
+        table[column(c, "_bed")] = 0.004
+    fit = fit_medium(table, paper_config, "lsq")
+    found = fit.zeta_errors
+    assert set(found) == {"noise", "bed"}
+    assert found["bed"] / found["noise"] == pytest.approx(4 / 3, rel=1e-6)
+    whole = math.hypot(found["noise"], found["bed"])
+    assert whole == pytest.approx(fit.zeta_draws.std(ddof=1), rel=0.15)
+    for c in "zx":
+        table[[column(c, "_lo"), column(c, "_hi")]] = np.nan
+    silent = fit_medium(table, paper_config, "lsq")
+    assert (silent.reason, silent.zeta_errors) == ("", {})
+    assert np.isnan(silent.draws).all()
+    assert silent.draws.shape == fit.draws.shape
+
+
+def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_config: Config) -> None:
+    tables = [published(medium) for medium in ("poppy_LP", "poppy_CP", "glass3mm_CP")]
+    row = tables[1][(tables[1]["beta_deg"] == 0) & (tables[1]["gamma_deg"] == 90)].index
+    tables[1] = tables[1].drop(index=row)
+    fits = [fit_medium(table, paper_config, "lsq") for table in tables]
+    assert [fit.reason for fit in fits] == ["", "", ""]
+    assert math.isnan(fits[1].alpha_z)
+    assert np.isnan(fits[1].alpha_z_draws).all()
+    found = reference_of(fits, paper_config)
+    assert (found.printed, found.media) == (False, ("poppy_LP", "glass3mm_CP"))
+    assert found.chi == pytest.approx([fit.alpha_z / fit.zeta for fit in (fits[0], fits[2])])
+    assert found.m0 == pytest.approx(
+        (fits[0].used / fits[0].zeta + fits[2].used / fits[2].zeta) / 2
+    )
+    assert found.name == "this campaign, method lsq"
+
+
+def test_the_interval_of_a_quantity_by_hand() -> None:
+    """zeta 0.8 (0.7 to 1.0); two media have 1.9 and 2.1 of a quantity that is 2: t = 12.7062."""
+    found = Scaled(0.8, 0.7, 1.0, 1.25, 1.2, 1.3, 0.95)
+    own = np.array([[1.9, -1.9], [2.1, -2.1]])
+    value, lo, hi = found.with_interval(np.array([2.0, -2.0]), own)
+    shape = 12.706205 * 0.1 * math.sqrt(2) * math.sqrt(1.5) * 0.8
+    assert value == pytest.approx([1.6, -1.6])
+    assert lo == pytest.approx([1.6 - math.hypot(0.2, shape), -1.6 - math.hypot(0.4, shape)])
+    assert hi == pytest.approx([1.6 + math.hypot(0.4, shape), -1.6 + math.hypot(0.2, shape)])
+
+
+def test_a_scaled_medium_keeps_its_test_at_another_level() -> None:
+    medium = scale(0.9, 0.05).at(0.8)
+    assert (medium.alpha_z, medium.alpha_z_se, medium.confidence) == (0.9, 0.05, 0.8)
+    assert medium.reference == scale(0.9).reference
+    for level in (0.5, 1.0):
+        with pytest.raises(ValueError, match="level"):
+            scale(0.9, confidence=level)

@@ -132,3 +132,42 @@ def test_without_a_measured_leg_there_is_nothing_to_sum_up(
     assert table["peak_z_N"].notna().all()
     assert table["peak_error_z_percent"].isna().all()
     assert shapes(table) == []
+
+
+def summed_up(rows: list[tuple[str, float, int, float, float, float, float]]) -> list[str]:
+    """What `shapes` says of rows: leg, arc, its step, that of the hip, lead, errors of z and x."""
+    names = ["leg", "arc_deg", "arc_step_deg", "hip_step_cm", "lead_cm", "peak_error_z_percent",
+             "peak_error_x_percent"]  # fmt: skip
+    found = shapes(pd.DataFrame(rows, columns=names).assign(profile="table"))
+    return told(found).split("; ")
+
+
+def test_peaks_within_a_third_are_counted_by_hand() -> None:
+    """33 % is within, 33.1 % is not; the worst lift keeps its sign; the straight leg is in every arc."""
+    rows = [
+        ("c_leg", 180.0, 0, 0.0, 0.0, 33.0, -33.1), ("c_leg", 180.0, 0, 0.0, 0.3, 1.0, 2.0),
+        ("c_leg", 195.0, 15, 0.0, 0.0, -33.0, 99.0), ("flat_leg", 0.0, 0, 0.0, 0.0, -50.0, 0.0),
+        ("c_leg", 180.0, 0, 0.2, 0.0, 40.0, 3.0), ("c_leg", 180.0, 0, -0.2, 0.0, 4.0, 50.0),
+    ]  # fmt: skip
+    assert summed_up(rows) == [
+        "arc of 180 deg: 1 of 2 lifts (worst -50 %), 1 thrusts",
+        "arc of 195 deg: 1 of 2 lifts (worst -50 %), 1 thrusts",
+        "arc of 180 deg, face ahead: 1 of 1 lifts (worst +1 %), 1 thrusts",
+        "hip 2 mm lower: 1 of 1 lifts (worst +4 %), 0 thrusts",
+        "hip 2 mm higher: 0 of 1 lifts (worst +40 %), 1 thrusts",
+    ]
+
+
+def test_legs_of_different_arcs_are_told_by_the_step() -> None:
+    rows = [
+        (leg, arc + step, step, 0.0, 0.0, 5.0, 5.0)
+        for leg, arc in (("long", 180.0), ("short", 150.0))
+        for step in (0, -15)
+    ]
+    assert [one.partition(":")[0] for one in summed_up(rows)] == ["arcs +0 deg", "arcs -15 deg"]
+
+
+def test_a_natural_sand_is_not_summed_up(table: pd.DataFrame) -> None:
+    sand = table.assign(profile="generic", peak_error_z_percent=99.0)
+    assert shapes(pd.concat([table, sand])) == shapes(table)
+    assert shapes(sand) == []
