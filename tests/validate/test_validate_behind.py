@@ -14,7 +14,7 @@ from rftfit.measure.alpha import column
 from rftfit.measure.fits import NOT_LINEAR
 from rftfit.model.outlines import leg_outline, model_leg
 from rftfit.model.profiles import TableProfile
-from rftfit.reference import LEGS, alpha_grid
+from rftfit.reference import GAMMA_DEG, LEGS, alpha_grid
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -122,12 +122,25 @@ def test_flagged_cells_and_the_others_make_the_whole_peak(
     for key, one in both[0].items():
         assert one + both[1][key] == pytest.approx(100), key
         assert one != pytest.approx(0)
-    # by hand: without these cells, the flat leg has the lift of the others alone
-    z, x = (np.where(some, 0, grid.ravel()).reshape(7, 13) for grid in alpha_grid(MEDIUM))
-    whole, left = (sweep(profile, model_leg("flat_leg")).force_z_N
-                   for profile in (PROFILE, TableProfile(z, x)))  # fmt: skip
+
+
+def test_the_part_from_flagged_cells_is_that_of_the_lift_and_not_of_a_larger_suction(
+    paper_config: Config,
+) -> None:
+    """Without the cells that are flagged, the lift of the flat leg is that of the others alone."""
+    z, x = alpha_grid(MEDIUM)
+    z = np.where(GAMMA_DEG < 0, 30 * z, z)
+    table = alpha_frame(MEDIUM, (z, x))
+    some = (table["beta_deg"] >= 0) & (table["gamma_deg"] > 0)
+    found = errors_of_peaks(medium_of(flagged(table, some), paper_config))
+    bare = [np.where(some, 0, grid.ravel()).reshape(7, 13) for grid in (z, x)]
+    whole, left = (
+        sweep(TableProfile(up, along), model_leg("flat_leg")).force_z_N
+        for up, along in ((z, x), bare)
+    )
     at = int(whole.argmax())
-    assert both[0]["flat_leg", "z"] == pytest.approx(100 * (1 - left[at] / whole[at]))
+    assert whole.min() < -whole[at] < -1
+    assert found["flat_leg", "z"][1] == pytest.approx(100 * (1 - left[at] / whole[at]))
 
 
 def test_only_the_legs_that_meet_an_empty_cell_are_left_out(

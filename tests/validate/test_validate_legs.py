@@ -141,6 +141,7 @@ def test_errors_by_hand() -> None:
     assert table.loc["x", "peak_error_percent"] == pytest.approx(-25, abs=0.02)
     assert table.loc["x", "peak_measured_N"] == pytest.approx(-4, abs=0.001)
     assert table.loc["z", "peak_predicted_lo_N"] == pytest.approx(11.9)
+    assert table.loc["z", "peak_predicted_hi_N"] == pytest.approx(12.1)
     rms = 2 * math.sqrt(np.mean(bell**2))
     assert table.loc["z", "rms_error_N"] == pytest.approx(rms)
     r2 = 1 - np.sum((2 * bell) ** 2) / np.sum((10 * (bell - bell.mean())) ** 2)

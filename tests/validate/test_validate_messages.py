@@ -20,5 +20,5 @@ def test_curves_that_share_no_angle() -> None:
     measured = pd.DataFrame([{**names, "theta_deg": 0.0}])
     predicted = pd.DataFrame([{**names, "theta_deg": 90.0, "profile": "table", "reason": ""}])
     for row in leg_errors(measured, predicted).to_dict("records"):
-        assert "no theta" in row["reason"]
+        assert row["reason"] == "measured and predicted curve share no theta"
         assert math.isnan(row["rms_error_N"])
