@@ -93,6 +93,12 @@ def test_each_regime_has_its_own_slope_and_zeta(paper_config: Config) -> None:
     assert slope > 0.503
     assert detected["alpha_z_N_per_cm3"] == pytest.approx(slope)
     assert detected["zeta"] == pytest.approx(slope / 1.25)
+    assert abs(stated["nonlinear_z_ratio"]) < 1e-9
+    assert 0.01 < detected["nonlinear_z_ratio"] <= 0.1
+    # of an exact test, the scatter of two chi is left: Student, one degree of freedom
+    factor = math.exp(12.706205 * math.log(1.3 / 1.2) * math.sqrt(1.5 / 2))
+    assert stated["zeta_lo"] == pytest.approx(0.4 / factor, rel=1e-4)
+    assert stated["zeta_hi"] == pytest.approx(0.4 * factor, rel=1e-4)
 
 
 def test_a_regime_that_ends_with_the_test_is_said(paper_config: Config) -> None:

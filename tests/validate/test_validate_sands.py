@@ -92,6 +92,8 @@ def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
             "run_to_run_z_N_per_cm3": 0.028, "alpha_z_rod_N_per_cm3": 0.021}  # fmt: skip
     others = sands._of_any_window(pd.DataFrame([cell]))
     assert others == pytest.approx(0.05)
+    bare = pd.DataFrame([cell]).drop(columns=column("z", "_rod"))
+    assert sands._of_any_window(bare) == pytest.approx(0.04)
     words = (0.95, np.array([1.2, 1.3]), SurfaceError(run=0.1))
     alone, whole = (sands._slope(fit, *words, other) for other in (0.0, others))
     own, half = (float(str(row["alpha_z_hi_N_per_cm3"])) - 0.7 for row in (alone, whole))
@@ -102,7 +104,9 @@ def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
 
 
 def test_a_fit_that_was_refused_has_its_reason_and_no_number() -> None:
-    row = sands._slope({"reason": "too few points"}, 0.95, np.array([1.2, 1.3]), SurfaceError())
+    row = sands._slope(
+        {"reason": "too few points"}, 0.95, np.array([1.2, 1.3]), SurfaceError(), 0.0
+    )
     assert row == {"reason": "too few points"}
 
 

@@ -138,7 +138,7 @@ def _of_any_window(alpha: pd.DataFrame) -> float:
 
 
 def _slope(
-    fit: Row, confidence: float, chi: FloatArray, surface: SurfaceError, others: float = 0.0
+    fit: Row, confidence: float, chi: FloatArray, surface: SurfaceError, others: float
 ) -> dict[str, object]:
     """Slope over one linear regime with the errors of a single test, and zeta from it.
 
