@@ -204,3 +204,14 @@ def test_draws_of_no_pose_are_empty() -> None:
                         np.zeros((0, 6)))  # fmt: skip
     shapes = {one.shape for one in (found.force_z_N, found.force_x_N, found.moment_N_cm)}
     assert (shapes, found.reason) == ({(3, 0)}, "")
+
+
+def test_a_leg_that_stands_still_or_is_in_the_air_feels_nothing_in_any_draw() -> None:
+    """Even where the direction of its motion is not known."""
+    poses = np.zeros((3, 6))
+    poses[:, 1] = [1.0, 9.0, 9.0]
+    poses[2, 3] = np.nan
+    found = force_draws(TABLE, model_leg("c_leg"), poses)
+    for force in (found.force_z_N, found.force_x_N, found.moment_N_cm):
+        np.testing.assert_array_equal(force, 0)
+    assert found.reason == ""

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 import pytest
-from light_campaign import alpha_frame, results_of
+from light_campaign import alpha_frame, one_cell, results_of
+from turning import sweep
 
 from rftfit.campaign.config import Config, Leg
 from rftfit.compare.legs import leg_errors, predicted_curves
 from rftfit.compare.sensitivity import SENSITIVITY_COLUMNS, leg_sensitivity, shapes, told
-from rftfit.model.outlines import arc_of, leg_outline
-from rftfit.reference import MEDIA, alpha_grid, load
+from rftfit.model.outlines import arc_of, leg_outline, model_leg
+from rftfit.reference import LEGS, MEDIA, alpha_grid, load
 
 if TYPE_CHECKING:
     from rftfit.results import Results
@@ -22,8 +23,10 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="module")
 def results(paper_config: Config) -> Results:
+    """With few draws: no peak depends on them."""
+    few = paper_config.fourier.model_copy(update={"draws": 200})
     tables = [alpha_frame(medium, alpha_grid(medium)) for medium in MEDIA]
-    return results_of(tables, paper_config)
+    return results_of(tables, paper_config.model_copy(update={"fourier": few}))
 
 
 @pytest.fixture(scope="module")
@@ -165,9 +168,46 @@ def test_legs_of_different_arcs_are_told_by_the_step() -> None:
         for step in (0, -15)
     ]
     assert [one.partition(":")[0] for one in summed_up(rows)] == ["arcs +0 deg", "arcs -15 deg"]
+    nearly = [(leg, arc, 0, 0.0, 0.0, 5.0, 5.0) for leg, arc in (("a", 150.02), ("b", 149.98))]
+    assert summed_up(nearly) == ["arc of 150 deg: 2 of 2 lifts (worst +5 %), 2 thrusts"]
 
 
 def test_a_natural_sand_is_not_summed_up(table: pd.DataFrame) -> None:
     sand = table.assign(profile="generic", peak_error_z_percent=99.0)
     assert shapes(pd.concat([table, sand])) == shapes(table)
     assert shapes(sand) == []
+
+
+def without_cell(medium: str) -> pd.DataFrame:
+    """Its published alpha, with no run of a level plate that moves level."""
+    z, x = (np.array(grid) for grid in alpha_grid(medium))
+    z[3, 6] = x[3, 6] = np.nan
+    return alpha_frame(medium, (z, x))
+
+
+def test_a_missing_cell_takes_the_peaks_of_the_legs_that_meet_it(
+    paper_config: Config, errors: pd.DataFrame
+) -> None:
+    """The lowest part of a bent leg is level and moves level."""
+    media = list(results_of([without_cell("poppy_LP")], paper_config))
+    found = leg_sensitivity(media, load("fig_s5"), errors).set_index("leg")["peak_z_N"]
+    assert found["flat_leg"].notna().all()
+    assert found[["c_leg", "reversed_c_leg"]].isna().all()
+
+
+def test_a_natural_sand_is_predicted_by_its_scaled_generic_profile(paper_config: Config) -> None:
+    """A sand twice as stiff has twice the peaks; one without a test has none."""
+    stiff = {"yuma": 1.0, "palms29": 0.5, "palms29_sieved": np.nan}
+    tables = [alpha_frame(name, one_cell(alpha)) for name, alpha in stiff.items()]
+    media = results_of(tables, paper_config)
+    names = [(name, leg, "generic", c) for name in stiff for leg in LEGS for c in "zx"]
+    measured = pd.DataFrame(names, columns=["medium", "leg", "profile", "component"])
+    found = leg_sensitivity(list(media), load("fig_s12")[:0], measured.assign(peak_measured_N=2.0))
+    assert set(found["profile"]) == {"generic"}
+    peaks = {name: part["peak_z_N"].to_numpy() for name, part in found.groupby("medium")}
+    assert set(peaks) == {"yuma", "palms29"}
+    np.testing.assert_allclose(peaks["yuma"], 2 * peaks["palms29"])
+    np.testing.assert_allclose(found["peak_error_z_percent"], 50 * found["peak_z_N"] - 100)
+    first = found[(found["medium"] == "yuma") & (found["leg"] == "c_leg")].iloc[0]
+    stated = sweep(media["yuma"].profile("generic"), model_leg("c_leg"))
+    assert first["peak_z_N"] == pytest.approx(stated.force_z_N.max(), rel=1e-6)

@@ -46,7 +46,8 @@ def leg_sensitivity(
     theta = {name: part["theta_deg"] for name, part in measured.groupby(["medium", "leg"])}
     rows = []
     for medium in media:
-        config, kind = medium.results.config, medium.kinds[0]
+        config = medium.results.config
+        kind = "table" if medium.name in medium.results.laboratory else "generic"
         profile = medium.profile(kind, draws=False)
         if profile.reason and kind != "table":
             continue
