@@ -28,6 +28,8 @@ from rftfit.model.scaling import (
     fit_medium,
     generic_interval,
     reference_of,
+    routine,
+    routines,
     scale,
     scale_new_medium,
     vertical_penetration,
@@ -355,7 +357,7 @@ def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config: Config) -> 
     whole = by_method["dft-index"]
     assert whole.medium == "poppy_LP"
     assert whole.reason == "1 of 91 cells have no alpha; the transform needs all of them"
-    assert np.isnan(whole.used).all()
+    assert np.isnan([whole.used, whole.full]).all()
     table.loc[table["beta_deg"] != 0, names] = np.nan
     few = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
     assert (few.medium, few.method) == ("poppy_LP", "lsq")
@@ -398,6 +400,8 @@ def nine_terms(medium: str, spoiled: float) -> pd.DataFrame:
 
 def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config: Config) -> None:
     """Exact cells give their terms back; what the other two would change is told beside it."""
+    few = paper_config.fourier.model_copy(update={"draws": 200})
+    paper_config = paper_config.model_copy(update={"fourier": few})
     true = fourier.as_array(reference.coefficients("poppy_CP"))
     table = nine_terms("poppy_LP", 0.5)
     kept = fit_medium(table, paper_config, "lsq")
@@ -458,12 +462,18 @@ def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_conf
 def test_the_interval_of_a_quantity_by_hand() -> None:
     """zeta 0.8 (0.7 to 1.0); two media have 1.9 and 2.1 of a quantity that is 2: t = 12.7062."""
     found = Scaled(0.8, 0.7, 1.0, 1.25, 1.2, 1.3, 0.95)
-    own = np.array([[1.9, -1.9], [2.1, -2.1]])
-    value, lo, hi = found.with_interval(np.array([2.0, -2.0]), own)
+    own = np.array([[1.9, -1.9, 0.0], [2.1, -2.1, 0.0]])
+    value, lo, hi = found.with_interval(np.array([2.0, -2.0, 0.0]), own)
     shape = 12.706205 * 0.1 * math.sqrt(2) * math.sqrt(1.5) * 0.8
-    assert value == pytest.approx([1.6, -1.6])
-    assert lo == pytest.approx([1.6 - math.hypot(0.2, shape), -1.6 - math.hypot(0.4, shape)])
-    assert hi == pytest.approx([1.6 + math.hypot(0.4, shape), -1.6 + math.hypot(0.2, shape)])
+    assert value == pytest.approx([1.6, -1.6, 0])
+    assert lo == pytest.approx([1.6 - math.hypot(0.2, shape), -1.6 - math.hypot(0.4, shape), 0])
+    assert hi == pytest.approx([1.6 + math.hypot(0.4, shape), -1.6 + math.hypot(0.2, shape), 0])
+
+
+def test_a_sand_says_whether_it_is_scaled_with_the_published_media() -> None:
+    names = "scaling routine (lsq)", "scaling routine (lsq, published media)"
+    assert routines("lsq") == names
+    assert tuple(routine("lsq", printed=printed) for printed in (False, True)) == names
 
 
 def test_a_scaled_medium_keeps_its_test_at_another_level() -> None:
