@@ -55,19 +55,33 @@ def few(z: list[list[float]], x: list[list[float]]) -> pd.DataFrame:
     )  # fmt: skip
 
 
-def test_factors_and_errors_by_hand() -> None:
+@pytest.mark.parametrize("size_N", [1.0, 0.01])
+def test_factors_and_errors_by_hand(size_N: float) -> None:
     """One factor for all six forces is (2 + 1 + 2 + 1 + 8 + 4) / (4 + 8), whichever leg is left out."""
-    predicted = few([[1.0], [1.0], [2.0]], [[1.0], [1.0], [2.0]])
-    measured = few([[2.0], [2.0], [4.0]], [[1.0], [1.0], [2.0]])
+    one, two = [size_N], [2 * size_N]
+    predicted = few([one, one, two], [one, one, two]).assign(force_z_lo_N=np.nan)
+    measured = few([two, two, [4 * size_N]], [one, one, two])
     table = corrections(measured, predicted).set_index("model")
     numbers = ["factor_z", "factor_x", "rms_fit_N", "rms_cv_N", "gain_cv_percent"]
     half = np.sqrt(0.5)
     wanted = {"none": [1, 1, 1, 1, 0], "one factor": [1.5, 1.5, half, half, 100 * (1 - half)],
               "factors for z and x": [2, 1, 0, 0, 100]}  # fmt: skip
     for model, row in wanted.items():
-        assert list(table.loc[model, numbers]) == pytest.approx(row, abs=1e-12), model
+        found = table.loc[model, numbers] / [1, 1, size_N, size_N, 1]
+        assert list(found) == pytest.approx(row, abs=1e-12), model
     assert list(table["earns_its_place"]) == [False, True, True]
     assert (table["reason"] == "").all()
+
+
+def test_each_leg_is_judged_by_the_factor_of_the_other_two() -> None:
+    """Lifts of 2, 1, 1 N for 1 N each: factors 1, 1.5, 1.5 of the others leave 1, 0.5, 0.5 N."""
+    predicted = few([[1.0]] * 3, [[0.0]] * 3)
+    table = corrections(few([[2.0], [1.0], [1.0]], [[0.0]] * 3), predicted).set_index("model")
+    row = table.loc["factors for z and x"]
+    assert row["factor_z"] == pytest.approx(4 / 3)
+    assert row["rms_fit_N"] == pytest.approx(1 / 3)
+    assert row["rms_cv_N"] == pytest.approx(0.5)
+    assert row["gain_cv_percent"] == pytest.approx(100 * (1 - 0.5 * np.sqrt(6)))
 
 
 @pytest.mark.parametrize(("extra", "worth"), [(0.4, False), (0.6, True)])
