@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.campaign.config import ForceLog
+from rftfit.campaign.config import ForceLog, Table
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import (
     SEVERAL_PLATES,
@@ -197,9 +197,9 @@ def test_too_few_points(paper_config: Config, wanted: int, least: int) -> None:
 
 def test_a_path_outside_of_the_container_is_told_as_that(paper_config: Config) -> None:
     # an arm whose x counts from somewhere else
-    found = fit_run(run(), stroke(DOWN, x=np.linspace(41, 32, 901)), paper_config)
+    found = fit_run(run(), stroke(DOWN[::100], x=np.linspace(41, 32, 10)), paper_config)
     assert found.reason == (
-        "too few points: 0 in the window, 30 wanted; 655 of 901 samples outside the window: too near a "
+        "too few points: 0 in the window, 30 wanted; 6 of 10 samples outside the window: too near a "
         "wall: the path goes from x = 41.0 to 32.0 cm, allowed are -4.2 to 4.2 cm from the middle of the "
         "container, which arm.middle_x_mm gives"
     )
@@ -213,6 +213,8 @@ def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config: Conf
     fit = paper_config.fit.model_copy(update={"min_depth_cm": 0.3})
     config = paper_config.model_copy(update={"fit": fit})
     assert fit_run(run(), stroke(np.linspace(2.0, 2.37, 400)), config).reason == ""
+    found = fit_run(run(), stroke(np.linspace(2.0, 2.29, 400)), config)
+    assert "it covers 0.29 cm of depth, 0.30 cm wanted (fit.min_depth_cm)" in found.reason
     # level motion has one depth, by its nature
     level = stroke(np.full(400, 5.08), path=np.linspace(0, 8, 400))
     assert fit_run(run("horizontal", gamma=0.0, depth_cm=5.08), level, paper_config).reason == ""
@@ -260,6 +262,26 @@ def test_a_force_along_x_that_nobody_measured(
     for channel, known in (("F2", lacks), ("F1", False)):
         log = ForceLog.model_validate({"columns": {channel: {"constant": 0.0, "unit": "N"}}})
         assert lacks_force_x(paper_config.model_copy(update={"force_log": log}), one) == known
+
+
+@pytest.mark.parametrize("depth", [[2.0], [1.0, 2.0, 4.0], [*range(1, 8), 2.0, 9.0]])
+def test_a_table_may_hold_few_depths_in_any_order(paper_config: Config, depth: list[float]) -> None:
+    config = paper_config.model_copy(update={"table": Table(holds="stress")})
+    # no window of container and plate is cut out of a table
+    given = stroke(np.array(depth), flags=("odd",))
+    found = fit_run(run("extraction"), given, config)
+    assert (found.beta_deg, found.gamma_deg, found.flags) == (-30, -45, ("odd",))
+    np.testing.assert_allclose(alpha(found), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
+    assert (found.depth_from_cm, found.depth_to_cm) == (min(depth), max(depth))
+    assert (found.why == RowStatus.GOOD).all()
+    assert found.slope is not None
+    assert found.slope.points == len(depth)
+
+
+def test_a_depth_of_0_alone_has_no_slope(paper_config: Config) -> None:
+    config = paper_config.model_copy(update={"table": Table(holds="stress")})
+    found = fit_run(run(), stroke(np.zeros(2), np.ones(2)), config)
+    assert found.reason == "all depths are 0, where a stress has no slope through zero"
 
 
 def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config: Config) -> None:

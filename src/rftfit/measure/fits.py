@@ -444,7 +444,8 @@ def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
         100 * (np.array([one.alpha for one in fit.laws[law]]) / line - 1)
         for law in ("free_intercept", "power")
     )
-    exponent = np.array([one.exponent for one in fit.laws["power"]])
+    # a component that is not felt goes with any power
+    exponent = np.where(fit.line == 0, np.nan, [one.exponent for one in fit.laws["power"]])
     left, of_line = (
         np.array([one.rest @ one.rest for one in fit.laws[law]])
         for law in ("power", "free_intercept")

@@ -1,0 +1,285 @@
+"""From the tables of ingest and tare to those of fits and leg curves: numbers known exactly, no logs."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.campaign.config import ForceLog
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.measure.fits import (
+    FIT_COLUMNS,
+    LEG_COLUMNS,
+    NO_FORCE_X,
+    SEVERAL_PLATES,
+    fit_medium,
+    leg_curves,
+)
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.tare import NO_TARE_FLAG
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
+    from rftfit.measure.ledger import Ledger
+
+AREA = 3.81 * 2.54
+ALPHA = np.array([0.31, -0.12])
+ROD = np.array([0.02, -0.03])
+DOWN = np.linspace(0.0, 9.0, 901)
+INSIDE = DOWN[123:778]
+"""Depths at which a plate at 30 degrees is submerged and 6 cm above the bottom."""
+
+
+def run(run_id: str, kind: str = "plate", **more: Any) -> Run:
+    values: dict[str, Any] = {
+        "run_id": run_id, "kind": kind, "medium": "poppy_LP", "intruder": "plate",
+        "direction": "intrusion", "beta_deg": 30.0, "gamma_deg": 45.0, "depth_cm": math.nan,
+        "force_log": f"{run_id}.csv", "motion_log": "", "tare_run": "air", "tare_shared": True,
+        "surface_z_mm": None, "excluded": False, "reason": "", "note": "", "row": 2,
+    }  # fmt: skip
+    return Run(**values | more)
+
+
+def fact(run_id: str, **more: Any) -> dict[str, Any]:
+    """What the ingest stage says about a run that has no error."""
+    values: dict[str, Any] = {
+        "run_id": run_id, "flags": "", "reason": "", "note": "", "sample_step_s": 0.01,
+        "surface_se_mm": math.nan, "clock_se_s": 0.0, "zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0,
+        "zero_dof": 12.0,
+    }  # fmt: skip
+    return values | more
+
+
+def samples(run_id: str, depth: np.ndarray = DOWN, **more: Any) -> pd.DataFrame:
+    """Tared samples of a stress, and of a force on the rod, that are exactly linear in depth."""
+    force, rod = AREA * ALPHA[:, None] * depth, AREA * ROD[:, None] * depth
+    columns: dict[str, Any] = {
+        "run_id": run_id, "depth_cm": depth, "x_cm": 0.0, "path_cm": np.abs(depth - depth[0]),
+        "angle_deg": 0.0, "why": np.zeros(depth.size, dtype=np.int8), "force_z_N": force[0],
+        "force_x_N": force[1], "tare_z_N": rod[0], "tare_x_N": rod[1],
+    }  # fmt: skip
+    return pd.DataFrame(columns | more)
+
+
+def together(*parts: pd.DataFrame) -> pd.DataFrame:
+    table = pd.concat(parts, ignore_index=True)
+    return table.astype({"run_id": "category"})
+
+
+def fitted(
+    config: Config, runs: list[Run], tared: pd.DataFrame, facts: list[dict[str, Any]] | None = None,
+    lost: dict[str, str] | None = None, medium: str = "poppy_LP", **more: Any,
+) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:  # fmt: skip
+    """Table of the fits by run, windows, and ledger; `lost`: runs whose tare gave nothing, with the reason."""
+    status = pd.DataFrame(facts or [fact(one.run_id) for one in runs])
+    tares = pd.DataFrame({"run_id": list(lost or {}), "reason": list((lost or {}).values())})
+    campaign = Campaign(Path(), Path(), Path(), config, tuple(runs))
+    fits, windows, ledger = fit_medium(campaign, medium, status, tared, tares, **more)
+    assert list(fits.columns) == FIT_COLUMNS
+    return fits.set_index("run_id"), windows, ledger
+
+
+def fates(ledger: Ledger, run_id: str) -> dict[tuple[str, str], int]:
+    book = ledger.table()
+    rows = book[book["run_id"] == run_id]
+    assert (rows["file"] == f"{run_id}.csv").all()
+    return dict(zip(zip(rows["fate"], rows["reason"], strict=True), rows["rows"], strict=True))
+
+
+@pytest.mark.parametrize(("direction", "sign"), [("intrusion", 1), ("extraction", -1)])
+def test_the_row_of_a_run_tells_its_cell_and_its_slopes(
+    paper_config: Config, direction: str, sign: int
+) -> None:
+    depth, path = np.linspace(2.0, 7.0, 501)[::sign], np.linspace(0.0, 5.0, 501)
+    facts = [fact("a", note="rain", zero_var_z_N2=9e-4, zero_var_x_N2=1e-4), fact("air")]
+    fits, _, _ = fitted(
+        paper_config, [run("a", direction=direction)], together(samples("a", depth, path_cm=path)), facts
+    )
+    row = fits.loc["a"]
+    assert (row["beta_deg"], row["gamma_deg"], row["mirrored"]) == (30 * sign, 45 * sign, sign < 0)
+    told = (row["medium"], row["direction"], row["tare_run"], row["note"], row["reason"])
+    assert told == ("poppy_LP", direction, "air", "rain", "")
+    # an extraction is fitted after its first 0.1 cm
+    used = depth if sign > 0 else depth[10:]
+    assert row["n_points"] == used.size
+    assert (row["depth_from_cm"], row["depth_to_cm"]) == (used.min(), used.max())
+    lever = used.sum() / (used**2).sum()
+    assert row["lever_per_cm"] == pytest.approx(lever)
+    # Student's factor of 95 % for the 12 degrees of freedom of the zero
+    for name, alpha, rod, zero in zip(
+        "zx", ALPHA * [1, sign], ROD * [1, sign], (0.03, 0.01), strict=True
+    ):
+        assert row[f"alpha_{name}_N_per_cm3"] == pytest.approx(alpha, rel=1e-9)
+        assert row[f"alpha_{name}_rod_N_per_cm3"] == pytest.approx(rod, rel=1e-9)
+        half = 2.178813 * zero / AREA * lever
+        assert row[f"alpha_{name}_lo_N_per_cm3"] == pytest.approx(alpha - half, rel=1e-6)
+        assert row[f"alpha_{name}_hi_N_per_cm3"] == pytest.approx(alpha + half, rel=1e-6)
+        assert row[f"alpha_{name}_dof"] == pytest.approx(12, rel=1e-6)
+        assert row[f"free_slope_{name}_N_per_cm3"] == pytest.approx(alpha, rel=1e-9)
+        assert row[f"intercept_{name}_N_per_cm2"] == pytest.approx(0, abs=1e-9)
+
+
+def test_errors_of_clocks_and_surface_add_up_in_squares(paper_config: Config) -> None:
+    # 0.04 s at 0.5 cm/s are 0.02 cm, and the surface may be 0.015 cm off: together 0.025 cm
+    depth = np.linspace(2.0, 7.0, 501)
+    facts = [fact("a", sample_step_s=0.02, clock_se_s=0.04, surface_se_mm=0.15), fact("air")]
+    fits, _, _ = fitted(paper_config, [run("a")], together(samples("a", depth)), facts)
+    lever = depth.sum() / (depth**2).sum()
+    for name, alpha in zip("zx", ALPHA, strict=True):
+        se = fits.loc["a", f"alpha_{name}_se_N_per_cm3"]
+        assert se == pytest.approx(0.025 * lever * abs(alpha), rel=3e-3)
+
+
+def test_other_laws_are_told_beside_the_line_through_zero(paper_config: Config) -> None:
+    depth = np.linspace(2.0, 7.0, 60)
+    shape = (depth / 5) ** 1.25
+    power = 0.3 * 5 * shape
+    straight = np.polynomial.Polynomial.fit(depth, power, 1)
+    # a rest that none of the laws can take up, so that it stays the same under all of them
+    laws = np.stack([np.ones(60), depth, shape, shape * np.log(depth / 5)], axis=1)
+    rest = 1e-2 * np.sin(40 * depth)
+    rest -= laws @ np.linalg.lstsq(laws, rest)[0]
+    tared = together(samples("a", depth, force_z_N=AREA * (power + rest), force_x_N=0.0))
+    row = fitted(paper_config, [run("a")], tared)[0].loc["a"]
+    line = ((power + rest) @ depth) / (depth @ depth)
+    assert row["alpha_z_N_per_cm3"] == pytest.approx(line)
+    assert row["exponent_z"] == pytest.approx(1.25, abs=1e-5)
+    assert row["power_stress_z_percent"] == pytest.approx(100 * (0.3 / line - 1), abs=1e-3)
+    free = straight(5.0) / 5
+    assert row["free_stress_z_percent"] == pytest.approx(100 * (free / line - 1), abs=1e-6)
+    missed = ((power - straight(depth)) ** 2).sum()
+    misfit = (rest @ rest) / (missed + rest @ rest)
+    assert row["power_misfit_z_ratio"] == pytest.approx(misfit, rel=1e-4)
+    # a component that is not felt has no other law
+    told = ("free_stress_x_percent", "exponent_x", "power_stress_x_percent", "power_misfit_x_ratio")
+    assert row[[*told]].isna().all()
+
+
+def test_a_horizontal_run_has_no_other_law(paper_config: Config) -> None:
+    level = run("a", direction="horizontal", gamma_deg=0.0, depth_cm=5.08)
+    path = np.linspace(0, 7, 701)
+    tared = together(samples("a", np.full(701, 5.08), path_cm=path))
+    row = fitted(paper_config, [level], tared)[0].loc["a"]
+    assert row["alpha_z_N_per_cm3"] == pytest.approx(ALPHA[0])
+    told = ("free_stress_z_percent", "exponent_z", "power_stress_z_percent", "power_misfit_z_ratio")
+    assert row[[*told]].isna().all()
+
+
+def test_runs_without_samples_keep_their_reason_and_their_flags(paper_config: Config) -> None:
+    log = ForceLog.model_validate({"columns": {"F2": {"constant": 0.0, "unit": "N"}}})
+    config = paper_config.model_copy(update={"force_log": log})
+    facts = [
+        fact("bad", reason="excluded: dust", flags="odd"), fact("good"), fact("untared"),
+    ]  # fmt: skip
+    runs = [run("bad"), run("good"), run("untared")]
+    lost = {"untared": "its tare was not read", "good": ""}
+    fits, _, ledger = fitted(config, runs, together(samples("good")), facts, lost)
+    assert list(fits.index) == ["bad", "good", "untared"]
+    assert list(fits["reason"]) == ["excluded: dust", "", "its tare was not read"]
+    # what a log lacks is told of the runs whose log was read
+    assert list(fits["flags"]) == ["odd", NO_FORCE_X, ""]
+    assert list(fits["n_points"]) == [0, INSIDE.size, 0]
+    assert list(fits["alpha_z_N_per_cm3"].isna()) == [True, False, True]
+    assert list(fits["beta_deg"]) == [30] * 3
+    assert fates(ledger, "bad") == {}
+
+
+@pytest.mark.parametrize(("missing_tare", "told"), [("flag", (NO_TARE_FLAG,)), ("none", ())])
+def test_flags_of_log_tare_and_plates_stand_side_by_side(
+    paper_config: Config, missing_tare: str, told: tuple[str, ...]
+) -> None:
+    fit = paper_config.fit.model_copy(update={"missing_tare": missing_tare})
+    intruders = paper_config.intruders | {"other": paper_config.intruders["plate"]}
+    config = paper_config.model_copy(update={"fit": fit, "intruders": intruders})
+    runs = [run("a", tare_run=""), run("b", intruder="other", tare_run="")]
+    tared = together(samples("a", tare_z_N=np.nan, tare_x_N=np.nan))
+    fits, _, _ = fitted(config, runs, tared, [fact("a", flags="odd; strange"), fact("b")])
+    several = f"one of 2 {SEVERAL_PLATES}"
+    assert fits.loc["a", "flags"] == "; ".join(("odd", "strange", *told, f"plate, {several}"))
+    assert fits.loc["b", "flags"] == f"other, {several}"
+    # the force on the rod is not known
+    assert np.isnan(fits.loc["a", "alpha_z_rod_N_per_cm3"])
+
+
+def test_each_sand_ends_where_its_own_test_showed_it(paper_config: Config) -> None:
+    sand: dict[str, Any] = {"medium": "yuma", "beta_deg": 0.0, "gamma_deg": 90.0}
+    runs = [run("a", **sand), run("b", **sand)]
+    tared = together(samples("a"), samples("b"))
+    fits, _, _ = fitted(paper_config, runs, tared, medium="yuma", linear_to_cm={"b": 1.5})
+    assert list(fits["depth_to_cm"]) == [paper_config.media["yuma"].linear_to_cm, 1.5]
+
+
+def test_every_sample_has_its_place_in_windows_and_ledger(paper_config: Config) -> None:
+    # lost before: 5 samples above the window of the first run, 3 inside that of the second
+    early, spoilt = np.zeros(901, dtype=np.int8), np.zeros(901, dtype=np.int8)
+    early[10:15] = RowStatus.MOTION_GAP
+    spoilt[500:503] = RowStatus.SATURATED
+    tared = together(samples("a", why=early), samples("b", why=spoilt), samples("leg"))
+    runs = [run("a"), run("b"), run("leg", "leg", intruder="c_leg", tare_run="")]
+    fits, windows, ledger = fitted(paper_config, runs, tared)
+    assert list(fits.index) == ["a", "b"]
+    above, bottom = RowStatus.ABOVE.text, RowStatus.BOTTOM.text
+    assert fates(ledger, "a") == {
+        ("dropped", above): 118, ("dropped", bottom): 123, ("used", "slope"): 655,
+    }  # fmt: skip
+    reason = "no alpha: transducer saturated in 3 samples of the window"
+    assert fates(ledger, "b") == {
+        ("dropped", above): 123, ("dropped", bottom): 123, ("dropped", reason): 652,
+    }  # fmt: skip
+    assert list(windows.columns) == ["run_id", "why"]
+    assert list(windows["run_id"]) == list(tared["run_id"])
+    counts = windows.groupby(["run_id", "why"], observed=True).size()
+    assert counts["a", RowStatus.ABOVE] == 118
+    assert counts["a", RowStatus.MOTION_GAP] == 5
+    assert counts["a", RowStatus.GOOD] == 655
+    assert counts["b", RowStatus.SATURATED] == 3
+    assert (tared["why"] != 0).sum() == 8  # nothing was written into the table that came in
+
+
+def legs(
+    config: Config, runs: list[Run], tared: pd.DataFrame, facts: list[dict[str, Any]]
+) -> tuple[pd.DataFrame, Ledger]:
+    campaign = Campaign(Path(), Path(), Path(), config, tuple(runs))
+    return leg_curves(campaign, "poppy_LP", pd.DataFrame(facts), tared)
+
+
+def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config: Config) -> None:
+    fit = paper_config.fit.model_copy(update={"missing_tare": "flag"})
+    config = paper_config.model_copy(update={"fit": fit})
+    air = run("air", "leg_air", medium="", tare_run="")
+    runs = [run("a", "leg", intruder="c_leg"), air, run("b", "leg", intruder="flat_leg", tare_run=""),
+            run("lost", "leg", intruder="c_leg"), run("plate")]  # fmt: skip
+    why = np.array([0, 0, 0, 0, 0, RowStatus.NO_TARE], dtype=np.int8)
+    turned = samples(
+        "a", np.zeros(6), why=why, angle_deg=[-1.4, -0.6, -0.4, 0.4, 1.2, 1.3],
+        force_z_N=[1.0, 2.0, 4.0, 6.0, 8.0, 1e3], force_x_N=[0.0, -1.0, -3.0, -5.0, -7.0, 1e3],
+    )  # fmt: skip
+    once = samples("b", np.zeros(1), angle_deg=[3.0], force_z_N=[2.5], force_x_N=[0.5])
+    facts = [
+        fact("a", zero_var_z_N2=9e-4, zero_var_x_N2=25e-4),
+        fact("air", zero_var_z_N2=16e-4, zero_var_x_N2=144e-4),
+        fact("b", zero_var_z_N2=4e-4), fact("lost"), fact("plate"),
+    ]  # fmt: skip
+    curves, ledger = legs(config, runs, together(turned, once, samples("plate")), facts)
+    wanted = pd.DataFrame(
+        [["poppy_LP", "c_leg", "a", -1.0, 1.5, -0.5, 2, 0.05, 0.13, "", ""],
+         ["poppy_LP", "c_leg", "a", 0.0, 5.0, -4.0, 2, 0.05, 0.13, "", ""],
+         ["poppy_LP", "c_leg", "a", 1.0, 8.0, -7.0, 1, 0.05, 0.13, "", ""],
+         ["poppy_LP", "flat_leg", "b", 3.0, 2.5, 0.5, 1, 0.02, 0.0, NO_TARE_FLAG, ""]],
+        columns=LEG_COLUMNS,
+    )  # fmt: skip
+    pd.testing.assert_frame_equal(curves, wanted)
+    assert fates(ledger, "a") == {("used", "leg curve"): 5}
+    assert fates(ledger, "b") == {("used", "leg curve"): 1}
+
+
+def test_a_medium_without_a_turned_leg_has_an_empty_table_of_curves(paper_config: Config) -> None:
+    curves, _ = legs(paper_config, [run("plate")], together(samples("plate")), [fact("plate")])
+    assert list(curves.columns) == LEG_COLUMNS
+    assert curves.empty
