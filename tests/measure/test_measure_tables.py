@@ -99,7 +99,10 @@ def test_the_row_of_a_run_tells_its_cell_and_its_slopes(
     depth, path = np.linspace(2.0, 7.0, 501)[::sign], np.linspace(0.0, 5.0, 501)
     facts = [fact("a", note="rain", zero_var_z_N2=9e-4, zero_var_x_N2=1e-4), fact("air")]
     fits, _, _ = fitted(
-        paper_config, [run("a", direction=direction)], together(samples("a", depth, path_cm=path)), facts
+        paper_config,
+        [run("a", direction=direction)],
+        together(samples("a", depth, path_cm=path)),
+        facts,
     )
     row = fits.loc["a"]
     assert (row["beta_deg"], row["gamma_deg"], row["mirrored"]) == (30 * sign, 45 * sign, sign < 0)
@@ -111,6 +114,9 @@ def test_the_row_of_a_run_tells_its_cell_and_its_slopes(
     assert (row["depth_from_cm"], row["depth_to_cm"]) == (used.min(), used.max())
     lever = used.sum() / (used**2).sum()
     assert row["lever_per_cm"] == pytest.approx(lever)
+    # the depth of no stress is off by as much as the zero of the stress is
+    assert row["offset_cm"] == pytest.approx(0, abs=1e-9)
+    assert row["offset_se_cm"] == pytest.approx(0.03 / AREA / ALPHA[0], rel=1e-6)
     # Student's factor of 95 % for the 12 degrees of freedom of the zero
     for name, alpha, rod, zero in zip(
         "zx", ALPHA * [1, sign], ROD * [1, sign], (0.03, 0.01), strict=True

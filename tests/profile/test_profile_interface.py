@@ -9,6 +9,7 @@ import pytest
 
 from rftfit import reference
 from rftfit.conventions import mirror
+from rftfit.errors import InputError
 from rftfit.model import fourier
 from rftfit.model.profiles import (
     DEPTH_ONLY,
@@ -18,6 +19,8 @@ from rftfit.model.profiles import (
     FourierProfile,
     Profile,
     TableProfile,
+    make_pack,
+    published_medium,
     scaled_generic,
 )
 
@@ -31,8 +34,16 @@ def table(medium: str = "poppy_LP") -> TableProfile:
     return TableProfile.published(medium)
 
 
+def scattered() -> TableProfile:
+    """Pushes in 60 directions that lie on no grid."""
+    beta, gamma = np.random.default_rng(1).uniform(-np.pi / 2, np.pi / 2, (2, 60))
+    return TableProfile(*table().alpha(beta, gamma), beta, gamma, name="scattered")
+
+
 def all_profiles() -> list[Profile]:
-    return [table(), FourierProfile(M0), DepthOnlyProfile.of(table()), scaled_generic(0.25, M0)]
+    return [
+        table(), FourierProfile(M0), DepthOnlyProfile.of(table()), scaled_generic(0.25, M0), scattered(),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("profile", all_profiles(), ids=lambda p: p.name)
@@ -46,7 +57,8 @@ def test_lives_on_the_torus_and_is_symmetric(profile: Profile) -> None:
     image_z, image_x = profile.alpha(*mirror(ANY_BETA, ANY_GAMMA))
     np.testing.assert_allclose(image_z, alpha[0], atol=1e-12)
     np.testing.assert_allclose(image_x, -alpha[1], atol=1e-12)
-    np.testing.assert_allclose(Profile.alpha(profile, ANY_BETA, ANY_GAMMA), alpha, atol=1e-12)
+    some = ANY_BETA[:200], ANY_GAMMA[:200]
+    np.testing.assert_allclose(Profile.alpha(profile, *some), alpha[:, :200], atol=1e-12)
 
 
 @pytest.mark.parametrize("profile", all_profiles(), ids=lambda p: p.name)
@@ -69,7 +81,17 @@ def test_shapes_broadcast() -> None:
 
 def test_packs_are_tagged() -> None:
     kinds = [profile.pack.kind for profile in all_profiles()]
-    assert kinds == [TABLE, FOURIER, DEPTH_ONLY, FOURIER]
+    assert kinds == [TABLE, FOURIER, DEPTH_ONLY, FOURIER, TABLE]
+
+
+def test_the_parts_of_a_pack_have_one_type_each() -> None:
+    whole = make_pack(
+        TABLE, np.arange(3), np.arange(2), np.arange(2), np.ones((1, 1, 8), dtype=int)
+    )
+    for part in (whole.values, whole.beta, whole.gamma, whole.cells):
+        assert part.dtype == float
+    for part in (whole.beta_bins, whole.gamma_bins):
+        assert part.dtype == np.int64
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
@@ -151,6 +173,13 @@ def test_table_from_data_frame() -> None:
     assert TableProfile.from_table(rows).reason.endswith("(0, 0): no run")
 
 
+def test_an_empty_cell_of_a_sheet_is_a_missing_one() -> None:
+    rows = reference.load("table_s5")
+    rows = rows[rows["medium"] == "poppy_LP"].astype({"alpha_z_N_per_cm3": object})
+    rows.loc[(rows["beta_deg"] == 30) & (rows["gamma_deg"] == 0), "alpha_z_N_per_cm3"] = None
+    assert TableProfile.from_table(rows).reason.endswith("in degrees (30, 0)")
+
+
 def test_bad_tables_are_refused() -> None:
     with pytest.raises(ValueError, match="7 x 13 cells"):
         TableProfile(np.zeros((7, 12)), np.zeros((7, 12)))
@@ -221,3 +250,116 @@ def test_a_grid_of_ones_own_names_its_own_cells() -> None:
     assert profile.reason == ("own: no alpha at (beta, gamma) in degrees (22.5, 67.5): log missing")
     assert (profile.beta.size, profile.gamma.size) == (5, 9)
     np.testing.assert_allclose(profile.alpha(beta[1], gamma), [part[1] for part in alpha])
+
+
+def test_reasons_are_found_by_angles_of_one_decimal() -> None:
+    # rises of 5 on 12: 22.62 degrees
+    beta = gamma = np.array([-np.pi / 2, -np.arctan(5 / 12), 0.0, np.arctan(5 / 12), np.pi / 2])
+    alpha = np.ones((2, 5, 5))
+    alpha[:, 1, 3] = np.nan
+    profile = TableProfile(*alpha, beta[:, None], gamma, reasons={(-22.6, 22.6): "log missing"})
+    assert profile.reason.endswith("in degrees (-22.6, 22.6): log missing")
+
+
+PATCH = np.random.default_rng(2).uniform([[5], [0]], [[65], [60]], (2, 60))
+"""Scattered directions in a part of the plane, beta and gamma, degrees."""
+
+
+def plane(beta_deg: np.ndarray, gamma_deg: np.ndarray) -> np.ndarray:
+    """Alpha_z and alpha_x that rise evenly."""
+    return np.array([
+        0.1 + 0.002 * beta_deg + 0.003 * gamma_deg, 0.3 - 0.004 * beta_deg + 0.001 * gamma_deg,
+    ])  # fmt: skip
+
+
+def test_scattered_directions_are_joined_by_planes() -> None:
+    profile = TableProfile(*plane(*PATCH), *np.radians(PATCH))
+    beta, gamma = RANDOM.uniform([[20], [15]], [[50], [45]], (2, 200))
+    found = profile.alpha(*np.radians([beta, gamma]))
+    np.testing.assert_allclose(found, plane(beta, gamma), atol=1e-12)
+    # seen from behind, the force along x has the other sign
+    found_z, found_x = profile.alpha(*np.radians([-beta, 180 - gamma]))
+    np.testing.assert_allclose([found_z, -found_x], plane(beta, gamma), atol=1e-12)
+
+
+def test_nothing_is_said_farther_than_35_degrees_from_every_push() -> None:
+    profile = TableProfile(*plane(*PATCH), *np.radians(PATCH), name="patch")
+    assert profile.reason == "patch: no alpha farther than 35 deg from every push"
+    beta, gamma = np.meshgrid(np.arange(-90, 91, 5), np.arange(-180, 181, 5))
+    # a turn of the plate by 180 degrees, or of the motion by 360, changes nothing
+    turns = [(b, g) for b in (-180, 0, 180) for g in (-360, 0, 360)]
+    both = np.concatenate([PATCH.T, [0, 180] - PATCH.T])
+    known = np.concatenate([both + turn for turn in turns])
+    off = np.hypot(beta[..., None] - known[:, 0], gamma[..., None] - known[:, 1]).min(axis=-1)
+    for alpha in profile.alpha(np.radians(beta), np.radians(gamma)):
+        np.testing.assert_array_equal(np.isnan(alpha), off > 35)
+
+
+def test_a_scattered_direction_missing_in_one_draw_is_missing_in_all() -> None:
+    many = np.stack([plane(*PATCH), 2 * plane(*PATCH) + RANDOM.normal(0, 0.01, (2, 60))], axis=1)
+    holed = many.copy()
+    holed[0, 1, 7] = np.nan
+    place = tuple(round(float(angle), 1) for angle in PATCH[:, 7])
+    draws = TableProfile(*holed, *np.radians(PATCH), name="holed", reasons={place: "dust"})
+    assert draws.reason == (
+        f"holed: no alpha at (beta, gamma) in degrees ({place[0]:g}, {place[1]:g}): dust; "
+        "nor farther than 35 deg from every push"
+    )
+    rest = np.arange(60) != 7
+    at = np.radians(RANDOM.uniform(-90, 90, (2, 50)))
+    found = np.array(draws.alpha(*at))
+    assert found.shape == (2, 2, 50)
+    for number in (0, 1):
+        alone = TableProfile(*many[:, number, rest], *np.radians(PATCH[:, rest]))
+        np.testing.assert_allclose(found[:, number], alone.alpha(*at), atol=1e-14)
+
+
+def test_scattered_directions_without_a_number_give_none() -> None:
+    nothing = TableProfile(*np.full((2, 3, 60), np.nan), *np.radians(PATCH))
+    alpha = np.array(nothing.alpha([0.1, 0.2], 0.3))
+    assert alpha.shape == (2, 3, 2)
+    assert np.isnan(alpha).all()
+    assert "nor farther than 35 deg" in nothing.reason
+
+
+def test_published_profiles_are_the_printed_tables() -> None:
+    medium, zeta = "poppy_CP", reference.coefficients("poppy_CP")["zeta"]
+    own = fourier.as_array(reference.coefficients(medium))
+    at = ANY_BETA[:50], ANY_GAMMA[:50]
+    wanted = {
+        "table": ("published Table S5, poppy_CP", table(medium).alpha(*at)),
+        "fourier": ("published Table S2, poppy_CP", fourier.evaluate(own, *at)),
+        "generic": (
+            f"published Table S2, zeta of poppy_CP ({zeta:g}) times generic",
+            zeta * np.array(fourier.evaluate(M0, *at)),
+        ),
+        "depth_only": (
+            "depth-only, from Table S5, poppy_CP", DepthOnlyProfile.of(table(medium)).alpha(*at),
+        ),
+    }  # fmt: skip
+    for kind, (name, alpha) in wanted.items():
+        profile = published_medium(medium, kind)
+        assert (profile.name, profile.reason, profile.spread) == (name, "", None)
+        np.testing.assert_allclose(profile.alpha(*at), alpha, atol=1e-14)
+        # half of the thickness of the paper's plate, 0.64 cm; 6 cm above the bottom at 15 cm
+        assert profile.window == (0.3, 9.0)
+
+
+@pytest.mark.parametrize(
+    ("medium", "kind", "told"),
+    [("poppy_XX", "table", "medium.*published media"), ("poppy_CP", "map", "profile.*depth_only")],
+)
+def test_a_published_profile_that_is_not_there_is_refused(
+    medium: str, kind: str, told: str
+) -> None:
+    with pytest.raises(InputError, match=told):
+        published_medium(medium, kind)
+
+
+def test_profiles_have_names_and_say_what_they_lack() -> None:
+    holed = np.where(np.arange(9) == 4, np.nan, M0)
+    assert (FourierProfile(M0).name, FourierProfile(M0).reason) == ("nine terms", "")
+    assert FourierProfile(holed).reason == "nine terms: a coefficient is missing"
+    assert FourierProfile(holed, reason="no horizontal runs").reason == "no horizontal runs"
+    assert DepthOnlyProfile(np.ones(3)).name == DepthOnlyProfile.of(table()).name == "depth-only"
+    assert scaled_generic(1.0, M0).name == "generic"

@@ -254,7 +254,7 @@ def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> str:
 
 def _main_cause(run: Run, stroke: Stroke, why: np.ndarray, plate: AnyPlate, config: Config) -> str:
     """Say why most samples of a stroke lie outside of its window, to end a reason."""
-    counts = np.bincount(why, minlength=len(RowStatus))
+    counts = np.bincount(why)
     counts[RowStatus.GOOD] = 0
     if not counts.any():
         return ""
