@@ -123,6 +123,8 @@ def test_every_harmonic_offered_to_the_criterion_obeys_the_symmetry() -> None:
             assert np.ptp(here) > 0.5 or name == "A00"
             names.add(name)
     assert set(fourier.TERMS) <= names
+    # up to twice each angle: 5 with gamma and 5 with 2 gamma of either force, and 3 cosines and 2 sines without
+    assert len(names) == 4 * 5 + 3 + 2
     # the nine are the same functions under the same names
     terms = dict(zip(fourier.TERMS, np.concatenate(fourier.basis(beta, gamma)), strict=True))
     for component in "zx":
