@@ -109,3 +109,7 @@ def test_the_clearance_is_kept_and_the_plate_submerged_at_the_very_ends() -> Non
     plate = Plate(shape="plate", length_cm=4.0, width_cm=2.5, thickness_cm=0.5)
     depth, x = np.array([0.25, 8.75, 4.0, 4.0]), np.array([0.0, 0.0, -4.0, 4.0])
     assert (slanted_window(depth, x, plate, 0.0, BOX, Fit()) == RowStatus.GOOD).all()
+    level = horizontal_window(np.full(2, 2.0), np.array([-4.0, 4.0]), plate, 0.0, BOX, Fit())
+    assert (level == RowStatus.GOOD).all()
+    stated = Fit(submergence_cm=0.5, max_depth_cm=1.5)
+    assert (linear_window(np.array([0.5, 1.5]), 2.0, stated) == RowStatus.GOOD).all()
