@@ -289,6 +289,15 @@ def test_a_turn_is_measured_by_push_and_pull_as_they_are_large() -> None:
     assert f"turned by {turn:.1f} deg more" in axes(few_cells(rows))["symmetry"].sentence
 
 
+def test_what_a_turn_leaves_over_is_the_difference_of_the_angles() -> None:
+    """A push along a rise of 0.32 and a pull along none: turned by 0.16, tan(a - b) is left."""
+    rows = [(0, 90, 0.5, -0.16, 0.03, 0.03), (0, -90, -0.5, 0.0, 0.001, 0.001)]
+    left = (0.32 - 0.16) / (1 + 0.32 * 0.16)
+    said = axes(few_cells(rows))["symmetry"].sentence
+    assert f"turned by {math.degrees(math.atan(0.16)):.1f} deg more" in said
+    assert f", {-100 * left:.1f} % with that put right)" in said
+
+
 def test_how_much_harder_than_down_up_may_be() -> None:
     """Three standard errors of the difference."""
     limit = 3 * math.hypot(0.01, 0.02)

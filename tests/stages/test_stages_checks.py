@@ -123,7 +123,7 @@ def test_wrong_axes_are_named_with_what_mends_them(
     assert work["effect"] == "unusable"
     assert work["sentence"].startswith(f"{named}"), work["sentence"]
     assert "none of them with that put right" in work["sentence"]
-    assert "transducer.axes" in work["sentence"]
+    assert work["sentence"].endswith(": look at transducer.axes.")
     assert lab.alpha["checks"].str.startswith("unusable: fails work").all()
 
 
