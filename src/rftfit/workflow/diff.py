@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -74,19 +74,16 @@ def compare(first: Path, second: Path) -> Comparison:
     found.sort(key=lambda one: (np.isnan(one.half_widths), -_size(one)))
     alone = sorted(name for name in compared if (name in names[0]) != (name in names[1]))
     records = [read_state(folder) for folder in (one, other)]
-    unrecorded = [
-        folder / name
-        for folder, (_, record), own in zip((one, other), records, names, strict=True)
-        for name in sorted(own.intersection(compared))
-        if _written(record).get(f"{FOLDER}/{name}") != sha256_of(folder / name)
-    ]
+    unrecorded = []
+    for folder, (_, record), own in zip((one, other), records, names, strict=True):
+        tasks = [task for stage in record["stages"].values() for task in stage.values()]
+        written = {path: digest for task in tasks for path, digest in task["writes"].items()}
+        unrecorded += [
+            folder / name
+            for name in sorted(own.intersection(compared))
+            if written.get(f"{FOLDER}/{name}") != sha256_of(folder / name)
+        ]
     return Comparison(found, changes_between(*(state for state, _ in records)), alone, unrecorded)
-
-
-def _written(record: dict[str, Any]) -> dict[str, str]:
-    """SHA-256 of every result by its path, of the record of a folder."""
-    tasks = (task for stage in record["stages"].values() for task in stage.values())
-    return {path: digest for task in tasks for path, digest in task["writes"].items()}
 
 
 def _folder(folder: Path) -> Path:

@@ -361,7 +361,7 @@ class Plan:
         """Files below ``results/`` that no task writes: of a medium or figure of before, or a user's own."""
         ours = set(self.maker)
         for name, tasks in self.stages.items():
-            records = Records.load(self.root, name).tasks
+            records = Records.load(self.root, name).tasks  # of now: jobs may have written since
             # a figure of several pages writes more than it promises
             ours.update(
                 path for task in tasks if (one := records.get(task.key)) for path in one.writes
