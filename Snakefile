@@ -1,16 +1,14 @@
 # From transducer logs to coefficient tables, figures and the reproduction table.
 # `rftfit run` starts this with sane defaults; by hand: snakemake --cores 2 --config campaign=config/config.yaml
 #
-# What each stage reads, writes and depends on is declared in src/rftfit/workflow/stages.py (figures: beside
-# what draws them). A job does those of its stage's tasks that are out of date: see docs/architecture.md.
+# The rules name their files. What a result depends on besides these (code, settings, rows of the run sheet,
+# logs) is told by a small file a job, `state`: see src/rftfit/workflow/stages.py.
 import os
 import sys
 from pathlib import Path
-from shlex import quote
 
 from snakemake.utils import min_version
 
-from rftfit.workflow.plan import Plan
 from rftfit.workflow.processes import SHELL_PREFIX, end_group, end_with_parent, hold
 
 min_version("9.5")
@@ -35,30 +33,32 @@ os.environ["PATH"] = os.pathsep.join(
 end_with_parent(end_group)
 shell.prefix(SHELL_PREFIX)
 
-CONFIG = config.get("campaign", "config/config.yaml")
-PLAN = Plan(CONFIG)
-STAGE = (
-    f"python -P -m rftfit {{params.stage}} --config {quote(CONFIG)} --threads {{threads}}"
-    " 2> {log:q}"
-)
+
+include: "workflow/rules/common.smk"
+
+
+wildcard_constraints:
+    medium=one_of(MEDIA),
+    figure=one_of(Path(path).name for path in FIGURES if path.startswith("figures/")),
+    runs=one_of(f"runs_{name}" for name in PROFILES),
 
 
 onstart:
-    PLAN.save()
     # so that the lock of a killed run can be told from that of a living one; jobs elsewhere may live on
     if workflow.local_exec:
         hold(Path(".snakemake"))
-        # jobs are few, and the timer of this limit keeps Snakemake for a second after the last one
+        # the timer of this limit keeps Snakemake for a second after the last job
         workflow.scheduler.job_rate_limiter = None
+
+
+rule all:
+    # Everything but the robot's full sweep: the last job reads all results.
+    default_target: True
+    input:
+        "results/provenance.json",
 
 
 include: "workflow/rules/measure.smk"
 include: "workflow/rules/model.smk"
 include: "workflow/rules/robot.smk"
 include: "workflow/rules/report.smk"
-
-
-rule all:
-    default_target: True
-    input:
-        [path for name in PLAN.default for path in PLAN.outputs(name)],

@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 import yaml
 from dictionary_check import check_results, columns_in, undescribed, unit_of, wrong_kind
+from jobs import planned_jobs, run_rules
 from rigroom import Room
 
 from rftfit.campaign.config import Config
@@ -25,8 +26,7 @@ from rftfit.lab.write import sheet_text
 from rftfit.measure.ingest import ingest_medium
 from rftfit.outputs.dictionary import KINDS, column_of, describe, outputs
 from rftfit.store import write_csv
-from rftfit.workflow.plan import Plan
-from rftfit.workflow.run_stage import run_stage
+from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
 if TYPE_CHECKING:
     from rftfit.outputs.dictionary import Output
@@ -43,9 +43,9 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     room = Room(folder)
     room.add(*(f"{MEDIUM}_{name}" for name in ("bp30_g90_in", "bp30_g90_ex", "c_leg")))
     config = room.write()
-    for stage in ("ingest", "tare", "slopes", "checks", "legs"):
-        run_stage(config, stage)
-    shutil.rmtree(folder / "results" / "records")
+    run_rules(config, "ingest", "tare", "slopes", "checks", "legs")
+    for name in ("records", "state"):
+        shutil.rmtree(folder / "results" / name)
     return folder
 
 
@@ -101,14 +101,16 @@ def test_every_stage_and_result_is_described(tmp_path: Path, paper_config: Confi
     (tmp_path / "raw" / "paper" / "robot" / "a1.csv").write_text(
         "t_s,x_cm,z_cm\n", encoding="utf-8"
     )
-    plan = Plan(tmp_path / "config" / "config.yaml")
-    made = {path: task.stage for path, task in plan.maker.items()}
+    config = tmp_path / "config" / "config.yaml"
+    full = [f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors")]
+    jobs = [*planned_jobs(config), *planned_jobs(config, full)]
+    made = {path: job.rule for job in jobs for path in job.writes}
     assert [path for path in made if describe(path) is None] == []
     for path, stage in made.items():
         output = describe(path)
         assert output is not None
-        assert output.stage == "figures" or stage in output.stage.split(", "), path
-    known = set(plan.stages) | {"all", "figures"}
+        assert stage in output.stage.split(", "), path
+    known = {*STAGES, *FIGURE_RULES, "all"}
     for one in outputs():
         if one.file.startswith("results/"):
             assert set(one.stage.split(", ")) <= known, one.file

@@ -72,6 +72,11 @@ class Tables:
         view._allowed = frozenset(paths)
         return view
 
+    @property
+    def allowed(self) -> frozenset[str]:
+        """Files that a stage may read, from the campaign's folder; empty where all may be read."""
+        return self._allowed or frozenset()
+
     def path(self, name: str) -> Path:
         """Path of a file of the results, for example ``alpha/poppy_LP.csv``."""
         if self._allowed is not None and f"{FOLDER}/{name}" not in self._allowed:

@@ -16,7 +16,6 @@ import pandas as pd
 import pytest
 from light_campaign import LABORATORY, SAND, alpha_frame, make_campaign, one_cell
 
-from rftfit.__main__ import main as stage
 from rftfit.cli import example
 from rftfit.cli.main import CRASH_FILE, crash_message
 from rftfit.errors import InputError, OutputError
@@ -33,12 +32,6 @@ if TYPE_CHECKING:
 __all__ = ["here", "results"]  # fixtures
 
 LEG = ("predict", "--leg", "c_leg")
-
-
-def test_a_stage_that_does_not_exist(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
-
-    assert stage(["ingst", "--config", str(campaign / "config" / "config.yaml")]) == 2
-    assert "no stage 'ingst'; allowed: ingest" in capsys.readouterr().err
 
 
 def test_a_crash_that_can_be_written_nowhere(
@@ -189,7 +182,8 @@ def workflow(monkeypatch: pytest.MonkeyPatch, root: Path) -> Any:
     """A workflow in a folder without a campaign."""
     from rftfit.workflow.run import Workflow
 
-    monkeypatch.setattr("rftfit.workflow.run.Plan", lambda _: SimpleNamespace(root=root))
+    states = SimpleNamespace(campaign=SimpleNamespace(root=root))
+    monkeypatch.setattr("rftfit.workflow.run.read_states", lambda _: (states, 0))
     return Workflow(root / "config.yaml", say=print)
 
 

@@ -6,14 +6,13 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
+from jobs import run_rules
 
 from rftfit.campaign.load import check_campaign
 from rftfit.errors import InputError
 from rftfit.measure.pairs import readers
 from rftfit.page.outcome import outcome_of_runs
 from rftfit.results import open_results
-from rftfit.workflow.plan import Plan
-from rftfit.workflow.run_stage import run_stage
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -44,8 +43,7 @@ def compare(folder: Folder, stages: Sequence[str] = ()) -> str:
         assert said.returncode == 2
         assert fault in said.stdout
         return REFUSED
-    for stage in stages or Plan(folder.config).default:
-        run_stage(folder.config, stage)
+    run_rules(folder.config, *stages)
     of_sheet = {one.place.row for one in problems if one.place.row is not None}
     excluded = [run for run in campaign.runs if run.excluded]
     empty = False

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 import pytest
 import yaml
+from jobs import run_rules
 from text_boxes import text_faults
 
 from rftfit.campaign.config import Config
@@ -23,8 +24,8 @@ from rftfit.cli.main import main
 from rftfit.figures import style
 from rftfit.lab.enact import reenact
 from rftfit.store import write_bytes
-from rftfit.workflow.plan import Plan
-from rftfit.workflow.run_stage import run_stage
+from rftfit.workflow.records import Recorded
+from rftfit.workflow.state import read_states
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -61,16 +62,14 @@ class Folder:
         *,
         drawn: Sequence[str] | None = None,
     ) -> None:
-        """Run the stages up to one in this process: the same results, without starting Python for each.
+        """Do the jobs up to a rule in this process: the same results, without starting Python for each.
 
         All figures are put together; those of the names `drawn`, or all, are drawn once, as svg.
         What is not drawn is that of `made`, or empty.
         """
-        stages = Plan(self.config).default
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(style, "save", partial(_sketch, self, made, drawn))
-            for stage in stages[: stages.index(last) + 1]:
-                run_stage(self.config, stage)
+            run_rules(self.config, last=last)
 
     def rftfit(self, *words: str) -> subprocess.CompletedProcess[str]:
         """Run a command in this process, from the campaign's folder."""
@@ -90,10 +89,11 @@ class Folder:
         return self.root / "config" / "config.yaml"
 
     def stale(self) -> dict[str, set[str]]:
-        """Stages whose tasks are not as recorded by now, with the keys of these tasks."""
+        """Rules whose jobs are not as recorded by now, with the media or figures of these jobs."""
         found: dict[str, set[str]] = {}
-        for one in Plan(self.config).all_findings():
-            found.setdefault(one.task.stage, set()).add(one.task.key)
+        for one in Recorded(read_states(self.config)[0]).findings_of():
+            rule, _, key = one.job.partition("/")
+            found.setdefault(rule, set()).add(key)
         return found
 
     def table(self, name: str) -> Any:

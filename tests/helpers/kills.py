@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import shutil
 import signal
@@ -16,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import psutil  # type: ignore[import-untyped]
 
 from rftfit.store.files import is_rest
-from rftfit.workflow.warm import WARM
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,14 +23,6 @@ if TYPE_CHECKING:
 
 STAGE, SNAKEMAKE, RUN, ALL = "a stage", "Snakemake", "`rftfit run`", "all of them"
 KINDS = (STAGE, SNAKEMAKE, RUN, ALL)
-STORE = "robot/parts/"
-"""Where a sweep keeps finished runs as they come: its tables grow row by row."""
-FORK = "a fork"
-"""A stage that is forked from the warm process: its command does not name it."""
-
-RECORDS = "records/"
-"""What each stage has made: it grows task by task."""
-
 _LONGEST_S = 1200.0
 
 
@@ -59,12 +49,12 @@ class Left:
 class Living:
     """The processes of a run at one moment.
 
-    `warm`: That from which stages are forked. `stages`: Commands of stages and their forks, by stage.
+    `server`: That from which jobs are forked, and its like. `stages`: Jobs, by their command's word or as forks.
     """
 
     run: psutil.Process
     snakemake: psutil.Process | None
-    warm: list[psutil.Process]
+    server: list[psutil.Process]
     stages: dict[psutil.Process, str]
 
     def chosen(self, kind: str, pick: float) -> list[psutil.Process]:
@@ -78,7 +68,7 @@ class Living:
         stages = sorted(self.stages, key=lambda one: one.pid)
         if kind == STAGE:
             return stages[int(pick * len(stages)) :][:1]
-        return [self.run, self.snakemake, *self.warm, *stages]
+        return [self.run, self.snakemake, *self.server, *stages]
 
 
 def start(folder: Folder, output: Path, *words: str) -> subprocess.Popen[bytes]:
@@ -98,7 +88,7 @@ def run(folder: Folder, output: Path, *words: str) -> int:
 def living(child: subprocess.Popen[Any]) -> Living:
     """Look at the processes of a run."""
     top = psutil.Process(child.pid)
-    snakemake, warm, stages = None, [], {}
+    snakemake, server, stages = None, list[psutil.Process](), {}
     for process in top.children(recursive=True):
         try:
             words = process.cmdline()
@@ -106,14 +96,14 @@ def living(child: subprocess.Popen[Any]) -> Living:
             continue
         if words[1:4] == ["-P", "-m", "snakemake"]:
             snakemake = process
-        elif words[1:5] == ["-P", "-m", "rftfit", WARM]:
-            if process.ppid() == child.pid:
-                warm.append(process)
-            elif process.ppid() in [one.pid for one in warm]:  # not what a stage itself forks
-                stages[process] = FORK
         elif words[1:4] == ["-P", "-m", "rftfit"]:
-            stages[process] = words[4]
-    return Living(top, snakemake, warm, stages)
+            stages[process] = words[4].split("/")[2]
+        elif any("multiprocessing" in word for word in words):
+            if process.ppid() in [one.pid for one in server]:
+                stages[process] = "a fork"
+            else:
+                server.append(process)
+    return Living(top, snakemake, server, stages)
 
 
 def kill(child: subprocess.Popen[bytes], kind: str, pick: float) -> tuple[bool, list[str]]:
@@ -171,29 +161,14 @@ def state(folder: Folder) -> dict[str, tuple[int, int, int]]:
     return {name: (one.st_ino, one.st_size, one.st_mtime_ns) for name, one in found.items()}
 
 
-def look(folder: Folder, whole: dict[str, str], kept: Path) -> Left:
-    """Compare what is there with the undisturbed run, whose results are kept in a folder."""
+def look(folder: Folder, whole: dict[str, str]) -> Left:
+    """Compare what is there with the undisturbed run."""
     complete, partial, rests = 0, [], 0
     for name, digest in folder.digests().items():
         if is_rest(name.rpartition("/")[2]):
             rests += 1
-        elif whole.get(name) == digest or _grows(name, folder.root / "results", kept):
+        elif whole.get(name) == digest:
             complete += 1
         else:
             partial.append(name)
     return Left(complete, partial, rests)
-
-
-def _grows(name: str, there: Path, kept: Path) -> bool:
-    """Whether a file is one of those that grow, and every part of it is one of the whole file."""
-    if not (kept / name).is_file():
-        return False
-    text, whole = ((place / name).read_text(encoding="utf-8") for place in (there, kept))
-    if name.startswith(RECORDS):
-        tasks, all_tasks = json.loads(text), json.loads(whole)
-        return all(all_tasks.get(key) == task for key, task in tasks.items())
-    return (
-        name.startswith(STORE)
-        and text.endswith("\n")
-        and set(text.splitlines()) <= set(whole.splitlines())
-    )

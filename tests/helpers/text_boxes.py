@@ -97,7 +97,7 @@ def main(campaigns: list[str]) -> int:
         results = rftfit.open(folder)
         for one in figures():
             for medium in one.media(results.campaign):
-                if one.group == "robot_full_figures":
+                if one.on_demand:
                     continue
                 made = one.draw(results, *filter(None, [medium]))
                 for page in made if isinstance(made, list) else [made]:

@@ -16,8 +16,8 @@ from rftfit.logs import registry as plugins_module
 from rftfit.logs.base import LogError
 from rftfit.logs.registry import DIALECTS, claimants, dialect, dialects, faults, head_of
 from rftfit.store import digests
-from rftfit.workflow.plan import Plan
 from rftfit.workflow.provenance import changes_between, present_state
+from rftfit.workflow.state import States, read_states
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -157,8 +157,7 @@ def campaign(tmp_path: Path) -> Path:
 def fresh() -> None:
     """What a new process knows."""
     plugins_module.plugins.cache_clear()
-    for cached in (digests._path, digests._imports, digests._source_digest, digests.closure):
-        cached.cache_clear()
+    digests.plugin_digest.cache_clear()
 
 
 @pytest.fixture
@@ -176,22 +175,20 @@ def test_a_changed_plug_in_is_told(
     install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
     text = campaign.read_text(encoding="utf-8").replace("method: sync_line", "method: estimate")
     campaign.write_text(text, encoding="utf-8")
-    plan = Plan(campaign)
-    before, model = (plan.stages[name][0].depends for name in ("ingest", "fourier"))
-    clocks = plan.maker["results/figures/clocks_poppy_LP.png"].depends
-    state = present_state(plan)
+    states = read_states(campaign)[0]
+    jobs = (("ingest", "poppy_LP"), ("figure", "clocks_poppy_LP"), ("fourier", ""))
+    before = [states.of(*job)["code"] for job in jobs]
+    state = present_state(states)
     assert state.versions["ourlab-dialect"] == "1.0"
     assert "ourlab_dialect" in state.modules
 
     site = tmp_path / "site"
     (site / "ourlab_dialect.py").write_text(code.replace("OSError", "ValueError"), encoding="utf-8")
     fresh()
-    changed = Plan(campaign)
-    assert changed.stages["ingest"][0].depends["code"] != before["code"]
-    assert changed.stages["fourier"][0].depends == model
+    changed = States(states.campaign)
+    after = [changed.of(*job)["code"] for job in jobs]
     # a figure that reads logs is drawn again too
-    drawn = changed.maker["results/figures/clocks_poppy_LP.png"].depends
-    assert drawn["code"] != clocks["code"]
+    assert [one != other for one, other in zip(before, after, strict=True)] == [True, True, False]
     found = changes_between(state, present_state(changed))
     assert [(one.sort, one.name) for one in found] == [("code", "ourlab_dialect")]
 
@@ -200,7 +197,7 @@ def test_a_changed_plug_in_is_told(
     sys.modules.pop("ourlab_dialect", None)
     importlib.invalidate_caches()
     fresh()
-    found = changes_between(state, present_state(plan))
+    found = changes_between(state, present_state(states))
     assert ("code", "ourlab_dialect", "not there") in [
         (one.sort, one.name, one.now) for one in found
     ]
@@ -212,4 +209,4 @@ def test_the_rig_needs_no_search_for_plug_ins(
     text = campaign.read_text(encoding="utf-8").replace("dialect: ours", "dialect: rig")
     campaign.write_text(text, encoding="utf-8")
     monkeypatch.setattr(plugins_module, "plugins", lambda: pytest.fail("searched"))
-    assert Plan(campaign).dialects == {}
+    assert read_states(campaign)[0].dialects == []

@@ -26,10 +26,10 @@ from rftfit.figures.robot import (
 from rftfit.figures.style import content, save
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
+from rftfit.robot.motion import stance_of, tail_of
 from rftfit.robot.run import simulate
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON, MOTION
-from rftfit.workflow.robot import stance_of, tail_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -292,7 +292,10 @@ def test_each_sweep_has_its_figures_and_captions() -> None:
     told = own["figures/robot_full_profiles"].caption_of(results, "robot_full")
     assert f"Of {len(runs)} runs, 3 came to no steady speed" in told
     assert "upside down (3 runs)" in told
-    assert own["figures/robot_speed"].group == "robot_figures"
+    assert [own[f"figures/{name}_speed"].on_demand for name in ("robot", "robot_full")] == [
+        False,
+        True,
+    ]
 
 
 def test_captions_of_motion_and_curvature(motion: pd.DataFrame) -> None:

@@ -24,9 +24,9 @@ from rftfit.robot.intervals import (
     half_width,
     speed_widths,
     speeds_of,
+    widths,
 )
 from rftfit.robot.run import Condition
-from rftfit.workflow.robot import widths
 
 FAST = [Condition(5.0, 0.8), Condition(4.0, 1.0)]
 NINE = FourierProfile(as_array(reference.coefficients("poppy_LP")))

@@ -13,7 +13,7 @@ from rftfit.errors import InputError
 from rftfit.model.profiles import TableProfile
 from rftfit.page.robot import robot_data, robot_tables
 from rftfit.robot.config import paper_robot
-from rftfit.workflow.robot import CURVATURES, FRAMES, FREQUENCIES_HZ, frames_of
+from rftfit.robot.motion import CURVATURES, FRAMES, FREQUENCIES_HZ, frames_of
 
 if TYPE_CHECKING:
     from pathlib import Path

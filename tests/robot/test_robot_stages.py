@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from jobs import planned_jobs, run_rules
 from light_campaign import alpha_frame
 
 import rftfit
 from rftfit import reference
-from rftfit.__main__ import main
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
@@ -22,27 +22,23 @@ from rftfit.errors import InputError
 from rftfit.lab.tracks import TRIALS, plan_trials, track_files
 from rftfit.model.profiles import FourierProfile, TableProfile
 from rftfit.results import Results, open_results
+from rftfit.robot import PROFILES
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import SPEED
 from rftfit.robot.intervals import WIDTH_COLUMNS as WIDTHS
 from rftfit.robot.run import Condition
-from rftfit.robot.sweep import row_of, run_all, speed_table
+from rftfit.robot.sweep import conditions_of, row_of, run_all, speed_table
 from rftfit.store import write_csv, write_text
 from rftfit.workflow import robot as stages
-from rftfit.workflow.plan import Plan
+from rftfit.workflow.job import main
 from rftfit.workflow.robot import (
-    Store,
-    conditions_of,
-    fill,
-    forget_others,
-    key,
     profiles_of,
     robot_measured,
     robot_profile,
-    robot_sweep,
-    swept,
+    robot_runs,
+    robot_speeds,
 )
-from rftfit.workflow.run_stage import run_stage
+from rftfit.workflow.state import States, read_states
 
 if TYPE_CHECKING:
     from rftfit.robot.run import RobotRun
@@ -75,7 +71,7 @@ def root(made_once: Path, tmp_path: Path) -> Path:
 
 def measured(root: Path) -> tuple[Any, Any, Any]:
     """Tables of tracks, of speeds and of where the rows went, as they are in the files."""
-    assert run_stage(root / "config" / "config.yaml", "robot_measured") == 1
+    assert run_rules(root / "config" / "config.yaml", "robot_measured") == 1
     results = open_results(root)
     names = ("robot/tracks.csv", "robot/measured.csv", "ledger/robot.csv")
     trials, speeds, ledger = (results.table(name) for name in names)
@@ -155,23 +151,23 @@ def test_without_tracks_the_figure_stands_in(root: Path) -> None:
 
 def test_a_campaign_without_a_robot(root: Path) -> None:
     edit(root)
-    plan = Plan(root / "config" / "config.yaml")
-    assert (plan.campaign.robot_medium, plan.robot_digests) == ("", {})
-    assert plan.stages["robot_measured"] == plan.stages["robot_sweep"] == []
+    config = root / "config" / "config.yaml"
+    states = read_states(config)[0]
+    assert (states.campaign.robot_medium, states.robot_files) == ("", {})
+    assert not [job for job in planned_jobs(config) if job.rule.startswith("robot")]
     with pytest.raises(InputError, match="no section robot"):
         robot_measured(open_results(root))
 
 
 def test_what_the_workflow_reads(root: Path) -> None:
-    plan = Plan(root / "config" / "config.yaml")
-    assert plan.campaign.robot_medium == "poppy_LP"
-    assert len(plan.robot_digests) == 1 + 42 * TRIALS
-    assert all((root / file).is_file() for file in plan.robot_digests)
-    assert measured(root)
-    track = next(root / file for file in plan.robot_digests if "tracks/" in file)
+    states = read_states(root / "config" / "config.yaml")[0]
+    assert states.campaign.robot_medium == "poppy_LP"
+    assert len(states.robot_files) == 1 + 42 * TRIALS
+    assert all((root / file).is_file() for file in states.robot_files)
+    track = next(root / file for file in states.robot_files if "tracks/" in file)
     track.write_bytes(track.read_bytes() + b"# end\n")
-    found = Plan(root / "config" / "config.yaml").all_findings()
-    assert [one.what for one in found if one.task.stage == "robot_measured"] == ["robot files"]
+    before, after = (one.of("robot_measured", "") for one in (states, States(states.campaign)))
+    assert [what for what in after if after[what] != before[what]] == ["robot files"]
 
 
 @pytest.mark.parametrize(
@@ -215,50 +211,13 @@ def straight() -> tuple[FourierProfile, list[RobotRun]]:
     return profile, run_all(paper_robot(), profile, FEW, 1)
 
 
-def test_an_interrupted_sweep_goes_on(
-    tmp_path: Path, straight: tuple[FourierProfile, list[RobotRun]]
-) -> None:
-    profile, runs = straight
-    folder = tmp_path / "table-0123"
-
-    def stop(done: int, _: int) -> None:
-        if done == 2:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        fill(Store.load(folder), paper_robot(), profile, FEW, 1, stop)
-    again = Store.load(folder)
-    assert len(again.rows) == 2
-    told: list[tuple[int, int]] = []
-    fill(again, paper_robot(), profile, FEW, 1, lambda *how_far: told.append(how_far))
-    assert told == [(2, 4), (3, 4), (4, 4)]
-    whole = Store.load(folder)
-    write_csv(whole.table(FEW), tmp_path / "resumed.csv")
-    write_csv(speed_table(map(row_of, runs)), tmp_path / "at_once.csv")
-    assert (tmp_path / "resumed.csv").read_bytes() == (tmp_path / "at_once.csv").read_bytes()
-
-
-def test_a_damaged_part_is_made_again(
-    tmp_path: Path, straight: tuple[FourierProfile, list[RobotRun]]
-) -> None:
-    store = Store(tmp_path / "table-1")
-    store.rows = {key(run.condition): row_of(run) for run in straight[1]}
-    store.write({0.6, 0.8})
-    (tmp_path / "table-1" / "curvature_+0.6.csv").write_text("nonsense\n1\n", encoding="utf-8")
-    assert {row[0] for row in Store.load(store.folder).rows} == {0.8}
-    (tmp_path / "table-2").mkdir()
-    (tmp_path / "generic-2").mkdir()
-    forget_others(store.folder)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["generic-2", "table-1"]
-
-
 def test_conditions_of_the_sweeps() -> None:
     table = pd.DataFrame(
         {"curvature_times_R": [0.6, 1.0, 0.0], "frequency_Hz": [2.01, 5.0, np.nan]}
     )
     full, reduced = (conditions_of(table, full=full) for full in (True, False))
-    assert len({key(one) for one in full}) == len(full) == 51 * 26 * 3 + 3
-    assert {key(one) for one in reduced} < {key(one) for one in full}
+    assert len({*full}) == len(full) == 51 * 26 * 3 + 3
+    assert {*reduced} < {*full}
     fine = [c for c in reduced if c.frequency_Hz == 5 and c.curvature_times_R > 0.4]
     assert len(fine) == 15
     assert any((c.curvature_times_R, c.frequency_Hz) == (0.6, 2.01) for c in reduced)
@@ -294,10 +253,9 @@ def test_tables(
     table.insert(1, "medium", "poppy_LP")
     half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "")], columns=WIDTHS)
     monkeypatch.setattr(stages, "PROFILES", ("table",))
-    monkeypatch.setattr(stages, "swept", lambda *_, **__: table)
-    monkeypatch.setattr(stages, "robot_intervals", lambda *_: half)
-    runs, widths, speed, optimum, errors = robot_sweep(results, 1)
-    assert (runs is table, widths is half) == (True, True)
+    write_csv(table, root / "results" / "robot" / "runs_table.csv")
+    write_csv(half, root / "results" / "robot" / "intervals.csv")
+    speed, optimum, errors = robot_speeds(results)
     assert list(speed["calibrated"]) == ["yes", "yes", "no", "no"]
     assert optimum.empty  # two curvatures are no sweep
     mean = np.mean([run.speed_cm_per_s for run in straight[1][:2]])
@@ -306,34 +264,6 @@ def test_tables(
     assert list(ends) == pytest.approx([mean - 1.5, mean + 1.5], rel=1e-4)
     assert errors["error_percent"].iloc[0] == pytest.approx(100 * (mean / 50 - 1), rel=1e-3)
     assert errors["reason"].iloc[1] == "this condition was not simulated"
-
-
-def test_finished_runs_are_kept_below_a_name_that_tells_the_profile(
-    root: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """So that a sweep goes on with the same alpha, and begins again with another."""
-    monkeypatch.setattr(stages, "conditions_of", lambda *_, **__: FEW[:1])
-    parts = root / "results" / "robot" / "parts"
-    write_csv(pd.DataFrame({name: [] for name in MEASURED}), parts.parent / "measured.csv")
-    told: list[tuple[int, int]] = []
-
-    tables: list[pd.DataFrame] = []
-
-    def sweep(results: Results) -> list[str]:
-        told.clear()
-        tables.append(swept(results, "table", 1, lambda *how_far: told.append(how_far), full=False))
-        return [path.name for path in parts.iterdir()]
-
-    first = sweep(with_alpha(root))
-    assert told == [(0, 1), (1, 1)]
-    assert sweep(with_alpha(root)) == first
-    assert told == [(1, 1)]
-    pd.testing.assert_frame_equal(tables[0], tables[1], check_exact=True)
-    z, x = reference.alpha_grid("poppy_LP")
-    other = sweep(with_alpha(root, (1.1 * z, x)))
-    assert told == [(0, 1), (1, 1)]
-    assert (len(first), len(other)) == (1, 1)
-    assert first != other
 
 
 # --- profiles ------------------------------------------------------------------------------------------
@@ -363,10 +293,10 @@ def test_the_map_is_run_on_where_the_table_has_holes(
     assert "map" not in profiles_of(with_alpha(root, (z, x)))
     z[1:6:2, 4:9] = x[1:6:2, 4:9] = np.nan
     results = with_alpha(root, (z, x))
-    assert profiles_of(results) == stages.PROFILES
+    assert profiles_of(results) == PROFILES
     monkeypatch.setattr(stages, "conditions_of", lambda *_, **__: [Condition(2.0, 1.0, 0.0)])
     write_csv(robot_measured(results)[1], root / "results" / "robot" / "measured.csv")
-    lost, found = (swept(results, name, 1, full=False).iloc[0] for name in ("table", "map"))
+    lost, found = (robot_runs(results, f"runs_{name}", 1).iloc[0] for name in ("table", "map"))
     assert np.isnan(lost["speed_cm_per_s"])
     truth = rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0).speed_cm_per_s
     assert found["speed_cm_per_s"] == pytest.approx(truth, rel=0.15)
@@ -387,8 +317,16 @@ def test_a_dropped_term_is_not_in_the_profile(root: Path) -> None:
     assert less.alpha(0, np.pi / 2)[0] != pytest.approx(full.alpha(0, np.pi / 2)[0])
 
 
-def test_stages_can_be_started_by_name(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["robot_measured", "--config", str(root / "config" / "config.yaml")]) == 0
+def test_jobs_can_be_started_by_name(
+    root: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(root)
+    (job,) = [
+        one for one in planned_jobs(root / "config" / "config.yaml") if one.rule == "robot_measured"
+    ]
+    files = ["--reads", *job.reads, "--writes", *job.writes]
+    assert main([job.reads[-1], *files]) == 0
     assert (root / "results" / "robot" / "measured.csv").is_file()
-    assert main(["robot_sweeps", "--config", str(root / "config" / "config.yaml")]) == 2
-    assert "no stage 'robot_sweeps'; allowed: ingest" in capsys.readouterr().err
+    files[1] = "results/state/robot_sweeps.json"
+    assert main([files[1], *files]) == 2
+    assert "no such job" in capsys.readouterr().err

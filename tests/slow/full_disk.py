@@ -41,13 +41,12 @@ class Trials:
             sys.exit((place / "said.txt").read_text(encoding="utf-8"))
         self.results = self.folder.root / "results"
         self.whole = self.folder.digests()
-        shutil.copytree(self.results, place / "whole")
 
     def row(self, name: str, disk: Path, *cure: str) -> None:
         """Run on a disk that refuses, then on one that does not."""
         code = run(self.folder, self.place / "said.txt")
         said = (self.place / "said.txt").read_text(encoding="utf-8")
-        left = look(self.folder, self.whole, self.place / "whole")
+        left = look(self.folder, self.whole)
         faults = [f"partial {part}" for part in left.partial]
         faults += ["rests"] if left.rests else []
         if code != 3 or "Traceback" in said or "cannot write" not in said:

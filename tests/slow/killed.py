@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import random
-import shutil
 import sys
 import tempfile
 import time
@@ -43,7 +42,6 @@ class Trial:
         if code:
             sys.exit((place / "undisturbed.txt").read_text(encoding="utf-8"))
         self.whole = folder.digests()
-        shutil.copytree(folder.root / "results", place / "whole")
 
     def row(self, number: int, kind: str) -> str:
         """Kill once, look, go on; a row of the table."""
@@ -60,7 +58,7 @@ class Trial:
         time.sleep(1)
         if state(self.folder) != before:
             faults.append("written after the end")
-        left = look(self.folder, self.whole, self.place / "whole")
+        left = look(self.folder, self.whole)
         faults += [f"partial {name}" for name in left.partial]
         said = self._said(number)
         if kind == STAGE and (code != 4 or "killed (SIGKILL)" not in said):

@@ -12,12 +12,12 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign
+from jobs import run_rules
 
 from rftfit.measure.checks import _surface_or_curve
 from rftfit.measure.fits import RunFit, _other_laws
 from rftfit.measure.laws import other_laws
 from rftfit.results import open_results
-from rftfit.workflow.run_stage import run_stage
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,8 +33,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     folder = make_campaign(
         tmp_path_factory.mktemp("good") / "lab", (MEDIUM,), plates_only=True, directions=FEW
     )
-    for stage in STAGES:
-        run_stage(folder.config, stage)
+    run_rules(folder.config, *STAGES)
     return folder
 
 
@@ -76,8 +75,7 @@ class Lab:
 
     def measured(self) -> dict[str, dict[Any, Any]]:
         """Run the stages up to the checks: the checks that did not pass, by name."""
-        for stage in STAGES:
-            run_stage(self.folder.config, stage)
+        run_rules(self.folder.config, *STAGES)
         table = open_results(self.folder.root).checks
         return {row["check"]: row for row in table.to_dict("records") if row["verdict"] != "passed"}
 

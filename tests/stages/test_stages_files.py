@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 import pytest
+from jobs import planned_jobs, run_rules
 from result_tables import read_result
 from rigroom import Results, Room, digests, planned
 
@@ -18,9 +19,10 @@ from rftfit.errors import InputError, OutputError, RftfitError
 from rftfit.measure.alpha import alpha_table
 from rftfit.results import UndeclaredInput, open_results
 from rftfit.store import read_parquet
+from rftfit.workflow.job import do_job
 from rftfit.workflow.measure import ledger, legs, slopes
-from rftfit.workflow.plan import Plan
-from rftfit.workflow.run_stage import run_stage
+from rftfit.workflow.records import Recorded
+from rftfit.workflow.state import read_states
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -37,8 +39,7 @@ def through_files(room: Room, out: Path, config: Path) -> dict[str, Path]:
     """Run the stages of the measurement in the campaign's folder; a copy of what they wrote."""
     results = config.parents[1] / "results"
     shutil.rmtree(results, ignore_errors=True)
-    for stage in STAGES:
-        run_stage(config, stage)
+    run_rules(config, *STAGES)
     shutil.copytree(results, out)
     files = {path.parent.name: path for path in out.rglob("poppy_LP.*")}
     files |= {f"ledger_{stage}": out / "ledger" / stage / "poppy_LP.csv" for stage in LEDGERS}
@@ -311,21 +312,23 @@ def test_run_that_is_in_no_ledger_stops_the_workflow(some: Room, tmp_path: Path)
 
 def test_disk_that_refuses(some: Room) -> None:
     config = some.write()
-    blocked = some.folder / "results"
-    blocked.write_text("no folder", encoding="utf-8")
-    with pytest.raises(OutputError, match="cannot write"):
-        run_stage(config, "ingest")
-    blocked.unlink()
-    with pytest.raises(InputError, match=re.escape("results/checks/poppy_LP.csv")):
-        run_stage(config, "legs")
+    states = read_states(config)[0]
+    job = next(one for one in planned_jobs(config) if one.rule == "ingest")
+    for name in ("traces", "records"):
+        blocked = some.folder / "results" / name
+        blocked.write_text("no folder", encoding="utf-8")
+        with pytest.raises(OutputError, match=f"results/{name}/.*: cannot write"):
+            do_job(states, job.reads, job.writes)
+        blocked.unlink()
+    with pytest.raises(InputError, match=re.escape("results/runs/poppy_LP.csv")):
+        run_rules(config, "legs")
 
 
 def test_a_stage_reads_what_it_declares_and_nothing_else(some: Room, tmp_path: Path) -> None:
     config = some.write()
     through_files(some, tmp_path / "out", config)
-    plan = Plan(config)
-    (task,) = plan.stages["legs"]
-    results = open_results(config).only(task.reads)
+    (job,) = [one for one in planned_jobs(config) if one.rule == "legs"]
+    results = open_results(config).only(job.reads)
     assert len(legs(results, "poppy_LP")[0]) > 0
     with pytest.raises(UndeclaredInput):
         slopes(results, "poppy_LP")
@@ -343,13 +346,13 @@ def test_what_a_stage_did_not_write_is_not_read(some: Room, tmp_path: Path) -> N
         reader, maker = {"runs": ("tare", "ingest"), "traces": ("tare", "ingest")}.get(
             name, ("slopes", "tare")
         )
-        findings = [one for one in Plan(config).all_findings() if one.task.stage == maker]
+        findings = Recorded(read_states(config)[0]).findings(f"{maker}/poppy_LP")
         assert [(one.sort, one.what) for one in findings] == [
             ("edited", path.relative_to(some.folder).as_posix())
         ]
         if name in ("tared", "tares"):
-            with pytest.raises(InputError, match="not as the stage tare wrote it"):
-                run_stage(config, reader)
-        assert run_stage(config, maker) == 1
+            with pytest.raises(InputError, match="not as the job that made it wrote it"):
+                run_rules(config, reader)
+        assert run_rules(config, maker) == 1
         assert path.read_bytes() == content
-        assert run_stage(config, maker) == 0
+        assert run_rules(config, maker) == 0

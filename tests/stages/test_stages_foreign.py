@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 import yaml
 from foreign_logs import netft
+from jobs import run_rules
 from rigroom import Results, Room, chain
 
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.cli.main import main
 from rftfit.results import open_results
-from rftfit.workflow.plan import Plan
-from rftfit.workflow.run_stage import run_stage
+from rftfit.workflow.state import log_names, read_states
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -286,7 +286,7 @@ def test_force_and_motion_in_one_file(
     )
     campaign = load_campaign(path)
     sums = {name: hashlib.sha256(log or b"").hexdigest() for name, log in single.logs.items()}
-    assert Plan(path).all_logs == sums
+    assert read_states(path)[0].all_logs == sums
     capfd.readouterr()
     assert main(["inspect", str(campaign.raw / f"one/{RUN}.csv")]) == 0
     _, _, block = capfd.readouterr().out.partition("for config.yaml")
@@ -346,8 +346,7 @@ def test_force_columns_that_nobody_named(single: Room) -> None:
 
 def test_the_ledger_of_a_campaign_with_one_file_a_run(single: Room) -> None:
     path = single.write()
-    for stage in ("ingest", "tare", "slopes", "checks", "legs", "ledger"):
-        run_stage(path, stage)
+    run_rules(path, "ingest", "tare", "slopes", "checks", "legs", "ledger")
     book = open_results(path).table("ledger.csv")
     assert book.groupby("file")["rows"].sum().to_dict() == single.counted
 
@@ -459,8 +458,6 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig: Results, tmp_pat
     found = chain(load_campaign(path), "poppy_LP").fit(RUN)
     for name in ("alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3", "alpha_x_N_per_cm3"):
         assert found[name] == pytest.approx(rig.fit(RUN)[name], rel=1e-5)
-    from rftfit.workflow.plan import log_names
-
     assert "gauges.csv" in log_names(load_campaign(path), "poppy_LP")
     calibration.write_text("load,unit\n")
     with pytest.raises(CampaignError, match=r"calibration.*row 1: found load, unit"):
@@ -472,8 +469,6 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig: Results, tmp_pat
 
 def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path: Path) -> None:
     """The sheet names the folder; what belongs to the recording is every file in it."""
-    from rftfit.workflow.plan import log_names
-
     room = room_of(tmp_path)
     path = room.write()
     raw = path.parents[1] / "raw" / "paper"

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 import pytest
+from jobs import run_rules
 
 from rftfit.compare.sands import NO_END
 from rftfit.figures.plates import stress_of_runs
 from rftfit.results import Results, open_results
 from rftfit.store import read_csv, write_csv
-from rftfit.workflow.run_stage import run_stage
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,8 +25,7 @@ TEST = "yuma_bp00_g90_in"
 def made(room: Room, *more: str) -> Results:
     """Measure, and do some more stages; the results."""
     config = room.write()
-    for stage in ("ingest", "tare", "slopes", "checks", *more):
-        run_stage(config, stage)
+    run_rules(config, "ingest", "tare", "slopes", "checks", *more)
     return open_results(room.folder)
 
 

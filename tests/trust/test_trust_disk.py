@@ -23,12 +23,11 @@ PREDICT = "-m rftfit.cli.main predict --leg c_leg --medium poppy_LP --output"
 STAGE = """
 import sys
 from rftfit.errors import OutputError
-import rftfit.__main__ as program
-import rftfit.workflow.run_stage as runner
+import rftfit.workflow.job as program
 def fails(*_):
     raise OutputError("results/alpha.csv: cannot write")
-runner.run_stage = fails
-sys.exit(program.main(["slopes"]))
+program.read_states = fails
+sys.exit(program.main(["results/state/slopes.json", "--writes", "results/alpha.csv"]))
 """
 DRAWING = """
 import resource, signal, sys

@@ -10,6 +10,7 @@ import pytest
 from campaigns import FEW, make_campaign
 from coverage_levels import QUARTERS, Scenario, as_disturbed, cover, slow_noise
 from ensembles import Ensemble, paper_config, plan, rod_stress, simulate
+from jobs import run_rules
 from rigroom import CONFIG_TEXT, chain, paper
 
 from rftfit.campaign.config import Errors
@@ -17,8 +18,7 @@ from rftfit.campaign.load import load_campaign
 from rftfit.lab.disturb import DISTURBANCES, REAL_LAB, sizes_of
 from rftfit.lab.enact import reenact
 from rftfit.measure.alpha import column
-from rftfit.workflow.plan import Plan
-from rftfit.workflow.run_stage import run_stage
+from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -148,12 +148,11 @@ def test_slow_noise_that_is_stated_is_held() -> None:
 
 def test_a_tuesday_in_a_real_lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All disturbances together, through all stages: tables and a page, which has no figure here."""
-    monkeypatch.setattr("rftfit.workflow.run_stage._check_inputs", lambda *_: None)
+    monkeypatch.setattr("rftfit.workflow.job._checked_inputs", lambda *_: {})
     folder = make_campaign(tmp_path / "c", ("poppy_LP",), directions=FEW, plates_only=True,
                            disturb=[REAL_LAB])  # fmt: skip
-    for stage in Plan(folder.config).default:
-        if stage not in ("figures", "quality", "workbooks", "provenance"):  # half a minute
-            run_stage(folder.config, stage)
+    slow = (*FIGURE_RULES, "workbooks", "provenance")
+    run_rules(folder.config, *(rule for rule in STAGES if rule not in slow))
     alpha = folder.table("alpha/poppy_LP.csv").set_index(["beta_deg", "gamma_deg"])
     assert len(alpha) == len(FEW)
     assert alpha[["alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3"]].notna().all(axis=None)

@@ -221,7 +221,7 @@ def test_every_rule_is_one_program() -> None:
     shells = [block for text in texts for block in re.findall(r"\n +shell:\n +(.*)\n", text)]
     assert shells == ["STAGE"] * rules
     assert rules >= 19
-    snakefile = (PROJECT / "Snakefile").read_text(encoding="utf-8")
+    snakefile = (PROJECT / "workflow" / "rules" / "common.smk").read_text(encoding="utf-8")
     (stage,) = re.findall(r"^STAGE = \((.*?)^\)", snakefile, re.MULTILINE | re.DOTALL)
     command = "".join(re.findall(r'"([^"\n]*)"', stage))
     assert command.startswith("python -P -m rftfit ")
@@ -253,7 +253,7 @@ def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake: Path, killed:
     wait_for((fake / "began").exists)
     now = living(child)
     assert now.snakemake is not None
-    # the run, Snakemake and the stage; of the warm process see test_warm.py
+    # the run, Snakemake and the stage
     assert len(working(fake)) == 3
     victims = {"Snakemake": [now.snakemake], "rftfit run": [now.run]}
     for victim in victims.get(killed, [now.run, now.snakemake]):

@@ -6,7 +6,6 @@ import ast
 import csv
 import os
 import random
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,132 +14,42 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rftfit.campaign.load import read_layout
 from rftfit.errors import InputError
-from rftfit.robot.config import paper_robot_path
 from rftfit.store import digests, read_csv, write_csv
-from rftfit.store.digests import Seen, read_sums, sha256_of, sums_text
+from rftfit.store.digests import digests_of_files, read_sums, sha256_of, sums_text
 from rftfit.store.tables import guarded, unguarded
-from rftfit.workflow.plan import Plan, Record, Records
 from rftfit.workflow.provenance import changes_between, present_state
+from rftfit.workflow.records import Record, maker_of, read_record
+from rftfit.workflow.stages import STAGES
+from rftfit.workflow.state import States, read_states
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
 PACKAGE = Path(digests.__file__).parents[1]
 SIGNS = "=+-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH COMMERCIAL AT}"
 
 
-# --- digests of logs, remembered -------------------------------------------------------------------
-
-
-@pytest.fixture
-def logs(tmp_path: Path) -> list[str]:
-    """Three old files and a place to remember them."""
-    (tmp_path / "state").mkdir()
-    paths = [tmp_path / f"{name}.csv" for name in "abc"]
-    for place, path in enumerate(paths):
-        path.write_bytes(bytes([place]) * 1000)
-    return [str(path) for path in paths]
-
-
-def memory_of(logs: list[str]) -> Path:
-    return Path(logs[0]).parent / "state" / "rftfit" / "seen.tsv"
-
-
-def settled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let a minute pass, so that what was just written counts as old."""
-    now = time.time_ns
-    monkeypatch.setattr("rftfit.store.digests.time.time_ns", lambda: now() + 60_000_000_000)
-
-
-def count_reading(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    read: list[str] = []
-
-    def note(path: str | Path) -> str:
-        read.append(str(path))
-        return sha256_of(path)
-
-    monkeypatch.setattr("rftfit.store.digests.sha256_of", note)
-    return read
-
-
-def test_what_has_not_changed_is_not_read_again(
-    logs: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    settled(monkeypatch)
-    first = Seen(memory_of(logs))
-    wanted = first.digests(logs)
-    assert wanted == {path: sha256_of(path) for path in logs}
-    first.save()
-    read = count_reading(monkeypatch)
-    assert Seen(memory_of(logs)).digests(logs) == wanted
-    assert read == []
+# --- digests -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.skipif(os.name != "posix", reason="names are text on Windows")
-def test_a_name_that_is_no_text_is_remembered(
-    logs: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As every folder with an accent is where the system's encoding is ASCII."""
-    settled(monkeypatch)
-    name = os.fsdecode(os.fsencode(logs[0]) + b"\xe9")
-    Path(logs[0]).rename(name)
-    first = Seen(memory_of(logs))
-    wanted = first.digests([name])
-    first.save()
-    read = count_reading(monkeypatch)
-    assert Seen(memory_of(logs)).digests([name]) == wanted
-    assert read == []
-
-
-def test_a_change_with_size_and_date_put_back_is_seen(
-    logs: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    settled(monkeypatch)
-    first = Seen(memory_of(logs))
-    before = first.digests(logs)
-    first.save()
-    path = Path(logs[1])
-    state = path.stat()
-    path.write_bytes(b"x" * state.st_size)
-    os.utime(path, ns=(state.st_atime_ns, state.st_mtime_ns))
-    read = count_reading(monkeypatch)
-    after = Seen(memory_of(logs)).digests(logs)
-    assert read == [logs[1]]
-    assert [path for path in logs if before[path] != after[path]] == [logs[1]]
-
-
-def test_what_was_just_written_is_not_trusted(
-    logs: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A second change within a tick of the clock would look like none."""
-    first = Seen(memory_of(logs))
-    first.digests(logs)
-    first.save()
-    read = count_reading(monkeypatch)
-    Seen(memory_of(logs)).digests(logs)
-    assert sorted(read) == logs
-
-
-@pytest.mark.parametrize(
-    "rest", [b"", b"\xff\xfe", b"something else\n", b"rftfit logs seen 1\nx\n"]
-)
-def test_a_damaged_memory_is_no_harm(logs: list[str], rest: bytes) -> None:
-    memory = memory_of(logs)
-    memory.parent.mkdir()
-    memory.write_bytes(rest)
-    assert Seen(memory).digests(logs) == {path: sha256_of(path) for path in logs}
-
-
 def test_pipes_devices_folders_and_nothing_are_not_read(tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe"
-    if hasattr(os, "mkfifo"):
-        os.mkfifo(pipe)
-    names = [str(pipe), str(tmp_path), str(tmp_path / "absent"), os.devnull, "a\0b"]
-    assert Seen(None).digests(names) == dict.fromkeys(names, "")
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "folder").mkdir()
+    odd = os.fsdecode(b"caf\xe9.csv")
+    (tmp_path / odd).write_bytes(b"1")
+    found = digests_of_files(tmp_path, ["pipe", "folder", "absent", "a\0b", odd])
+    assert found == dict.fromkeys(("pipe", "folder", "absent", "a\0b"), "") | {
+        odd: sha256_of(tmp_path / odd)
+    }
 
 
-def test_sums_come_back_and_are_those_of_sha256sum(logs: list[str], tmp_path: Path) -> None:
+def test_sums_come_back_and_are_those_of_sha256sum(tmp_path: Path) -> None:
+    logs = [str(tmp_path / f"{name}.csv") for name in "abc"]
+    for path in logs:
+        Path(path).write_text(path)
     digests = {path: sha256_of(path) for path in logs}
     (tmp_path / "sums").write_text(sums_text({**digests, "missing.csv": ""}), encoding="utf-8")
     assert read_sums(tmp_path / "sums") == digests
@@ -151,54 +60,83 @@ def test_sums_come_back_and_are_those_of_sha256sum(logs: list[str], tmp_path: Pa
         read_sums(tmp_path / "sums")
 
 
-# --- imports ----------------------------------------------------------------------------------------
+# --- digests of code ---------------------------------------------------------------------------------
 
 
-def test_no_import_is_overlooked() -> None:
-    """The quick look at imports finds all that the syntax tree has."""
+def code_of(rules: Iterable[str]) -> dict[str, str]:
+    digests.source_digests.cache_clear()
+    states = States(read_layout(PACKAGE.parents[1] / "config" / "config.yaml"))
+    return {rule: states.code(STAGES[rule]) for rule in rules}
+
+
+@pytest.mark.parametrize(
+    ("file", "changed"),
+    [
+        ("measure/slopes.py", {"ingest", "tare", "maps", "robot_runs", "page"}),
+        ("reference/table_s3.csv", {"ingest", "tare", "maps", "robot_runs", "page"}),
+        ("workflow/job.py", {"ingest", "tare", "maps", "robot_runs", "page"}),
+        ("model/shapes.py", {"maps", "robot_runs", "page"}),
+        ("workflow/profiles.py", {"maps"}),
+        ("page/page.js", {"page"}),
+        ("config/robot.yaml", {"maps", "robot_runs", "page"}),
+        ("cli/run.py", set()),
+    ],
+)
+def test_which_jobs_a_changed_file_of_the_program_touches(
+    monkeypatch: pytest.MonkeyPatch, file: str, changed: set[str]
+) -> None:
+    rules = ("ingest", "tare", "maps", "robot_runs", "page")
+    before, plain = code_of(rules), digests.sha256_of
+
+    def other(path: str | Path) -> str:
+        return "0" * 64 if str(path).endswith(f"/{file}") else plain(path)
+
+    monkeypatch.setattr(digests, "sha256_of", other)
+    after = code_of(rules)
+    monkeypatch.undo()
+    digests.source_digests.cache_clear()
+    assert {rule for rule in rules if before[rule] != after[rule]} == changed
+
+
+def test_rooms_import_lower_rooms_only() -> None:
+    """So that the digest of a room and all below it tells all code that its functions use."""
+    order = {name: place for place, name in enumerate(digests.ROOMS)}
     problems = []
-    modules = sorted(PACKAGE.rglob("*.py"))
-    for path in modules:
-        name = ".".join(["rftfit", *path.relative_to(PACKAGE).with_suffix("").parts])
-        name = name.removesuffix(".__init__")
-        if name == "rftfit":  # the public names are found when they are asked for
-            continue
-        wanted: set[str] = set()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        room = path.relative_to(PACKAGE).parts[0]
         for node in ast.walk(ast.parse(path.read_bytes())):
-            if isinstance(node, ast.Import):
-                wanted.update(alias.name for alias in node.names)
-            elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
-                wanted.add(node.module)
-                wanted.update(f"{node.module}.{alias.name}" for alias in node.names)
-        own = {one for one in wanted if one.split(".")[0] == "rftfit" and digests._path(one)}
-        if lost := own - digests._imports(name):
-            problems.append(f"{name}: {sorted(lost)}")
-    assert len(modules) > 100
+            module = (node.module or "") if isinstance(node, ast.ImportFrom) else ""
+            parts = module.split(".")
+            if parts[0] == "rftfit" and room in order and len(parts) > 1:
+                # results is the door to tables: it stands above the model
+                top = order["robot"] if parts[1] == "results" else order.get(parts[1], -1)
+                if parts[1] in ("workflow", "cli", "api") or top > order[room]:
+                    problems.append(f"{path.relative_to(PACKAGE)}: {module}")
     assert problems == []
 
 
-# --- records of tasks ---------------------------------------------------------------------------------
+# --- records of jobs ----------------------------------------------------------------------------------
 
 
-def record() -> Record:
-    return Record({"code": "c1", "settings": "s1"}, {"results/a.csv": "1"}, {"results/b.csv": "2"})
+RECORD = Record(
+    "slopes", "sand", {"code": "c1"}, {"results/a.csv": "1"}, {"results/fits/sand.csv": "2"}
+)
 
 
 def test_records_come_back(tmp_path: Path) -> None:
-    records = Records.load(tmp_path, "slopes")
-    assert records.tasks == {}
-    records.tasks["sand"] = record()
-    records.save()
-    assert Records.load(tmp_path, "slopes").tasks == {"sand": record()}
+    path = tmp_path / "results" / "records" / "slopes" / "sand.json"
+    assert read_record(path) is None
+    RECORD.save(tmp_path)
+    assert read_record(path) == RECORD
+    assert maker_of(tmp_path, "results/fits/sand.csv") == RECORD
+    assert maker_of(tmp_path, "results/fits/other.csv") is None
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"sand": 1}', '{"sand": {"depends": {}}}',
-    '{"sand": {"depends": {"code": 1}, "reads": {}, "writes": {}}}'])  # fmt: skip
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"rule": 1}', '{"rule": "slopes", "key": "sand"}',
+    '{"rule": "slopes", "key": "sand", "state": {"code": 1}, "reads": {}, "writes": {}}'])  # fmt: skip
 def test_a_damaged_record_counts_as_none(tmp_path: Path, text: str) -> None:
-    path = Records.load(tmp_path, "slopes").path
-    path.parent.mkdir(parents=True)
-    path.write_text(text, encoding="utf-8")
-    assert Records.load(tmp_path, "slopes").tasks == {}
+    (tmp_path / "record.json").write_text(text, encoding="utf-8")
+    assert read_record(tmp_path / "record.json") is None
 
 
 # --- the robot ---------------------------------------------------------------------------------------
@@ -228,10 +166,10 @@ def robot_campaign(tmp_path: Path) -> Path:
 
 
 def test_the_robots_files_are_watched(robot_campaign: Path) -> None:
-    plan = Plan(robot_campaign / "config" / "config.yaml")
+    states = read_states(robot_campaign / "config" / "config.yaml")[0]
     names = {"config/mine.yaml", "raw/paper/robot/runs.csv", "raw/paper/robot/a1.csv"}
-    assert {name: sha256_of(robot_campaign / name) for name in names} == plan.robot_digests
-    state = present_state(plan)
+    assert {name: sha256_of(robot_campaign / name) for name in names} == states.robot_files
+    state = present_state(states)
     for name in sorted(names):
         path = robot_campaign / name
         content = path.read_bytes()
@@ -242,35 +180,16 @@ def test_the_robots_files_are_watched(robot_campaign: Path) -> None:
             else content + b"# changed\n"
         )
         path.write_bytes(new)
-        changed = Plan(plan.config, fresh=True)
+        changed = read_states(robot_campaign / "config" / "config.yaml")[0]
         found = changes_between(state, present_state(changed))
         assert [(one.sort, one.name) for one in found] == [("log", name)]
-        for stage, watches in (("robot_measured", True), ("robot_sweep", True), ("fourier", False)):
-            before, after = plan.stages[stage][0].depends, changed.stages[stage][0].depends
-            assert (before != after) is watches, stage
+        for job, watches in (
+            (("robot_measured", ""), True),
+            (("robot_runs", "runs_table"), True),
+            (("fourier", ""), False),
+        ):
+            assert (states.of(*job) != changed.of(*job)) is watches, job
         path.write_bytes(content)
-
-
-def test_the_papers_robot_counts_as_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = "rftfit.robot.config"
-    read = [top / digests._READS[module] for top in digests._tops()]
-    assert paper_robot_path() in read
-    before = (
-        digests.code_digest("rftfit.workflow.robot"),
-        digests.code_digest("rftfit.model.fourier"),
-    )
-    (tmp_path / "config").mkdir()
-    changed = paper_robot_path().read_bytes().replace(b"mass_g: 150", b"mass_g: 151")
-    (tmp_path / "config" / "robot.yaml").write_bytes(changed)
-    monkeypatch.setattr(digests, "_tops", lambda: (tmp_path,))
-    digests._source_digest.cache_clear()
-    after = (
-        digests.code_digest("rftfit.workflow.robot"),
-        digests.code_digest("rftfit.model.fourier"),
-    )
-    digests._source_digest.cache_clear()
-    assert after[0] != before[0]
-    assert after[1] == before[1]
 
 
 # --- text that a spreadsheet would calculate ---------------------------------------------------------

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -123,29 +121,6 @@ def test_no_command_executes_what_lies_in_the_folder(
 
 
 @pytest.mark.slow
-def test_the_robots_sweep_executes_nothing_either(
-    small: Folder, hostile: tuple[Path, Path]
-) -> None:
-    root, marker = hostile
-    for part in ("raw", "results"):
-        shutil.copytree(small.root / part, root / part)
-    shutil.rmtree(root / "results/robot/parts")
-    words = [str(RFTFIT), "sweep", "--profile", "depth_only"]
-    with subprocess.Popen(words, cwd=root, stderr=subprocess.PIPE, text=True) as child:
-        assert child.stderr is not None
-        # minutes in all: the first runs of it are enough
-        kept = root / "results/robot/parts"
-        deadline = time.monotonic() + 240
-        while (
-            child.poll() is None and time.monotonic() < deadline and not list(kept.rglob("*.csv*"))
-        ):
-            time.sleep(0.2)
-        child.send_signal(signal.SIGINT)
-        said = child.stderr.read()
-    assert list(kept.rglob("*.csv*")), said
-    assert executed(marker) == []
-
-
 def test_packages_that_snakemake_would_import_are_refused(small: Folder, tmp_path: Path) -> None:
     root = tmp_path / "campaign"
     shutil.copytree(small.root, root, ignore=shutil.ignore_patterns("results", ".snakemake"))

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import pytest
+from jobs import planned_jobs
 
 from rftfit.cli.main import INPUT_NOT_VALID, NOT_AS_RECORDED
 from rftfit.errors import RftfitError
 from rftfit.workflow.diff import Comparison, compare
-from rftfit.workflow.run_stage import run_stage
+from rftfit.workflow.job import do_job
+from rftfit.workflow.state import read_states
 
 if TYPE_CHECKING:
     import subprocess
@@ -99,17 +101,16 @@ def test_the_record_names_every_result_and_its_content(checked: Checked) -> None
     there = {
         f"results/{path.relative_to(results).as_posix()}": sha256(path)
         for path in results.rglob("*")
-        if path.is_file() and not {"logs", "records", "parts"} & {*path.parts}
+        if path.is_file() and not {"logs", "records", "state"} & {*path.parts}
     }
     recorded = {
         path: digest
-        for file in (results / "records").glob("*.json")
-        for task in json.loads(file.read_text(encoding="utf-8")).values()
-        for path, digest in task["writes"].items()
+        for file in (results / "records").rglob("*.json")
+        for path, digest in json.loads(file.read_text(encoding="utf-8"))["writes"].items()
     }
     assert recorded == there
-    stages = checked.record()["stages"]
-    assert {path for tasks in stages.values() for one in tasks.values() for path in one["writes"]} == {
+    jobs = checked.record()["jobs"]
+    assert {path for one in jobs.values() for path in one["writes"]} == {
         path for path in there
         if path.rsplit("/", 1)[1] not in
         ("provenance.json", "ro-crate-metadata.json", "manifest.sha256", "run_sheet.csv")
@@ -204,7 +205,7 @@ def test_changed_code_is_noticed(checked: Checked) -> None:
     path = checked.root / "results" / "records" / "fourier.json"
     kept = path.read_text(encoding="utf-8")
     data = json.loads(kept)
-    data[""]["depends"]["code"] = "0" * 16
+    data["state"]["code"] = "0" * 16
     path.write_text(json.dumps(data), encoding="utf-8")
     done = checked.verify("results/coefficients.csv")
     path.write_text(kept, encoding="utf-8")
@@ -217,7 +218,7 @@ def test_edits_and_damage_are_made_again(checked: Checked) -> None:
     """An edit, a spreadsheet's save, one flipped bit in each kind of intermediate, a deleted one."""
     results = checked.root / "results"
     before = {path: sha256(path) for path in results.rglob("*") if path.is_file()}
-    before = {path: one for path, one in before.items() if "logs" not in path.parts}
+    before = {path: one for path, one in before.items() if not {"logs", "state"} & {*path.parts}}
     replace(results / "alpha" / "poppy_LP.csv", "0.", "9.")
     saved = (results / "coefficients.csv").read_text(encoding="utf-8").replace("\n", "\r\n")
     (results / "coefficients.csv").write_bytes(b"\xef\xbb\xbf" + saved.encode())
@@ -281,6 +282,7 @@ def test_a_record_that_is_absent_or_damaged_is_told(checked: Checked, text: str 
 @pytest.mark.parametrize("what", ["log", "row", "setting", "result"])
 def test_a_change_while_the_workflow_runs_is_an_error(checked: Checked, what: str) -> None:
     """The record is not written when it would not be true."""
+    job = planned_jobs(checked.folder.config)[-1]
     if what == "log":
         change_log_behind_the_date(checked.root)
     elif what == "row":
@@ -291,7 +293,7 @@ def test_a_change_while_the_workflow_runs_is_an_error(checked: Checked, what: st
         replace(checked.root / "results" / "alpha" / "poppy_LP.csv", "poppy_LP", "poppy_XP")
     before = sha256(checked.root / "results" / "provenance.json")
     with pytest.raises(RftfitError):
-        run_stage(checked.root / "config" / "config.yaml", "provenance")
+        do_job(read_states(checked.folder.config)[0], job.reads, job.writes)
     assert sha256(checked.root / "results" / "provenance.json") == before
 
 

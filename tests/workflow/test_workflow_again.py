@@ -11,7 +11,7 @@ from dictionary_check import check_results
 
 from rftfit.campaign.load import load_campaign
 from rftfit.figures.registry import figures
-from rftfit.workflow.stages import ALL, ON_DEMAND, STAGES
+from rftfit.workflow.stages import ALL, STAGES
 
 if TYPE_CHECKING:
     from campaigns import Folder
@@ -89,15 +89,19 @@ def test_a_changed_setting_reruns_what_depends_on_it(small: Folder) -> None:
         stale = small.stale()
     finally:
         path.write_text(before, encoding="utf-8")
-    named = {stage.name for stage in STAGES if {"fourier", ALL} & {*stage.settings}}
+    named = {
+        rule
+        for rule, one in STAGES.items()
+        if {"fourier", ALL} & {*one.settings} and not one.on_demand
+    }
     drawn = {
-        (one.group, one.file(medium))
+        one.file(medium).rpartition("/")[2]
         for one in figures()
-        if "fourier" in one.settings and one.group not in ON_DEMAND
+        if "fourier" in one.settings and not one.on_demand
         for medium in one.media(campaign)
     }
-    assert {*stale} == (named - {*ON_DEMAND}) | {group for group, _ in drawn}
-    assert {(group, key) for group, _ in drawn for key in stale[group]} == drawn
+    assert {*stale} == named | {"figure"}
+    assert stale["figure"] == drawn
 
 
 def test_a_changed_row_of_the_sheet_reruns_its_medium_only(small: Folder) -> None:
@@ -116,4 +120,4 @@ def test_a_changed_row_of_the_sheet_reruns_its_medium_only(small: Folder) -> Non
         path.write_text(before, encoding="utf-8")
     for stage in ("ingest", "tare", "slopes", "legs"):
         assert stale[stage] == {"yuma"}
-    assert not {"fourier", "scaling", "legs_predicted", "figures", "quality"} & {*stale}
+    assert not {"fourier", "scaling", "legs_predicted", "figure", "quality"} & {*stale}

@@ -16,7 +16,8 @@ from rftfit.cli.run import failed_checks
 from rftfit.figures.registry import figures
 from rftfit.model.scaling import generic
 from rftfit.results import open_results
-from rftfit.workflow.plan import Plan
+from rftfit.workflow.records import Recorded
+from rftfit.workflow.state import read_states
 
 GOOD, BAD, TAKEN = "poppy_CP", "glass3mm_CP", "glass0.3mm_CP"
 WHY = "weighed in 1998 with another scale"
@@ -118,7 +119,7 @@ def test_page_workbook_and_closing_lines(whole: Folder) -> None:
     assert "0.3 mm glass, close (accepted)" in text
     book = openpyxl.load_workbook(whole.root / "results/alpha_tables.xlsx")
     assert book[BAD]["A2"].value == MARK
-    lines = failed_checks(Plan(whole.config))
+    lines = failed_checks(Recorded(read_states(whole.config)[0]))
     named = {line.partition(":")[0] for line in lines}
     assert named == {f"{BAD}, unusable", f"{TAKEN}, accepted"}
 

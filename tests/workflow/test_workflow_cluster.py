@@ -9,13 +9,12 @@ import pytest
 import yaml
 from campaigns import FEW, PROJECT, Folder, make_campaign
 
+from rftfit.workflow.stages import RULES
+
 if TYPE_CHECKING:
     from pathlib import Path
 
 PROFILE = PROJECT / "profiles" / "slurm" / "config.yaml"
-# what takes long has a job to itself
-ALONE = {"ingest", "figures", "quality", "robot_figures", "robot_sweep", "robot_motion"}
-NO_WORK = {"all"}
 
 pytestmark = pytest.mark.slow
 
@@ -34,12 +33,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Folder:
 
 def test_every_rule_has_a_place(profile: Any, folder: Folder) -> None:
     rules = set(folder.snakemake("--list-rules").stdout.split())
-    assert {"ingest", "page", "robot_sweep"} < rules
-    grouped = set(profile["groups"])
-    named = grouped | set(profile["set-resources"])
-    assert named <= rules
-    assert grouped.isdisjoint(ALONE)
-    assert rules - grouped == ALONE | NO_WORK
+    assert rules == {*RULES, "all"}
+    assert rules - {"all"} == set(profile["groups"])
+    assert set(profile["set-resources"]) <= rules
     assert set(profile["groups"].values()) == set(profile["group-components"])
 
 
@@ -61,6 +57,5 @@ def test_groups_make_no_circle(profile: Any, folder: Folder, tmp_path: Path) -> 
     (tmp_path / "config.yaml").write_text(yaml.safe_dump(kept), encoding="utf-8")
     text = folder.run("--dry-run", "all", "--workflow-profile", str(tmp_path))
     groups = re.findall(r"Group job (\w+) ", text)
-    assert set(groups) == {"measure", "model", "report"}
-    # a few dozen jobs at most, whatever the campaign
-    assert len(groups) + len(ALONE) <= 12
+    assert {*groups} == {*profile["groups"].values()}
+    assert len(groups) <= 12

@@ -11,6 +11,7 @@ import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import jobs
 import numpy as np
 import pytest
 from campaigns import FEW, Folder, make_campaign
@@ -18,20 +19,17 @@ from campaigns import FEW, Folder, make_campaign
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.figures.registry import figures
-from rftfit.results import Results
-from rftfit.workflow import run_stage
-from rftfit.workflow.plan import Plan
-from rftfit.workflow.stages import ALL, STAGES
+from rftfit.workflow.job import do_job
+from rftfit.workflow.records import split
+from rftfit.workflow.stages import ALL, FIGURE_RULES, STAGES
+from rftfit.workflow.state import States, job_of, read_states
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
-
-    from rftfit.workflow.plan import Task
 
 pytestmark = pytest.mark.slow
 
-STAGE_NAMES = {stage.name for stage in STAGES}
 SECTIONS = frozenset(Config.model_fields)
 LISTS = ("runs_of", "of_role", "with_legs")
 """Which media there are decides on a task's files, which are recorded by name."""
@@ -43,6 +41,7 @@ UNREAD = {
     # in-air runs that no leg names, of which this campaign has none, are read there
     "ledger": {"raw", "dialect", "force_log", "motion_log", "media"},
     # of the map, on which the robot runs where the table has holes; here it has none
+    "robot_intervals": {"maps"},
     "robot_motion": {"maps"},
 }
 """Sections that are declared and that this run does not read."""
@@ -94,25 +93,28 @@ def again(
     header, *rows = sheet.read_text(encoding="utf-8").splitlines()
     random.Random(1).shuffle(rows)
     sheet.write_bytes(("\r\n".join([header, *rows]) + "\r\n").encode())
-    campaign = Plan(other.config).campaign
+    campaign = read_states(other.config)[0].campaign
     lists = {name: getattr(campaign, name) for name in ("media_with_runs", "robot_medium")}
     assert all(lists.values())
     seen: dict[str, set[str]] = {}
     with pytest.MonkeyPatch.context() as patch, watched(patch) as read:
-        plain = run_stage.do_task
 
-        def alone(_: Results, config: Path, task: Task, threads: int) -> dict[str, str]:
-            # nothing is at hand from another task
-            fresh = Results(replace(campaign))
+        def alone(states: States, reads: Sequence[str], writes: Sequence[str]) -> None:
+            rule, key = job_of(split(reads)[0])
+            # nothing is at hand from another job
+            fresh = States(replace(campaign))
             fresh.campaign.__dict__.update(lists)
-            read.clear()
-            written = plain(fresh, config, task, threads)
-            seen.setdefault(task.stage if task.stage in STAGE_NAMES else task.run, set()).update(
-                read
+            before, plain = fresh.of(rule, key), States.of
+            name = states.stage(rule, key)[0].run if rule in FIGURE_RULES else rule
+            patch.setattr(
+                States, "of", lambda own, *job: before if job == (rule, key) else plain(own, *job)
             )
-            return written
+            read.clear()
+            do_job(fresh, reads, writes)
+            seen.setdefault(name, set()).update(read)
+            patch.setattr(States, "of", plain)
 
-        patch.setattr(run_stage, "do_task", alone)
+        patch.setattr("jobs.do_job", alone)
         other.run_here(made=small)
     return other, seen
 
@@ -121,7 +123,7 @@ def test_stages_declare_the_sections_that_they_read(
     again: tuple[Folder, dict[str, set[str]]],
 ) -> None:
     """So that a changed value makes what it must again, and no more."""
-    declared = {stage.name: {*stage.settings} for stage in STAGES}
+    declared = {rule: {*stage.settings} for rule, stage in STAGES.items()}
     declared |= {figure.run: {*figure.settings} for figure in figures()}
     _, seen = again
     assert len(seen) >= 35
@@ -148,7 +150,15 @@ def test_an_encoding_without_the_letters_of_the_folder(small: Folder, tmp_path: 
     for part in ("config", "raw"):
         shutil.copytree(small.root / part, other.root / part)
     ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-    words = [sys.executable, "-P", "-m", "rftfit.cli.main", "run", "tare"]
+    words = [
+        sys.executable,
+        "-P",
+        "-m",
+        "rftfit.cli.main",
+        "run",
+        "results/tares/yuma.csv",
+        "results/tares/poppy_LP.csv",
+    ]
     done = subprocess.run(
         words, cwd=other.root, env=os.environ | ascii_only, capture_output=True, check=False
     )
@@ -203,17 +213,22 @@ def test_a_disk_that_refuses_is_told(small: Folder, tmp_path: Path) -> None:
         "import resource, signal, sys\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))\n"
-        "from rftfit.__main__ import main\n"
+        "from rftfit.workflow.job import main\n"
         "sys.exit(main(sys.argv[1:]))\n"
     )
     root = tmp_path / "campaign"
     for part in ("config", "raw"):
         shutil.copytree(small.root / part, root / part)
-    words = ["ingest", "--config", str(root / "config" / "config.yaml")]
+    job = jobs.planned_jobs(root / "config" / "config.yaml", ["results/traces/poppy_LP.parquet"])[0]
+    words = [job.reads[-1], "--reads", *job.reads, "--writes", *job.writes]
     done = subprocess.run(
-        [sys.executable, "-c", script, *words], capture_output=True, text=True, check=False
+        [sys.executable, "-c", script, *words],
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 3
     assert "poppy_LP.parquet: cannot write" in done.stderr
     assert "Traceback" not in done.stderr
-    assert list((root / "results").rglob("*.*")) == []
+    assert [path for path in (root / "results").rglob("*.*") if path.suffix != ".json"] == []

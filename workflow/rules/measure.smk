@@ -4,19 +4,15 @@
 rule ingest:
     # Read force and motion logs: clocks, frame, zero, phases.
     input:
-        PLAN.inputs("ingest"),
+        state=state_of("ingest"),
     output:
-        update(PLAN.outputs("ingest")),
+        traces="results/traces/{medium}.parquet",
+        runs="results/runs/{medium}.csv",
+        ledger="results/ledger/ingest/{medium}.csv",
     log:
-        "results/logs/ingest.log",
-    # on all cores: first, while all are free
-    priority: 2
+        "results/logs/ingest/{medium}.log",
     conda:
         "../envs/rftfit.yaml"
-    threads: workflow.cores
-    params:
-        stage="ingest",
-        state=PLAN.state("ingest"),
     shell:
         STAGE
 
@@ -24,16 +20,17 @@ rule ingest:
 rule tare:
     # Subtract rod-only runs at equal depth, legs turned in air at equal theta.
     input:
-        PLAN.inputs("tare"),
+        traces="results/traces/{medium}.parquet",
+        runs="results/runs/{medium}.csv",
+        state=state_of("tare"),
     output:
-        update(PLAN.outputs("tare")),
+        tared="results/tared/{medium}.parquet",
+        tares="results/tares/{medium}.csv",
+        ledger="results/ledger/tare/{medium}.csv",
     log:
-        "results/logs/tare.log",
+        "results/logs/tare/{medium}.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="tare",
-        state=PLAN.state("tare"),
     shell:
         STAGE
 
@@ -41,16 +38,18 @@ rule tare:
 rule slopes:
     # Fit zero-intercept slopes of stress against depth.
     input:
-        PLAN.inputs("slopes"),
+        runs="results/runs/{medium}.csv",
+        tared="results/tared/{medium}.parquet",
+        tares="results/tares/{medium}.csv",
+        state=state_of("slopes"),
     output:
-        update(PLAN.outputs("slopes")),
+        fits="results/fits/{medium}.csv",
+        windows="results/windows/{medium}.parquet",
+        ledger="results/ledger/slopes/{medium}.csv",
     log:
-        "results/logs/slopes.log",
+        "results/logs/slopes/{medium}.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="slopes",
-        state=PLAN.state("slopes"),
     shell:
         STAGE
 
@@ -58,16 +57,19 @@ rule slopes:
 rule checks:
     # Put the runs of each direction together, alpha(beta, gamma), and check whether it can be believed.
     input:
-        PLAN.inputs("checks"),
+        runs="results/runs/{medium}.csv",
+        tared="results/tared/{medium}.parquet",
+        tares="results/tares/{medium}.csv",
+        fits="results/fits/{medium}.csv",
+        windows="results/windows/{medium}.parquet",
+        state=state_of("checks"),
     output:
-        update(PLAN.outputs("checks")),
+        checks="results/checks/{medium}.csv",
+        alpha="results/alpha/{medium}.csv",
     log:
-        "results/logs/checks.log",
+        "results/logs/checks/{medium}.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="checks",
-        state=PLAN.state("checks"),
     shell:
         STAGE
 
@@ -75,18 +77,17 @@ rule checks:
 rule legs:
     # Average the force on turning legs over theta.
     input:
-        PLAN.inputs("legs"),
+        runs="results/runs/{medium}.csv",
+        tared="results/tared/{medium}.parquet",
+        checks="results/checks/{medium}.csv",
+        state=state_of("legs"),
     output:
-        update(PLAN.outputs("legs")),
+        legs="results/legs/{medium}.csv",
+        ledger="results/ledger/legs/{medium}.csv",
     log:
-        "results/logs/legs.log",
-    # the figures wait for it
-    priority: 1
+        "results/logs/legs/{medium}.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="legs",
-        state=PLAN.state("legs"),
     shell:
         STAGE
 
@@ -94,15 +95,19 @@ rule legs:
 rule ledger:
     # Account for every row of every log.
     input:
-        PLAN.inputs("ledger"),
+        runs=expand("results/runs/{medium}.csv", medium=MEDIA),
+        books=expand(
+            "results/ledger/{stage}/{medium}.csv",
+            stage=["ingest", "tare", "slopes", "legs"],
+            medium=MEDIA,
+        ),
+        robot="results/ledger/robot.csv" if ROBOT else [],
+        state=state_of("ledger"),
     output:
-        update(PLAN.outputs("ledger")),
+        "results/ledger.csv",
     log:
         "results/logs/ledger.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="ledger",
-        state=PLAN.state("ledger"),
     shell:
         STAGE

@@ -1,19 +1,21 @@
 # From alpha to the force model, and the model on trial.
+CHECKS = expand("results/checks/{medium}.csv", medium=MEDIA)
+ALPHA = expand("results/alpha/{medium}.csv", medium=LABORATORY)
+ALPHA_OF_ALL = expand("results/alpha/{medium}.csv", medium=[*LABORATORY, *SANDS])
+LEGS = expand("results/legs/{medium}.csv", medium=MEDIA)
 
 
 rule symmetry:
     # Extend alpha to all intrusion angles by symmetry.
     input:
-        PLAN.inputs("symmetry"),
+        alpha=ALPHA,
+        state=state_of("symmetry"),
     output:
-        update(PLAN.outputs("symmetry")),
+        "results/alpha_extended.csv",
     log:
         "results/logs/symmetry.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="symmetry",
-        state=PLAN.state("symmetry"),
     shell:
         STAGE
 
@@ -21,18 +23,15 @@ rule symmetry:
 rule maps:
     # Complete alpha in every direction by the shape that known media share.
     input:
-        PLAN.inputs("maps"),
+        checks=CHECKS,
+        alpha=ALPHA_OF_ALL,
+        state=state_of("maps"),
     output:
-        update(PLAN.outputs("maps")),
+        "results/maps/{medium}.csv",
     log:
-        "results/logs/maps.log",
-    # the figures wait for it
-    priority: 1
+        "results/logs/maps/{medium}.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="maps",
-        state=PLAN.state("maps"),
     shell:
         STAGE
 
@@ -40,18 +39,16 @@ rule maps:
 rule fourier:
     # Fit the nine Fourier terms.
     input:
-        PLAN.inputs("fourier"),
+        checks=CHECKS,
+        alpha=ALPHA,
+        state=state_of("fourier"),
     output:
-        update(PLAN.outputs("fourier")),
+        media="results/fourier/media.csv",
+        terms="results/fourier/terms.csv",
     log:
         "results/logs/fourier.log",
-    # the figures wait for it
-    priority: 1
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="fourier",
-        state=PLAN.state("fourier"),
     shell:
         STAGE
 
@@ -59,18 +56,17 @@ rule fourier:
 rule scaling:
     # Scale media onto one another: zeta, chi, generic M0.
     input:
-        PLAN.inputs("scaling"),
+        checks=CHECKS,
+        alpha=ALPHA_OF_ALL,
+        fourier="results/fourier/media.csv",
+        state=state_of("scaling"),
     output:
-        update(PLAN.outputs("scaling")),
+        coefficients="results/coefficients.csv",
+        penetration="results/penetration.csv",
     log:
         "results/logs/scaling.log",
-    # the figures wait for it
-    priority: 1
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="scaling",
-        state=PLAN.state("scaling"),
     shell:
         STAGE
 
@@ -78,18 +74,20 @@ rule scaling:
 rule legs_predicted:
     # Predict forces on legs and compare with the measured ones.
     input:
-        PLAN.inputs("legs_predicted"),
+        checks=CHECKS,
+        alpha=ALPHA_OF_ALL,
+        legs=LEGS,
+        state=state_of("legs_predicted"),
     output:
-        update(PLAN.outputs("legs_predicted")),
+        predicted="results/predicted.csv",
+        errors="results/leg_errors.csv",
+        sensitivity="results/leg_sensitivity.csv",
     log:
         "results/logs/legs_predicted.log",
-    # the figures wait for it
-    priority: 1
+    # many figures wait for it
+    priority: 2
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="legs_predicted",
-        state=PLAN.state("legs_predicted"),
     shell:
         STAGE
 
@@ -97,18 +95,23 @@ rule legs_predicted:
 rule natural_sands:
     # Scale natural sands from one penetration test.
     input:
-        PLAN.inputs("natural_sands"),
+        checks=CHECKS,
+        tables=expand(
+            "results/{table}/{medium}.csv",
+            table=["runs", "tares", "fits", "alpha", "legs"],
+            medium=SANDS,
+        ),
+        tared=expand("results/tared/{medium}.parquet", medium=SANDS),
+        penetration="results/penetration.csv",
+        predicted="results/predicted.csv",
+        state=state_of("natural_sands"),
     output:
-        update(PLAN.outputs("natural_sands")),
+        sands="results/sands.csv",
+        correction="results/sand_correction.csv",
     log:
         "results/logs/natural_sands.log",
-    # the figures wait for it
-    priority: 1
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="natural_sands",
-        state=PLAN.state("natural_sands"),
     shell:
         STAGE
 
@@ -116,15 +119,23 @@ rule natural_sands:
 rule validate:
     # Put the paper's numbers beside ours: the reproduction table.
     input:
-        PLAN.inputs("validate"),
+        checks=CHECKS,
+        alpha=ALPHA,
+        coefficients="results/coefficients.csv",
+        penetration="results/penetration.csv",
+        legs=LEGS,
+        leg_errors="results/leg_errors.csv",
+        robot=(
+            multiext("results/robot/", "errors.csv", "optimum.csv", "speed.csv")
+            if ROBOT
+            else []
+        ),
+        state=state_of("validate"),
     output:
-        update(PLAN.outputs("validate")),
+        "results/reproduction.csv",
     log:
         "results/logs/validate.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="validate",
-        state=PLAN.state("validate"),
     shell:
         STAGE

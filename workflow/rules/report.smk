@@ -1,20 +1,25 @@
 # What people look at, and the record of what it was made from.
+MEASURE = [rules.ingest, rules.tare, rules.slopes, rules.checks, rules.legs]
+MODEL = [rules.symmetry, rules.maps, rules.fourier, rules.scaling]
+TRIAL = [rules.legs_predicted, rules.natural_sands, rules.validate, rules.ledger]
+WALK = [
+    *(rules.robot_measured, rules.robot_runs, rules.robot_intervals),
+    *(rules.robot_speeds, rules.robot_motion),
+]
+TABLES = [*MEASURE, *MODEL, *TRIAL, *(WALK if ROBOT else [])]
 
 
-rule figures:
-    # Draw the figures of measurement, model, legs and sands.
+rule figure:
+    # Draw a figure.
     input:
-        PLAN.inputs("figures"),
+        tables=of_figure("figures"),
+        state=state_of("figure"),
     output:
-        update(PLAN.outputs("figures")),
+        multiext("results/figures/{figure}", ".png", ".pdf", ".svg", ".webp"),
     log:
-        "results/logs/figures.log",
+        "results/logs/figure/{figure}.log",
     conda:
         "../envs/rftfit.yaml"
-    threads: workflow.cores
-    params:
-        stage="figures",
-        state=PLAN.state("figures"),
     shell:
         STAGE
 
@@ -22,35 +27,16 @@ rule figures:
 rule quality:
     # Draw the quality sheets: every plate run of a medium.
     input:
-        PLAN.inputs("quality"),
+        tables=of_figure("quality"),
+        state=state_of("quality"),
     output:
-        update(PLAN.outputs("quality")),
+        multiext("results/quality/{medium}", ".png", ".pdf", ".svg", ".webp"),
     log:
-        "results/logs/quality.log",
+        "results/logs/quality/{medium}.log",
+    # it takes longer than any other figure
+    priority: 1
     conda:
         "../envs/rftfit.yaml"
-    threads: workflow.cores
-    params:
-        stage="quality",
-        state=PLAN.state("quality"),
-    shell:
-        STAGE
-
-
-rule robot_figures:
-    # Draw the figures of the robot.
-    input:
-        PLAN.inputs("robot_figures"),
-    output:
-        update(PLAN.outputs("robot_figures")),
-    log:
-        "results/logs/robot_figures.log",
-    conda:
-        "../envs/rftfit.yaml"
-    threads: workflow.cores
-    params:
-        stage="robot_figures",
-        state=PLAN.state("robot_figures"),
     shell:
         STAGE
 
@@ -58,33 +44,35 @@ rule robot_figures:
 rule workbooks:
     # Write the workbooks in the layouts of Tables S5 and S2.
     input:
-        PLAN.inputs("workbooks"),
+        checks=CHECKS,
+        alpha=expand("results/alpha/{medium}.csv", medium=MEDIA),
+        coefficients="results/coefficients.csv",
+        penetration="results/penetration.csv",
+        state=state_of("workbooks"),
     output:
-        update(PLAN.outputs("workbooks")),
+        alpha="results/alpha_tables.xlsx",
+        coefficients="results/coefficients.xlsx",
     log:
         "results/logs/workbooks.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="workbooks",
-        state=PLAN.state("workbooks"),
     shell:
         STAGE
 
 
 rule page:
-    # Write the report page.
+    # Write the report page: all tables, and a preview of each figure.
     input:
-        PLAN.inputs("page"),
+        made_by(*TABLES, rules.figure, endings=[".csv", ".json", ".webp"]),
+        [f"results/quality/{medium}.webp" for medium in names_in("quality")],
+        state=state_of("page"),
     output:
-        update(PLAN.outputs("page")),
+        page="results/report.html",
+        findings="results/findings.csv",
     log:
         "results/logs/page.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="page",
-        state=PLAN.state("page"),
     shell:
         STAGE
 
@@ -92,15 +80,17 @@ rule page:
 rule provenance:
     # Record what every result was made from.
     input:
-        PLAN.inputs("provenance"),
+        made_by(*TABLES, rules.figure, rules.workbooks, rules.page),
+        expand(rules.quality.output, medium=names_in("quality")),
+        state=state_of("provenance"),
     output:
-        update(PLAN.outputs("provenance")),
+        provenance="results/provenance.json",
+        manifest="results/manifest.sha256",
+        run_sheet="results/run_sheet.csv",
+        crate="results/ro-crate-metadata.json",
     log:
         "results/logs/provenance.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="provenance",
-        state=PLAN.state("provenance"),
     shell:
         STAGE

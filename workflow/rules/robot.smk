@@ -1,39 +1,75 @@
-# The legged robot on the measured and modelled media.
+# The legged robot on the measured and modelled media; robot_full: the paper's whole sweep, `rftfit sweep`.
 
 
 rule robot_measured:
     # Turn marker tracks into mean speeds.
     input:
-        PLAN.inputs("robot_measured"),
+        state=state_of("robot_measured"),
     output:
-        update(PLAN.outputs("robot_measured")),
+        tracks="results/robot/tracks.csv",
+        measured="results/robot/measured.csv",
+        strides="results/robot/strides.csv",
+        ledger="results/ledger/robot.csv",
     log:
         "results/logs/robot_measured.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="robot_measured",
-        state=PLAN.state("robot_measured"),
     shell:
         STAGE
 
 
-rule robot_sweep:
-    # Run the robot over curvature and stride frequency, and on draws of alpha.
+rule robot_runs:
+    # Run the robot over curvature and stride frequency, on one profile of its medium.
     input:
-        PLAN.inputs("robot_sweep"),
+        checks=CHECKS,
+        alpha=ALPHA,
+        measured="results/robot/measured.csv",
+        state=state_of("robot_runs"),
     output:
-        update(PLAN.outputs("robot_sweep")),
+        "results/robot/{runs}.csv",
     log:
-        "results/logs/robot_sweep.log",
-    # on all cores: first, while all are free
-    priority: 2
+        "results/logs/robot_runs/{runs}.log",
+    priority: 3
     conda:
         "../envs/rftfit.yaml"
-    threads: workflow.cores
-    params:
-        stage="robot_sweep",
-        state=PLAN.state("robot_sweep"),
+    shell:
+        STAGE
+
+
+rule robot_intervals:
+    # Run the robot on draws of alpha: half widths of speeds and best curvature.
+    input:
+        checks=CHECKS,
+        alpha=ALPHA,
+        measured="results/robot/measured.csv",
+        state=state_of("robot_intervals"),
+    output:
+        "results/robot/intervals.csv",
+    log:
+        "results/logs/robot_intervals.log",
+    priority: 4
+    conda:
+        "../envs/rftfit.yaml"
+    shell:
+        STAGE
+
+
+rule robot_speeds:
+    # Join the runs of all profiles, find the best curvature, compare with what was measured.
+    input:
+        checks=CHECKS,
+        runs=expand("results/robot/runs_{profile}.csv", profile=PROFILES),
+        measured="results/robot/measured.csv",
+        intervals="results/robot/intervals.csv",
+        state=state_of("robot_speeds"),
+    output:
+        speed="results/robot/speed.csv",
+        optimum="results/robot/optimum.csv",
+        errors="results/robot/errors.csv",
+    log:
+        "results/logs/robot_speeds.log",
+    conda:
+        "../envs/rftfit.yaml"
     shell:
         STAGE
 
@@ -41,15 +77,52 @@ rule robot_sweep:
 rule robot_motion:
     # Keep the motion and forces of some runs, for figures and page.
     input:
-        PLAN.inputs("robot_motion"),
+        alpha=ALPHA,
+        state=state_of("robot_motion"),
     output:
-        update(PLAN.outputs("robot_motion")),
+        motion="results/robot/motion.csv",
+        stances="results/robot/stances.csv",
+        frames="results/robot/frames.json",
     log:
         "results/logs/robot_motion.log",
     conda:
         "../envs/rftfit.yaml"
-    params:
-        stage="robot_motion",
-        state=PLAN.state("robot_motion"),
+    shell:
+        STAGE
+
+
+rule robot_full_runs:
+    # The same over all curvatures, frequencies and starting phases of the paper.
+    input:
+        checks=CHECKS,
+        alpha=ALPHA,
+        measured="results/robot/measured.csv",
+        state=state_of("robot_full_runs"),
+    output:
+        "results/robot_full/{runs}.csv",
+    log:
+        "results/logs/robot_full_runs/{runs}.log",
+    conda:
+        "../envs/rftfit.yaml"
+    shell:
+        STAGE
+
+
+rule robot_full_speeds:
+    # Join the runs of the whole sweep.
+    input:
+        checks=CHECKS,
+        runs=expand("results/robot_full/runs_{profile}.csv", profile=PROFILES),
+        measured="results/robot/measured.csv",
+        intervals="results/robot/intervals.csv",
+        state=state_of("robot_full_speeds"),
+    output:
+        speed="results/robot_full/speed.csv",
+        optimum="results/robot_full/optimum.csv",
+        errors="results/robot_full/errors.csv",
+    log:
+        "results/logs/robot_full_speeds.log",
+    conda:
+        "../envs/rftfit.yaml"
     shell:
         STAGE

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +12,7 @@ from rftfit.campaign.problems import Place, Problem
 from rftfit.cli import options
 from rftfit.cli.main import INPUT_NOT_VALID
 from rftfit.cli.output import count, json_text, megabytes, say, table
-from rftfit.errors import InputError, OutputError
+from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
@@ -37,13 +36,13 @@ def check(
 ) -> None:
     """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 
-    Every log of up to 20 MB is measured as `rftfit run` measures it; what it found is remembered for as long as
-    logs, sheet and config stay the same. With --diagnose the physical checks of `rftfit run` are made, and what
+    Every log of up to 20 MB is measured as `rftfit run` measures it. With --diagnose the physical checks of `rftfit run` are made, and what
     fails is told with its likely cause: each counts as a warning. Ends with exit code 2 when there are errors, with 0 when there
     are warnings only.
     """
     from rftfit.campaign.load import check_campaign
     from rftfit.measure.checks import FAILED
+    from rftfit.measure.readable import open_logs
     from rftfit.robot.tracks import check_robot
 
     campaign, problems = check_campaign(config)
@@ -52,7 +51,7 @@ def check(
     opened: list[Opened] = []
     if campaign is not None and not any(one.severity == "error" for one in problems):
         try:
-            opened = _open_logs(config)
+            opened = [open_logs(campaign, medium) for medium in campaign.media_with_runs]
         except InputError as error:
             problems.append(Problem("logs.reader", Place(config.name), None, str(error)))
         problems += [problem for one in opened for problem in one.problems]
@@ -94,38 +93,6 @@ def _print(
         if passed_over := sum(one.passed_over for one in opened):
             say(f"{count(passed_over, 'run')} with a log of more than 20 MB, not opened")
         say()
-
-
-def _open_logs(config: Path) -> list[Opened]:
-    """Read the logs of every medium, or recall what was found in them."""
-    import json
-
-    from rftfit.measure.readable import Opened, open_logs
-    from rftfit.store import write_text
-    from rftfit.store.digests import digest_of
-    from rftfit.workflow.plan import Plan
-
-    plan = Plan(config)
-    memory = plan.root / ".snakemake/rftfit/logs_checked.json"
-    try:
-        known = json.loads(memory.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        known = {}
-    found: dict[str, Opened] = {}
-    for tasks in zip(*(plan.stages[name] for name in ("ingest", "tare", "slopes")), strict=True):
-        task = tasks[0]
-        key = digest_of(task.medium, [sorted(one.depends.items()) for one in tasks])
-        try:
-            old = known[key]
-            again = [Problem(**one | {"place": Place(**one["place"])}) for one in old["problems"]]
-            found[key] = Opened(again, old["runs"], old["passed_over"])
-        except (KeyError, TypeError):
-            found[key] = open_logs(plan.campaign, task.medium)
-    text = json.dumps({key: asdict(one) for key, one in found.items()})
-    with contextlib.suppress(OutputError):
-        write_text(memory, text)
-        plan.save()
-    return list(found.values())
 
 
 def _print_diagnosis(rows: list[dict[str, Any]]) -> None:

@@ -31,6 +31,12 @@ def file(meaning: str) -> Any:
 CONFIG = Path("config/config.yaml")
 ConfigFile = Annotated[Path, typer.Option(help="The campaign's configuration.")]
 
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        help="Hand the jobs over to a cluster: slurm, or a folder with a Snakemake profile."
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a text for people.")]
 Overwrite = Annotated[
     bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import sys
+from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,7 +19,8 @@ from rftfit.errors import InputError, OutputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from rftfit.workflow.plan import Plan
+    from rftfit.campaign.load import Campaign
+    from rftfit.workflow.records import Recorded
     from rftfit.workflow.snakemake import Job, Progress
 
 FILES = (
@@ -53,12 +55,7 @@ def run(
     cores: Annotated[
         int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")
     ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(
-            help="Hand the jobs over to a cluster: slurm, or a folder with a Snakemake profile."
-        ),
-    ] = None,
+    cluster: options.Cluster = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", "-n", help="Say what would be done, and do nothing.")
     ] = False,
@@ -80,16 +77,14 @@ def run(
 
     targets, extra = _split(words or [])
     workflow = Workflow(config, targets, extra, cores, cluster, snakefile, say=warn)
-    if workflow.plan.warnings:
-        warn(
-            f"{count(workflow.plan.warnings, 'warning')} on the campaign; `rftfit check` shows them."
-        )
+    if workflow.warnings:
+        warn(f"{count(workflow.warnings, 'warning')} on the campaign; `rftfit check` shows them.")
     if unlock:
         workflow.unlock()
         say("No lock is left. `rftfit run` goes on from what is finished.")
         return
     if dry_run:
-        progress, tasks = workflow.dry_run()
+        progress = workflow.dry_run()
     else:
         with _display() as workflow.on_job:
             progress = workflow.run()
@@ -99,26 +94,27 @@ def run(
         # something was asked of Snakemake itself: --summary, --list-rules, --dag
         say("\n".join(progress.plain))
     elif dry_run:
-        say(f"{count(progress.total, 'job')} would run:")
-        rows = [[job.rule, str(tasks.get(job.rule, 0))] for job in progress.jobs.values()]
-        say(table(["stage", "tasks out of date by now"], rows))
+        say(f"{count(progress.total, 'job')} would run, but those whose inputs come out the same:")
+        rules = Counter(job.rule for job in progress.jobs.values())
+        say(table(["rule", "jobs"], [[rule, str(jobs)] for rule, jobs in rules.items()]))
     elif progress.total:
-        say(f"Done: {count(progress.done, 'job')}.")
+        kept = f"; {progress.skipped} more were still right" if progress.skipped else ""
+        say(f"Done: {count(progress.done - progress.skipped, 'job')}{kept}.")
     if not dry_run:
-        for line in [*closing_lines(workflow.plan), *failed_checks(workflow.plan)]:
+        for line in [*closing_lines(workflow.recorded), *failed_checks(workflow.recorded)]:
             say(line)
-    if strict and not dry_run and (empty := media_without_alpha(workflow.plan)):
+    if strict and not dry_run and (empty := media_without_alpha(workflow.states.campaign)):
         warn(
             f"No alpha at all: {', '.join(empty)}. The reasons are in results/fits/ and in the page."
         )
         raise typer.Exit(OutputError.exit_code)
 
 
-def media_without_alpha(plan: Plan) -> list[str]:
+def media_without_alpha(campaign: Campaign) -> list[str]:
     """Media of which no plate run gave a number, by the tables that are there."""
     from rftfit.results import Results
 
-    results, empty = Results(plan.campaign), []
+    results, empty = Results(campaign), []
     for medium in results.media:
         name = f"alpha/{medium}.csv"
         if results.has(name) and results.table(name)["alpha_z_N_per_cm3"].isna().all():
@@ -146,7 +142,7 @@ def _display() -> Iterator[Callable[[Progress, Job | None], None]]:
         def line(progress: Progress, finished: Job | None) -> None:
             if finished is not None:
                 width = len(str(progress.total))
-                say(f"[{progress.done:{width}d}/{progress.total}] {finished.rule}")
+                say(f"[{progress.done:{width}d}/{progress.total}] {finished}")
 
         yield line
         return
@@ -165,16 +161,16 @@ def _display() -> Iterator[Callable[[Progress, Job | None], None]]:
         def bar(progress: Progress, finished: Job | None) -> None:
             if finished is not None:
                 failed = f", {len(progress.failed)} failed" if progress.failed else ""
-                bars.update(task, description=f"{finished.rule}{failed}")
+                bars.update(task, description=f"{finished}{failed}")
             if progress.total:
                 bars.update(task, total=progress.total, completed=progress.done)
 
         yield bar
 
 
-def closing_lines(plan: Plan) -> list[str]:
+def closing_lines(recorded: Recorded) -> list[str]:
     """Say what was found and how many runs it stands on, and name the results that are there."""
-    root = plan.root
+    root = recorded.root
     # a terminal may have no true minus sign
     found = [
         f"  {row.get('finding', '')}".replace("\N{MINUS SIGN}", "-")
@@ -185,13 +181,13 @@ def closing_lines(plan: Plan) -> list[str]:
         *(["Found:", *found] if found else []),
         *filter(None, [ledger_line(root / LEDGER)]),
         *(["To look at:", *shown] if shown else []),
-        *others_line(plan),
+        *others_line(recorded),
     ]
 
 
-def others_line(plan: Plan) -> list[str]:
+def others_line(recorded: Recorded) -> list[str]:
     """Name files among the results that are none of this campaign, if there are any."""
-    found = listed(plan.others(), _MOST)
+    found = listed(recorded.others(), _MOST)
     return [f"Not made by this campaign, and left as they are: {found}."] if found else []
 
 
@@ -204,12 +200,12 @@ def _rows(path: Path) -> list[dict[str, str]]:
         return []
 
 
-def failed_checks(plan: Plan) -> list[str]:
+def failed_checks(recorded: Recorded) -> list[str]:
     """What the checks say of the media that fail one."""
     return [
         f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}"
-        for path in plan.outputs("checks")
-        for row in _rows(plan.root / path)
+        for medium in recorded.states.campaign.media_with_runs
+        for row in _rows(recorded.root / f"results/checks/{medium}.csv")
         if row.get("verdict") in ("failed", "accepted")
     ]
 

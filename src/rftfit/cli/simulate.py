@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import os
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import rftfit
-from rftfit.campaign.problems import choose
 from rftfit.cli import options
 from rftfit.cli.output import check_target, comments, count, json_text, say, table, warn
 from rftfit.cli.predict import check_choice, make_profile
@@ -20,7 +17,7 @@ from rftfit.cli.scale import check_test
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Sequence
 
     import pandas as pd
 
@@ -161,7 +158,7 @@ def simulate(
     arrow. x is forward, z up; a pitch above 0 is nose up.
     """
     from rftfit.robot.config import paper_robot, read_robot
-    from rftfit.workflow.robot import SAMPLES, tail_of
+    from rftfit.robot.motion import SAMPLES, tail_of
 
     check_choice(medium, profile, results, method, alpha, None, profile_file)
     check_test(alpha, 0.0, 0.95)
@@ -198,32 +195,26 @@ def simulate(
             say(f"Animation: {', '.join(map(str, made))}")
 
 
-NEEDED = ("results/robot/measured.csv", "results/robot/intervals.csv")
-"""What a sweep and its tables are made from; these need the tables of alpha."""
+SWEEP = tuple(f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors"))
+SWEEP_FIGURES = ("speed", "profiles", "curvature")
 
 
 def sweep(
     config: options.ConfigFile = options.CONFIG,
-    profile: Annotated[
-        list[str] | None, typer.Option(help="Only this profile; may be repeated; default: all.")
-    ] = None,
     cores: Annotated[
-        int | None, typer.Option(min=1, help="Runs at once; default: all cores.")
+        int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")
     ] = None,
+    cluster: options.Cluster = None,
 ) -> None:
     """Run the robot over the paper's 51 curvatures, 26 frequencies and 3 starting phases.
 
-    First makes the tables that it needs, as `rftfit run` does; at the end the tables and figures of
-    the whole sweep, in results/robot_full. What is finished is kept when it is stopped: start it
-    again to go on.
+    Makes the tables that it needs first, as `rftfit run` does; then the tables and figures of the whole
+    sweep, in results/robot_full and results/figures. Profiles that are finished are kept when it is stopped:
+    start it again to go on.
     """
     from rftfit.campaign.load import load_campaign
-    from rftfit.workflow.robot import PROFILES, profiles_of, swept
-    from rftfit.workflow.run_stage import run_stage
+    from rftfit.cli.run import run
 
-    names = list(dict.fromkeys(profile or PROFILES))
-    for name in names:
-        choose("--profile", name, PROFILES)
     campaign = load_campaign(config)
     if not campaign.robot_medium:
         section = campaign.config.robot
@@ -233,39 +224,5 @@ def sweep(
             else f"key robot.medium: {section.medium} has no runs, so there is nothing to run on"
         )
         raise InputError(f"config, {why}")
-    rftfit.run(config, NEEDED, cores)
-    threads, results = cores or os.cpu_count() or 1, rftfit.open(config)
-    try:
-        for name in (one for one in profiles_of(results) if one in names):
-            with _bar(name) as show:
-                swept(results, name, threads, show, full=True)
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(
-            "Stopped. Runs that were finished are kept; to go on, give the same command again."
-        ) from None
-    if set(names) == set(PROFILES):
-        for stage in ("robot_full", "robot_full_figures"):
-            run_stage(config, stage, threads)
-    else:
-        say("`rftfit sweep` without --profile makes the tables and figures.")
-
-
-@contextlib.contextmanager
-def _bar(name: str) -> Iterator[Callable[[int, int], None]]:
-    """Show how far a profile is, on standard error."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-    from rich.progress import TimeElapsedColumn as Elapsed
-    from rich.progress import TimeRemainingColumn as Remaining
-
-    columns = (
-        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
-        Elapsed(), Remaining(),
-    )  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        task = progress.add_task(name, total=None)
-
-        def show(done: int, total: int) -> None:
-            progress.update(task, completed=done, total=total)
-
-        yield show
+    figures = [f"results/figures/robot_full_{name}.png" for name in SWEEP_FIGURES]
+    run([*SWEEP, *figures], config=config, cores=cores, cluster=cluster)

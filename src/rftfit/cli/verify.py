@@ -15,7 +15,7 @@ from rftfit.cli.run import others_line
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.workflow.plan import Finding, Plan, Task
+    from rftfit.workflow.records import Finding, Record, Recorded
 
 _MOST = 5
 
@@ -40,30 +40,34 @@ def verify(
     exit code 5 when anything differs.
     """
     from rftfit.results import FOLDER
-    from rftfit.workflow.plan import Plan
     from rftfit.workflow.provenance import RECORD, changes_between, present_state, read_state
+    from rftfit.workflow.records import Recorded
+    from rftfit.workflow.state import read_states
 
-    plan = Plan(config, fresh=True)
-    recorded, data = read_state(plan.root / FOLDER)
-    changes = changes_between(recorded, present_state(plan))
+    now = Recorded(read_states(config)[0])
+    recorded, data = read_state(now.root / FOLDER)
+    changes = changes_between(recorded, present_state(now.states))
     most = 10**9 if all_ else _MOST
-    stale = _stale(plan)
-    known = [path for name in plan.default for path in plan.outputs(name)]
-    chosen = _chosen(results or [], plan.root, known)
+    stale = _stale(now)
+    known = [path for record in now.results().values() for path in record.writes]
+    chosen = _chosen(results or [], now.root, known)
     wanted = chosen or known
-    differ = [name for name in wanted if plan.maker[name] in stale]
-    why = list(dict.fromkeys(_told(finding) for found in stale.values() for finding in found))
+    differ = [name for name in wanted if now.maker[name].name in stale]
+    findings = [one for found in stale.values() for one in found]
+    if not known:
+        findings = now.findings_of()
+    why = list(dict.fromkeys(map(_text_of, findings)))
     if as_json:
         facts = {name: name not in differ for name in wanted}
         said = {"changed": [str(one) for one in changes], "why": why}
-        said["others"] = plan.others()
+        said["others"] = now.others()
         say(json_text({"as_recorded": facts, **said, "versions": recorded.versions}))
     else:
         for name in chosen:
-            say("\n".join(_chain(plan, name, stale, most)))
+            say("\n".join(_chain(now, name, stale, most)))
             say()
         _say_some([f"Changed: {change}." for change in changes], most, "more changes")
-        if differ:
+        if findings or differ:
             _say_some(why, most, "more")
             say(
                 f"{len(differ)} of {count(len(wanted), 'result')} not as recorded; `rftfit run` makes "
@@ -73,9 +77,9 @@ def verify(
             made = f", made with rftfit {recorded.versions.get('rftfit', '')}"
             made += f" at commit {data['commit']}" if data.get("commit") else ""
             say(f"{count(len(wanted), 'result')}: all as recorded{made}.")
-        for line in others_line(plan):
+        for line in others_line(now):
             say(line)
-    if differ:
+    if differ or not known:
         raise typer.Exit(NOT_AS_RECORDED)
 
 
@@ -86,30 +90,32 @@ def _say_some(lines: list[str], most: int, more: str) -> None:
         say(f"and {len(lines) - most} {more} (--all lists them)")
 
 
-def _stale(plan: Plan) -> dict[Task, list[Finding]]:
-    """Tasks that are out of date, or read what such a task writes, with what was found about them."""
-    stale: dict[Task, list[Finding]] = {}
-    touched: set[str] = set()
-    for name in plan.default:
-        for task in plan.stages[name]:
-            found = plan.findings(task)
-            if found or touched.intersection(task.reads):
-                stale[task] = found
-                touched.update(task.writes)
+def _stale(now: Recorded) -> dict[str, list[Finding]]:
+    """Jobs that are out of date, or read what such a job writes, with what was found about them."""
+    jobs = now.results()
+    stale = {name: found for name in jobs if (found := now.findings(name))}
+    while more := [
+        name
+        for name, record in jobs.items()
+        if name not in stale
+        and any(path in now.maker and now.maker[path].name in stale for path in record.reads)
+    ]:
+        stale |= {name: [] for name in more}
     return stale
 
 
-def _told(finding: Finding) -> str:
+def _text_of(finding: Finding) -> str:
+    job = finding.job.replace("/", " ")
     match finding.sort:
         case "edited" | "missing":
             how = "edited or damaged" if finding.sort == "edited" else "not there"
             return f"result {finding.what}: {how}; was sha256 {finding.was[:12]}"
         case "new":
-            return f"{finding.task}: never finished"
+            return f"{job}: never finished"
         case "input":
-            return f"{finding.task}: {finding.what} is another than it was made from"
+            return f"{job}: {finding.what} is another than it was made from"
         case _:
-            return f"{finding.task}: made with other {finding.what}"
+            return f"{job}: made with other {finding.what}"
 
 
 def _chosen(words: list[Path], root: Path, known: list[str]) -> list[str]:
@@ -132,31 +138,32 @@ def _chosen(words: list[Path], root: Path, known: list[str]) -> list[str]:
     return list(chosen)
 
 
-def _chain(plan: Plan, name: str, stale: dict[Task, list[Finding]], most: int) -> list[str]:
-    """Say what a result was made from, stage by stage."""
-    tasks: dict[Task, None] = {}
-    waiting = [plan.maker[name]]
-    while waiting:
-        task = waiting.pop()
-        if task not in tasks:
-            tasks[task] = None
-            waiting += [plan.maker[path] for path in task.reads]
-    record = plan.records(plan.maker[name].stage).tasks.get(plan.maker[name].key)
-    digest = record.writes.get(name, "") if record else ""
-    state = "not as recorded" if plan.maker[name] in stale else "as recorded"
-    lines = [f"{name}: {state}", f"  sha256 {digest or 'not recorded'}", "  stages:"]
-    for stage, of_stage in plan.stages.items():
-        if own := [task for task in of_stage if task in tasks]:
-            keys = [task.key for task in own if task.key]
-            lines.append(f"    {stage}{' of ' + listed(keys, most) if keys else ''}")
-    media = dict.fromkeys(task.medium for task in tasks if "logs" in task.depends)
-    logs = list(dict.fromkeys(log for medium in media for log in plan.logs(medium)))
-    runs = {run.run_id for medium in media if medium for run in plan.campaign.runs_of(medium)}
-    depends = dict.fromkeys(what for task in tasks for what in task.depends)
+def _chain(now: Recorded, name: str, stale: dict[str, list[Finding]], most: int) -> list[str]:
+    """Say what a result was made from, job by job."""
+    jobs = now.results(now.maker[name])
+    state = "not as recorded" if now.maker[name].name in stale else "as recorded"
+    lines = [f"{name}: {state}", f"  sha256 {now.maker[name].writes[name]}", "  made by:"]
+    rules: dict[str, list[str]] = {}
+    for job in reversed(jobs.values()):
+        rules.setdefault(job.rule, []).extend(filter(None, [job.key]))
+    lines += [
+        f"    {rule}{' of ' + listed(keys, most) if keys else ''}" for rule, keys in rules.items()
+    ]
+    media = [
+        medium for job in jobs.values() if "logs" in job.state if (medium := _medium(now, job))
+    ]
+    logs = list(dict.fromkeys(log for medium in media for log in now.states.logs(medium)))
+    runs = {run.run_id for medium in media for run in now.states.campaign.runs_of(medium)}
+    depends = dict.fromkeys(what for job in jobs.values() for what in job.state)
     lines += [
         f"  {count(len(logs), 'log')}: {listed(logs, most)}",
         f"  {count(len(runs), 'row')} of the run sheet: {listed(sorted(runs), most)}",
         f"  depends on: {', '.join(depends)}",
     ]
-    found = [finding for task in tasks for finding in stale.get(task, [])]
-    return lines + [f"  {_told(finding)}" for finding in found[:most]]
+    found = [finding for job in jobs for finding in stale.get(job, [])]
+    return lines + [f"  {_text_of(finding)}" for finding in found[:most]]
+
+
+def _medium(now: Recorded, job: Record) -> str:
+    word = now.states.stage(job.rule, job.key)[1]
+    return word if word in now.states.campaign.config.media else ""

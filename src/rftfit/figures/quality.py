@@ -39,7 +39,6 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:
     reads=("tared/{medium}.parquet", "windows/{medium}.parquet", "fits/{medium}.csv"),
     settings=("intruders",),
     media=lambda campaign: campaign.of_samples(),
-    group="quality",
     folder="quality",
     section="Measurement",
     caption="""Every plate run in {medium} with its tare, window and fit; a run that needs a look has a red \

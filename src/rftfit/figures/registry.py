@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R")
 
-SWEEP = "robot_full_figures"
-"""The group of figures that ``rftfit sweep`` makes, and not ``rftfit run``."""
-
 MODULES = ("protocol", "plates", "quality", "maps", "generic", "legs", "sands", "robot")
 """Of this package, in the order in which their figures are shown."""
 
@@ -40,7 +37,8 @@ class Declared:
     `name`: Of its files, by what it shows; the medium is added where it is drawn for one, unless
         ``{medium}`` stands in the name.
     `draw`: Function that draws it.
-    `reads`: Below ``results/``, as `rftfit.workflow.stages.Stage.reads`.
+    `reads`: Below ``results/``. ``{medium}`` is the figure's own; ``{media}``, ``{laboratory}`` and ``{sands}``
+        stand for all of these.
     `caption`: What is seen and what good looks like, in lines. Words in braces come from `numbers`,
         or are ``{medium}`` (its title), ``{level}`` (of intervals) and ``{method}`` (of the fit); a
         line with a word that this campaign does not have is left out.
@@ -48,9 +46,10 @@ class Declared:
     `media`: The media it is drawn for; ``("",)`` for a single one, nothing where it does not exist.
     `paper`: Number of the paper's figure that it is made after, empty where there is none.
     `numbers`: Words of the caption, from results and medium.
-    `settings`, `logs`: As `rftfit.workflow.stages.Stage`.
-    `group`: The stage that draws it.
+    `settings`: Sections of the configuration that it depends on.
+    `logs`: Whether it reads logs.
     `folder`: Below ``results/``.
+    `on_demand`: Whether ``rftfit sweep`` makes it, and not ``rftfit run``.
     """
 
     name: str
@@ -63,8 +62,8 @@ class Declared:
     numbers: Callable[[Results, str], dict[str, str]] | None = None
     settings: tuple[str, ...] = ()
     logs: bool = False
-    group: str = "figures"
     folder: str = "figures"
+    on_demand: bool = False
 
     @property
     def module(self) -> str:

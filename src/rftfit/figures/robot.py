@@ -42,7 +42,7 @@ def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Dr
                 f"{{medium}}_{name}",
                 reads=tuple(f"{{medium}}/{table}" for table in reads),
                 media=lambda campaign, sweep=sweep: (sweep,) if campaign.robot_medium else (),
-                group=f"{sweep}_figures",
+                on_demand=sweep == "robot_full",
                 section="Robot",
                 **facts,
             )(draw)
@@ -450,7 +450,6 @@ def _stance_numbers(results: Results) -> dict[str, str]:
     "robot_stance",
     reads=("robot/stances.csv",),
     media=only_if(lambda campaign: campaign.robot_medium),
-    group="robot_figures",
     section="Robot",
     paper="Fig. 4A",
     caption="""The simulated robot from the side as one tripod of legs passes straight below its hips, and the force \
@@ -561,7 +560,6 @@ def _stride_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: A
 _MOTION: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
     "media": only_if(lambda campaign: campaign.robot_medium),
-    "group": "robot_figures",
     "section": "Robot",
     "numbers": _stride_numbers,
 }

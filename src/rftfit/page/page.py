@@ -13,7 +13,7 @@ from markupsafe import Markup, escape
 
 from rftfit.campaign.config import Leg
 from rftfit.compare.sensitivity import shapes, told
-from rftfit.figures.registry import SWEEP, figures, greek
+from rftfit.figures.registry import figures, greek
 from rftfit.figures.style import FORMATS, level, size_of_preview
 from rftfit.measure.fits import flags_of_all, said_of_all
 from rftfit.model.fourier import METHODS
@@ -219,7 +219,7 @@ def pictures(results: Results) -> list[Picture]:
     return [
         _picture(results, one, medium)
         for one in figures()
-        if one.group != SWEEP
+        if not one.on_demand
         for medium in one.media(results.campaign)
         if results.has(f"{one.file(medium)}.webp")
     ]

@@ -16,18 +16,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
-from rftfit.robot.sweep import BEST_CURVATURES, optimum, run_all
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
+from rftfit.robot.run import Condition
+from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, optimum, run_all
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import pandas as pd
 
     from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
-    from rftfit.robot.run import Condition
 
 
 DRAWS = 8
@@ -180,3 +179,37 @@ def best_width(
     if own in (BEST_CURVATURES[0], BEST_CURVATURES[-1]):
         return Width(math.nan, len(others), _AT_END)
     return half_width(np.array(others), own, confidence)
+
+
+def widths(
+    robot: Robot,
+    profiles: Mapping[str, Profile],
+    measured: pd.DataFrame,
+    confidence: float,
+    threads: int | None = None,
+    arc_percent: float = 0.0,
+) -> pd.DataFrame:
+    """Half widths for every measured condition, and of the best curvature, on each profile.
+
+    The spread of each profile is a stack of draws. Returns `WIDTH_COLUMNS` without the medium.
+    """
+    import pandas as pd
+
+    known = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
+    places = zip(known["frequency_Hz"], known["curvature_times_R"], strict=True)
+    conditions = [Condition(*place) for place in dict.fromkeys(places)]
+    rows: list[tuple[object, ...]] = []
+    for name, profile in profiles.items():
+        stack, bare = profile.spread, copy(profile)
+        assert isinstance(stack, Profile)
+        bare.spread = None  # the processes need not carry it
+        draws = each_draw(stack, DRAWS)
+        found = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
+        rows += [
+            (name, SPEED, at.curvature_times_R, at.frequency_Hz, w.half, w.draws, w.reason)
+            for at, w in zip(conditions, found, strict=True)
+        ]
+        many = each_draw(stack, BEST_DRAWS)
+        best = best_width(robot, bare, many, confidence, threads)
+        rows.append((name, BEST, math.nan, BEST_AT_HZ, best.half, best.draws, best.reason))
+    return pd.DataFrame(rows, columns=WIDTH_COLUMNS[1:])

@@ -63,6 +63,38 @@ def paper_conditions(every: int = 1) -> list[Condition]:
     ]
 
 
+EVERY = 4
+"""The reduced sweep takes every fourth curvature and frequency."""
+
+_FINE_FROM = 0.4
+
+
+def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
+    """Conditions of a sweep: its grid, and every measured condition.
+
+    The reduced sweep has one starting phase of three (on the published table the others change no
+    measured speed by 1 %), every fourth curvature and frequency, and at 5 Hz every curvature above 0.4,
+    where the paper's best one lies.
+    """
+    grid = paper_conditions()
+    phases = PHASES_TURNS if full else PHASES_TURNS[:1]
+    if not full:
+        fine = [
+            c for c in grid if c.frequency_Hz == BEST_AT_HZ and c.curvature_times_R > _FINE_FROM
+        ]
+        grid = [c for c in [*paper_conditions(EVERY), *fine] if c.phase_turns in phases]
+    known = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
+    grid += [
+        Condition(frequency, curvature, phase)
+        for curvature, frequency in zip(
+            known["curvature_times_R"], known["frequency_Hz"], strict=True
+        )
+        for phase in phases
+    ]
+    order = {(c.curvature_times_R, c.frequency_Hz, c.phase_turns): c for c in grid}
+    return [order[place] for place in sorted(order)]
+
+
 def run_all(
     robot: Robot,
     profile: Profile,

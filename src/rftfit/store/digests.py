@@ -2,32 +2,38 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import os
-import re
 import stat
-import time
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rftfit.errors import InputError, OutputError
-from rftfit.store.files import write_bytes
+from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+_LENGTH = 16
+_PACKAGE = Path(__file__).resolve().parents[1]
+_SOURCE = (".py", ".toml", ".csv", ".mplstyle", ".html", ".css", ".js")
 
-# --- SHA-256 of files: of all logs on every run, which is cheap where nothing has changed.
+ROOMS = (
+    "store", "reference", "campaign", "outputs", "logs", "measure", "model", "robot", "compare", "figures", "page",
+)  # fmt: skip
+"""Rooms of the package from the lowest to the highest: each imports lower ones only."""
 
+_EVERYWHERE = ("errors.py", "conventions.py", "results.py", "workflow/job.py", "workflow/stages.py")
+"""What every job of the workflow goes through: the tables that it reads, and the job itself."""
 
-_HEADING = "rftfit logs seen 1"
-_SETTLED_NS = 2_000_000_000
+_STAGES = tuple(
+    f"workflow/{name}.py" for name in ("measure", "profiles", "validate", "robot", "provenance")
+)
+"""Functions that rules call."""
 
-State = tuple[int, int, int, int]
+_SETTINGS = {"robot": "config/robot.yaml"}
+"""Settings of the program itself that a room reads: they count as its code."""
 
 
 def sha256_of(path: str | Path) -> str:
@@ -36,81 +42,17 @@ def sha256_of(path: str | Path) -> str:
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
-class Seen:
-    """Digests of files, remembered with what a file system says about them.
-
-    A file is read again only where its size, its times (of content and of inode, so that a date put
-    back does not deceive) or its inode differ from those it was read with. They are remembered from
-    run to run in the file `memory`, which may be deleted at any time; None: in no file.
-    """
-
-    def __init__(self, memory: Path | None) -> None:
-        self._memory = memory
-        self._known = {} if memory is None else _recall(memory)
-        self._changed = False
-
-    def digests(self, paths: Iterable[str]) -> dict[str, str]:
-        """SHA-256 by absolute path; empty of what is no regular file (never opened) or cannot be read."""
-        found: dict[str, str] = {}
-        # one after the other: threads were twice as slow on files of 50 kB
-        for path in paths:
-            state = _state(path)
-            if state is None:
-                found[path] = ""
-            elif path in self._known and self._known[path][0] == state:
-                found[path] = self._known[path][1]
-            else:
-                found[path] = self._read(path, state)
-        return found
-
-    def _read(self, path: str, state: State) -> str:
-        try:
-            digest = sha256_of(path)
-        except OSError:
-            return ""
-        _, modified, changed, _ = state
-        # a clock may tick too slowly to tell a change right after reading from none
-        settled = max(modified, changed) < time.time_ns() - _SETTLED_NS
-        if settled and _state(path) == state:
-            self._known[path] = (state, digest)
-            self._changed = True
-        return digest
-
-    def save(self) -> None:
-        """Remember for the next run, where there is a folder to do so; failing is no error."""
-        if self._memory is None or not self._changed or not self._memory.parent.parent.is_dir():
-            return
-        known = sorted(self._known.items())
-        rows = ["\t".join((digest, *map(str, state), path)) for path, (state, digest) in known]
-        with contextlib.suppress(OutputError):
-            # a path may hold bytes that are no text
-            data = "\n".join([_HEADING, *rows, ""]).encode("utf-8", "surrogateescape")
-            write_bytes(self._memory, data)
-            self._changed = False
+def digests_of_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """SHA-256 of files by name, relative to a folder; empty of what is no regular file or cannot be read."""
+    return {name: _digest_or_nothing(f"{folder}/{name}") for name in names}
 
 
-def _state(path: str) -> State | None:
+def _digest_or_nothing(path: str) -> str:
     try:
-        found = os.stat(path)  # noqa: PTH116
+        # a pipe would keep its reader waiting for ever
+        return sha256_of(path) if stat.S_ISREG(os.stat(path).st_mode) else ""  # noqa: PTH116
     except (OSError, ValueError):
-        return None
-    if not stat.S_ISREG(found.st_mode):
-        return None
-    return (found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino)
-
-
-def _recall(memory: Path) -> dict[str, tuple[State, str]]:
-    known: dict[str, tuple[State, str]] = {}
-    try:
-        heading, *lines = os.fsdecode(memory.read_bytes()).split("\n")
-        if heading != _HEADING:
-            return {}
-        for line in lines[:-1]:
-            digest, size, modified, changed, inode, path = line.split("\t", 5)
-            known[path] = ((int(size), int(modified), int(changed), int(inode)), digest)
-    except (OSError, ValueError):
-        return {}
-    return known
+        return ""
 
 
 def sums_text(digests: Mapping[str, str]) -> str:
@@ -127,116 +69,48 @@ def read_sums(source: str | Path) -> dict[str, str]:
         raise InputError(f"{source}: cannot be read as a list of digests: {error}") from error
 
 
-# --- Digests that let the workflow see what it does not watch itself: code, settings, run sheet.
-
-
-_LENGTH = 16
-# imports may be indented, and go on over lines in brackets. A syntax tree would say the same (a test
-# compares them) but takes a second for all modules, and this is asked on every run
-_IMPORT = re.compile(
-    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n(]+)|import[ \t]+([^\n]+))",
-    re.MULTILINE,
-)
-_NAME = re.compile(r"[\w.]+")
-_READS = {"rftfit.robot.config": "config/robot.yaml"}
-"""Files of the program that modules read from outside the package: they count as their source."""
-
-_DATA = (".csv", ".mplstyle", ".html", ".css", ".js")
-
-
 def digest_of(*values: object) -> str:
     """Digest of values that JSON can write, or that can say what they are."""
     text = json.dumps(values, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
 
 
-def code_digest(*modules: str) -> str:
-    """Digest of the source of modules of this package and of all they import from it.
+def code_digest(room: str, *more: str) -> str:
+    """Digest of the code of a room and of all below it, and of further files of the package."""
+    files = source_digests()
+    below = ROOMS[: ROOMS.index(room) + 1]
+    named = {*_EVERYWHERE, *more, *(_SETTINGS[one] for one in below if one in _SETTINGS)}
+    return digest_of([
+        (name, digest) for name, digest in files.items()
+        if name in named or name.partition("/")[0] in below
+    ])  # fmt: skip
 
-    Imports inside functions count. Data files beside an imported package (the published tables,
-    the figures' style, the page's template and script) count as its source.
+
+@cache
+def source_digests() -> dict[str, str]:
+    """Digest of every source file that a job may use, by path in the package.
+
+    It is that of the first call: what a process imports later may be another. `cache_clear` forgets it.
     """
-    total = hashlib.sha256()
-    for name in closure(*modules):
-        total.update(name.encode())
-        total.update(_source_digest(name))
-    return total.hexdigest()[:_LENGTH]
+    paths = [_PACKAGE / name for name in (*_EVERYWHERE, *_STAGES)]
+    paths += [path for room in ROOMS for path in (_PACKAGE / room).rglob("*.*")]
+    found = {
+        path.relative_to(_PACKAGE).as_posix(): path for path in paths if path.suffix in _SOURCE
+    }
+    for name in _SETTINGS.values():
+        # at the top of a checkout, or as installed
+        places = (_PACKAGE.parents[1] / name, _PACKAGE / "_workflow" / name)
+        found[name] = next(place for place in places if place.is_file())
+    return {name: sha256_of(found[name])[:_LENGTH] for name in sorted(found)}
 
 
 @cache
-def closure(*modules: str) -> tuple[str, ...]:
-    """Modules of this package and all they import from it, sorted."""
-    seen: set[str] = set()
-    waiting = list(modules)
-    while waiting:
-        name = waiting.pop()
-        if name not in seen:
-            seen.add(name)
-            waiting += [other for other in _imports(name) if other not in seen]
-    # a module of another package may be gone by now
-    return tuple(sorted(name for name in seen if _path(name) is not None))
+def plugin_digest(module: str) -> str:
+    """Digest of the source file of a module of another package."""
+    from importlib.util import find_spec
 
-
-def module_digests(*modules: str) -> dict[str, str]:
-    """Digest of each module that `code_digest` looks at."""
-    return {name: _source_digest(name).hex()[:_LENGTH] for name in closure(*modules)}
-
-
-def _tops() -> tuple[Path, Path]:
-    """Where the workflow and the program's own config lie: in a checkout, or as installed."""
-    package = Path(__file__).resolve().parents[1]
-    return package.parents[1], package / "_workflow"
-
-
-@cache
-def _path(module: str) -> Path | None:
-    """Source file of a module, found without importing it."""
-    root = Path(__file__).resolve().parents[1]
-    top, *parts = module.split(".")
-    if top != root.name:
-        try:
-            spec = find_spec(module)
-        except (ImportError, ValueError):
-            return None
-        return Path(spec.origin) if spec and spec.origin and spec.has_location else None
-    path = root.joinpath(*parts)
-    files = (path / "__init__.py", path.with_suffix(".py"))
-    return next((file for file in files if file.is_file()), None)
-
-
-@cache
-def _source_digest(module: str) -> bytes:
-    path = _path(module)
-    assert path is not None
-    total = hashlib.sha256(path.read_bytes())
-    if path.name == "__init__.py":
-        for other in sorted(path.parent.iterdir()):
-            if other.is_file() and other.suffix in _DATA:
-                total.update(other.read_bytes())
-    for top in _tops() if module in _READS else ():
-        if (top / _READS[module]).is_file():
-            total.update((top / _READS[module]).read_bytes())
-            break
-    return total.digest()
-
-
-@cache
-def _imports(module: str) -> frozenset[str]:
-    """Modules of this package that a module's source imports, with the packages around them."""
-    path = _path(module)
-    package = module.split(".", maxsplit=1)[0]
-    # the package itself offers names of every room, and imports none of them
-    if path is None or path.suffix != ".py" or module == package:
-        return frozenset()
-    names: set[str] = set()
-    for home, chosen, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
-        if whole:
-            names.update(_NAME.findall(whole))
-        else:
-            names.add(home)
-            # `from package import module` names a module, not a value
-            names.update(f"{home}.{name}" for name in _NAME.findall(chosen))
-    found: set[str] = set()
-    for parts in (name.split(".") for name in names if name.partition(".")[0] == package):
-        found.update(".".join(parts[:count]) for count in range(1, len(parts) + 1))
-    return frozenset(name for name in found if _path(name) is not None)
+    try:
+        spec = find_spec(module)
+    except (ImportError, ValueError):
+        return ""
+    return sha256_of(spec.origin)[:_LENGTH] if spec and spec.origin and spec.has_location else ""

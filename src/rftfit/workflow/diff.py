@@ -76,8 +76,8 @@ def compare(first: Path, second: Path) -> Comparison:
     records = [read_state(folder) for folder in (one, other)]
     unrecorded = []
     for folder, (_, record), own in zip((one, other), records, names, strict=True):
-        tasks = [task for stage in record["stages"].values() for task in stage.values()]
-        written = {path: digest for task in tasks for path, digest in task["writes"].items()}
+        jobs = record["jobs"].values()
+        written = {path: digest for job in jobs for path, digest in job["writes"].items()}
         unrecorded += [
             folder / name
             for name in sorted(own.intersection(compared))

@@ -14,23 +14,23 @@ from urllib.parse import quote
 import rftfit
 from rftfit import reference
 from rftfit.errors import InputError, RftfitError
-from rftfit.store.digests import module_digests, read_sums, sums_text
+from rftfit.store.digests import plugin_digest, read_sums, source_digests, sums_text
 from rftfit.store.environment import versions
 from rftfit.store.tables import unguarded
-from rftfit.workflow.plan import cells
+from rftfit.workflow.records import Recorded
+from rftfit.workflow.state import cells
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     import pandas as pd
 
-    from rftfit.campaign.config import Config
     from rftfit.results import Results
-    from rftfit.workflow.plan import Plan, Task
+    from rftfit.workflow.records import Record
+    from rftfit.workflow.state import States
 
-FORMAT = 2
-STAGE = "provenance"
+FORMAT = 3
 RECORD, SUMS, SHEET = "results/provenance.json", "results/manifest.sha256", "results/run_sheet.csv"
 
 
@@ -39,7 +39,7 @@ class State:
     """What results depend on: as it was recorded, or as it is now.
 
     `logs`: SHA-256 of logs and of the robot's files, by path from the campaign's folder. `rows`: Of the
-    run sheet, by run_id. `modules`: Digests. `versions`: Of packages whose dialects are used, too.
+    run sheet, by run_id. `modules`: Digests of source files. `versions`: Of packages whose dialects are used, too.
     """
 
     logs: dict[str, str]
@@ -49,18 +49,18 @@ class State:
     versions: dict[str, str]
 
 
-def present_state(plan: Plan) -> State:
+def present_state(states: States) -> State:
     """What the results of a campaign depend on now."""
-    raw = plan.campaign.raw.relative_to(plan.root).as_posix()
-    logs = {f"{raw}/{name}": digest for name, digest in plan.all_logs.items() if digest}
-    runs = sorted(plan.campaign.runs, key=lambda run: run.run_id)
-    modules = {task.run.partition(":")[0] for tasks in plan.stages.values() for task in tasks}
+    campaign = states.campaign
+    raw = campaign.raw.relative_to(campaign.root).as_posix()
+    logs = {f"{raw}/{name}": digest for name, digest in states.all_logs.items() if digest}
+    runs = sorted(campaign.runs, key=lambda run: run.run_id)
     return State(
-        logs | {name: digest for name, digest in plan.robot_digests.items() if digest},
+        logs | {name: digest for name, digest in states.robot_files.items() if digest},
         {run.run_id: cells(run) for run in runs},
-        plan.campaign.config.model_dump(mode="json"),
-        module_digests(*modules, *(one.module for one in plan.dialects.values())),
-        versions() | {one.package: one.version for one in plan.dialects.values()},
+        campaign.config.model_dump(mode="json"),
+        source_digests() | {one.module: plugin_digest(one.module) for one in states.dialects},
+        versions() | {one.package: one.version for one in states.dialects},
     )
 
 
@@ -77,38 +77,27 @@ def commit() -> str:
     return done.stdout.strip()
 
 
-def provenance(results: Results, plan: Plan) -> tuple[str, str, pd.DataFrame, str]:
-    """Record what every result was made from, when all of it is up to date."""
+def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame, str]:
+    """Record what every result was made from: the records of all jobs before this one, and their inputs."""
     import pandas as pd
 
-    changed = dict.fromkeys(
-        finding.what for finding in plan.all_findings() if finding.task.stage != STAGE
-    )
-    if changed:
+    recorded, state = Recorded(states), present_state(states)
+    made_from = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
+    records = {record.name: record for record in made_from}
+    if changed := dict.fromkeys(one.what for name in records for one in recorded.findings(name)):
         raise RftfitError(
             f"while the workflow ran, these changed: {', '.join(changed)}. What the results were made "
             "from cannot be told; run again: what depends on them is made again"
         )
-    state = present_state(plan)
-    records = {
-        stage: {key: asdict(record) for key, record in plan.records(stage).tasks.items()}
-        for stage in plan.stages
-        if stage != STAGE
-    }
     data = {
-        "format": FORMAT, "reenacted": plan.campaign.reenacted, "settings": state.settings, "modules": state.modules,
-        "versions": state.versions, "commit": commit(), "stages": records,
+        "format": FORMAT, "reenacted": results.campaign.reenacted, "settings": state.settings,
+        "modules": state.modules, "versions": state.versions, "commit": commit(),
+        "jobs": {name: asdict(record) for name, record in sorted(records.items())},
     }  # fmt: skip
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
     names = list(next(iter(state.rows.values()), {}))
     sheet = pd.DataFrame({name: [row[name] for row in state.rows.values()] for name in names})
-    files = {
-        path: ((results.root / path).stat().st_size, digest)
-        for tasks in records.values()
-        for record in tasks.values()
-        for path, digest in record["writes"].items()
-    }
-    crate = crate_text(results.config, plan, files, len(state.logs))
+    crate = crate_text(results, list(records.values()), len(state.logs))
     return text, sums_text(state.logs), sheet, crate
 
 
@@ -170,23 +159,27 @@ _FORMATS = {
 Entity = dict[str, Any]
 
 
-def crate_text(config: Config, plan: Plan, files: Mapping[str, tuple[int, str]], logs: int) -> str:
-    """Describe the folder of results (`files`: bytes and SHA-256): the same for the same inputs.
+def crate_text(results: Results, records: Sequence[Record], logs: int) -> str:
+    """Describe the folder of results: the same for the same inputs.
 
     The date is the config's; where it has none a placeholder stands, since the specification demands a
     date, and says so.
     """
-    told = config.publication
+    config, told = results.config, results.config.publication
+    files = {path: digest for one in records for path, digest in one.writes.items()}
+    sizes = {path: (results.root / path).stat().st_size for path in files}
     description = (
         "Resistive-force model of granular media from transducer and motion logs. provenance.json "
         "says which logs, rows of the run sheet, settings and code each file was made from; "
         "`rftfit verify` checks whether they are still the same."
     )
-    if plan.campaign.reenacted:
+    if results.campaign.reenacted:
         description += " The logs are re-enacted from published results: nothing was measured."
     if not told.date:
         description += " The date is a placeholder: the campaign's configuration gives none."
-    steps = [name for name in plan.stages if name != STAGE]
+    steps: dict[str, list[Record]] = {}
+    for one in records:
+        steps.setdefault(one.rule, []).append(one)
     root = _entity(
         "./",
         "Dataset",
@@ -216,8 +209,8 @@ def crate_text(config: Config, plan: Plan, files: Mapping[str, tuple[int, str]],
     entities = [
         _entity(NAME, "CreativeWork", conformsTo={"@id": PROFILE}, about={"@id": "./"}),
         root,
-        *(_file(path, *files[path]) for path in sorted(files)),
-        *(_create(name, plan.stages[name], files) for name in steps),
+        *(_file(path, sizes[path], files[path]) for path in sorted(files)),
+        *(_create(name, jobs, files) for name, jobs in steps.items()),
         _entity(_PROGRAM, "SoftwareApplication", name="rftfit", version=rftfit.__version__),
         _entity(_LOGS, "Collection", name=f"{logs} logs as recorded", description=beside),
         _entity(_PAPER, "ScholarlyArticle", name=reference.CITATION),
@@ -257,11 +250,11 @@ def _file(path: str, size: int, digest: str) -> Entity:
     )
 
 
-def _create(name: str, tasks: list[Task], files: Mapping[str, object]) -> Entity:
-    made = [path for task in tasks for path in task.writes if path in files]
-    read = dict.fromkeys(path for task in tasks for path in task.reads if path in files)
+def _create(name: str, jobs: Sequence[Record], files: Mapping[str, object]) -> Entity:
+    made = [path for one in jobs for path in one.writes]
+    read = {path for one in jobs for path in one.reads if path in files}
     objects = [_link(path) for path in sorted(read)]
-    if any("logs" in task.depends for task in tasks):
+    if any("logs" in one.state for one in jobs):
         objects.append({"@id": _LOGS})
     return _entity(
         _action(name),

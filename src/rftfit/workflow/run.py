@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import sys
-from collections import Counter
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from rftfit.campaign.problems import listed
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.pairs import readers
-from rftfit.workflow.plan import Plan
 from rftfit.workflow.processes import left_by_the_dead
+from rftfit.workflow.records import Recorded
 from rftfit.workflow.snakemake import (
     Job,
     Progress,
@@ -26,11 +25,12 @@ from rftfit.workflow.snakemake import (
     nothing_written,
     working_in,
 )
+from rftfit.workflow.state import read_states
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from rftfit.workflow.plan import Finding
+    from rftfit.workflow.records import Finding
 
 LOG = Path("results/logs/snakemake.log")
 
@@ -62,32 +62,37 @@ class Workflow:
     on_job: Callable[[Progress, Job | None], None] = field(default=lambda *_: None)
 
     def __post_init__(self) -> None:
-        self.plan = Plan(self.config)
-        self.root = self.plan.root
+        self.states, self.warnings = read_states(self.config)
+        self.recorded = Recorded(self.states)
+        self.root = self.states.campaign.root
         _refuse_packages(self.root)
 
     def run(self) -> Progress:
         """Make all results that are missing or out of date."""
-        findings = self._findings()
-        self.plan.save()
-        for line in changes(findings):
-            self.say(line)
-        if not findings and self._whole:
+        if self._is_up_to_date():
             return Progress(nothing_to_do=True)
-        if not self.plan.campaign.numbers:
-            readers(self.plan.campaign)  # an unknown dialect is told before any job starts
+        if not self.states.campaign.numbers:
+            readers(self.states.campaign)  # an unknown dialect is told before any job starts
         self._clear_lock_of_the_dead()
-        return self._watch(self._command(findings), self.root / LOG)
+        progress = self._watch(self._command(), self.root / LOG)
+        self.recorded = Recorded(self.states)
+        return progress
 
-    def dry_run(self) -> tuple[Progress, Counter[str]]:
-        """Find what would be done. Returns the jobs, and how many tasks of each are out of date by now."""
-        findings = self._findings()
+    def dry_run(self) -> Progress:
+        """Find the jobs that would be done."""
+        if self._is_up_to_date():
+            return Progress(nothing_to_do=True)
+        return self._watch([*self._command(), "--dry-run"], None)
+
+    def _is_up_to_date(self) -> bool:
+        """Compare records with files and states; where they differ, say how, and let Snakemake plan these jobs."""
+        if self.snakefile:
+            return False
+        findings = self.recorded.findings_of(self.targets)
         for line in changes(findings):
             self.say(line)
-        tasks = Counter(task.stage for task in {one.task for one in findings})
-        if not findings and self._whole:
-            return Progress(nothing_to_do=True), tasks
-        return self._watch([*self._command(findings), "--dry-run"], None), tasks
+        self.recorded.plan_again(findings)
+        return not (findings or self.words)
 
     def unlock(self) -> None:
         """Clear the lock that a killed run has left."""
@@ -97,47 +102,23 @@ class Workflow:
                 "lock stays; wait for it, or end it first"
             )
         lines: list[str] = []
-        if listen([*self._command([]), "--unlock"], None, lines.append):
+        if listen([*self._command(), "--unlock"], None, lines.append):
             raise WorkflowError("the lock cannot be cleared: " + " ".join(lines[-3:]))
 
-    @property
-    def _whole(self) -> bool:
-        """Whether the program's own workflow is asked for, and nothing of Snakemake itself."""
-        known = (self.plan.maker.keys() | self.plan.stages.keys()) >= set(self.targets)
-        return known and not (self.words or self.snakefile)
-
-    def _findings(self) -> list[Finding]:
-        """What is out of date of the stages that the targets need, or of all."""
-        if self.snakefile:
-            return []
-        found = list(self.plan.all_findings())
-        if not self.targets:
-            return found
-        needed: set[str] = set()
-        waiting = [path for path in self.targets if path in self.plan.maker]
-        waiting += [path for stage in self.targets for path in self.plan.outputs(stage)]
-        while waiting:
-            task = self.plan.maker[waiting.pop()]
-            if task.stage not in needed:
-                needed.add(task.stage)
-                waiting += self.plan.inputs(task.stage)
-        return [finding for finding in found if finding.task.stage in needed]
-
-    def _command(self, findings: Sequence[Finding]) -> list[str]:
+    def _command(self) -> list[str]:
         source = (self.snakefile or find_snakefile()).resolve()
         where = ["--cores", str(self.cores or "all")]
         if self.cluster is not None:
             where = _cluster_words(self.cluster, source, self.cores)
         config = self.config.absolute().parent.resolve() / self.config.name
-        # Snakemake would see a changed digest, but not that a result was edited
-        stale = list(dict.fromkeys(one.task.stage for one in findings if one.sort != "new"))
         return [
             *self.targets,
             *("--snakefile", str(source), "--directory", str(self.root), *where),
             *("--config", f"campaign={config.relative_to(self.root).as_posix()}"),
             *("--rerun-incomplete", "--keep-going", "--scheduler", "greedy", "--nocolor"),
+            # times alone decide: a state file that was written anew plans its job, whatever it holds
+            *("--max-checksum-file-size", "0"),
             *("--logger", "rftfit"),
-            *(["--forcerun", *stale] if stale else []),
             *self.words,
         ]
 
@@ -151,7 +132,9 @@ class Workflow:
         try:
             # a dry run has no jobs; those of a cluster or of another workflow are not forked from here
             here = log is not None and self.cluster is None and self.snakefile is None
-            status = listen(command, log, on_line, warm=here)
+            if here and sys.platform == "linux":
+                command = [*command, "--executor", "rftfit"]
+            status = listen(command, log, on_line, config=self.config.resolve())
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 "Stopped. Results that were finished are kept; to go on, give the same command again."
@@ -167,7 +150,7 @@ class Workflow:
     def _clear_lock_of_the_dead(self) -> None:
         """Clear the lock of a killed run where it is certain that nobody holds it."""
         with left_by_the_dead(self.root / ".snakemake") as certain:
-            if certain and listen([*self._command([]), "--unlock"], None, lambda _: None) == 0:
+            if certain and listen([*self._command(), "--unlock"], None, lambda _: None) == 0:
                 self.say(
                     "An earlier run was killed: its lock is cleared, and this one goes on from there."
                 )
@@ -195,7 +178,7 @@ def changes(findings: Sequence[Finding]) -> list[str]:
     reasons: dict[str, dict[str, None]] = {}
     for finding in findings:
         if finding.sort == "changed":
-            reasons.setdefault(finding.what, {})[str(finding.task)] = None
+            reasons.setdefault(finding.what, {})[finding.job.replace("/", " ")] = None
     lines += [
         f"{what} changed since the results were made: {listed(of, _MOST)}"
         for what, of in reasons.items()

@@ -21,7 +21,7 @@ import rftfit
 from rftfit.errors import OutputError, WorkflowError
 from rftfit.store.environment import child_environment
 from rftfit.workflow.processes import VARIABLE
-from rftfit.workflow.warm import warm as warm_process
+from rftfit.workflow.state import job_name, state_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -29,9 +29,10 @@ if TYPE_CHECKING:
 _PATIENCE_S = 20.0
 _MOST_LINES = 40
 _STATUS = re.compile(r"(?:returned non-zero exit status (\d+)|died with <Signals\.(\w+))")
-_STAGE = re.compile(r"^rftfit \w+: (.*)$")
+_STAGE = re.compile(r"^rftfit [^:]+: (.*)$")
 _SLURM = re.compile(r"SLURM status is: '([\w ]+)'")
 _KILLED = {"137": "SIGKILL", "143": "SIGTERM", "139": "SIGSEGV"}
+_REFUSED = re.compile(r"OutputError: (.*: cannot write: .*)")
 _NO_SPACE = rf"\[Errno (?:{errno.ENOSPC}|{errno.EROFS}|{errno.EDQUOT}|{errno.EFBIG})\] (.*)"
 _CURE = "free some space or allow writing there, then run again"
 _MEMORY = "most often because the memory was full; try --cores 1"
@@ -40,28 +41,38 @@ _END = "At least one job did not complete successfully."
 
 @dataclass
 class Job:
-    """One job: its rule, and the log files that its rule declares.
+    """One job: its rule, the values of its wildcards, and the log files that its rule declares.
 
     `grouped`: Snakemake knows only that one of the jobs failed that went to a cluster as one.
     """
 
     rule: str
     logs: list[str] = field(default_factory=list)
+    wildcards: dict[str, str] = field(default_factory=dict)
     reason: str = ""
     status: str = ""
     grouped: bool = False
+
+    def __str__(self) -> str:
+        return " ".join([self.rule, *self.wildcards.values()])
+
+    @property
+    def state(self) -> str:
+        """File of its state, which its command names."""
+        return state_file(job_name(self.rule, next(iter(self.wildcards.values()), "")))
 
 
 @dataclass
 class Progress:
     """State of a workflow, from the events that Snakemake reports.
 
-    `jobs`: By its number, those that began or, in a dry run, would. `problem`: What it says of an error
+    `skipped`: Of those done, jobs whose record still held. `jobs`: By its number, those that began or, in a dry run, would. `problem`: What it says of an error
     that is no job's. `plain`: Lines that are no events.
     """
 
     total: int = 0
     done: int = 0
+    skipped: int = 0
     jobs: dict[str, Job] = field(default_factory=dict)
     failed: dict[str, Job] = field(default_factory=dict)
     problem: list[str] = field(default_factory=list)
@@ -87,11 +98,17 @@ class Progress:
                 self.done, self.total = int(event["done"]), int(event["total"])
             case "job_info":
                 self.jobs[number] = Job(
-                    event["rule_name"], event.get("log", []), event.get("reason", "")
+                    event["rule_name"],
+                    event.get("log", []),
+                    event.get("wildcards", {}),
+                    event.get("reason", ""),
                 )
             case "job_finished":
                 self.done += 1
                 return self.jobs.get(number)
+            case _ if "skipped" in event:
+                self.skipped += 1
+                self.jobs.pop(str(event["skipped"]), None)
             case "job_error":
                 job = self.jobs.get(
                     number, Job(event.get("rule_name", "job"), event.get("log", []))
@@ -114,7 +131,7 @@ class Progress:
 
     def _status_of(self, job: Job) -> str:
         """Status that a failed job's command ended with; several may fail before one is named."""
-        own = [end for end in self._ends if f" rftfit {job.rule} " in end[0]] or self._ends
+        own = [end for end in self._ends if f" rftfit {job.state} " in end[0]] or self._ends
         if not own:
             return ""
         end = own[0]
@@ -135,7 +152,7 @@ def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
         parts = [f"the workflow stopped: {failed}; {done} are done, and what is done is kept."]
         for job in jobs:
             text = "\n".join(f"    {line}" for line in _why(job, progress, root))
-            parts.append(f"  {job.rule}:\n{text}")
+            parts.append(f"  {job}:\n{text}")
     elif status < 0:
         name = signal.Signals(-status).name
         why = f", {_MEMORY}" if name == "SIGKILL" else ""
@@ -160,8 +177,9 @@ def nothing_written(progress: Progress, root: Path) -> bool:
 def _refusals(progress: Progress) -> list[str]:
     """Snakemake's own words for what it cannot write, in its folder or for a job that is to begin."""
     lines = [*progress.problem, *progress.plain]
-    found = next((match for line in lines if (match := re.search(_NO_SPACE, line))), None)
-    return [f"Snakemake cannot write: {found[1]}; {_CURE}"] if found else []
+    own = [match[1] for line in lines if (match := _REFUSED.search(line))]
+    found = [match[1] for line in lines if (match := re.search(_NO_SPACE, line))]
+    return own[:1] or [f"Snakemake cannot write: {one}; {_CURE}" for one in found[:1]]
 
 
 def _logs_not_made(job: Job, root: Path) -> list[str]:
@@ -174,7 +192,7 @@ def _told_apart(progress: Progress, root: Path) -> list[Job]:
     jobs = list(progress.failed.values())
     silent = [job for job in jobs if job.grouped and not _message(job, progress, root)]
     if silent and len(silent) == len([job for job in jobs if job.grouped]):
-        one = Job(f"one of {', '.join(job.rule for job in silent)}", status=silent[0].status)
+        one = Job(f"one of {', '.join(map(str, silent))}", status=silent[0].status)
         return [job for job in jobs if not job.grouped] + [one]
     return [job for job in jobs if job not in silent]
 
@@ -191,7 +209,7 @@ def _message(job: Job, progress: Progress, root: Path) -> list[str]:
         if "Traceback (most recent call last):" in lines:
             end = "(an error that the program did not expect: its traceback is in the log)"
             return [lines[-1], end]
-    own = [line for line in progress.plain if line.startswith(f"rftfit {job.rule}: ")]
+    own = [line for line in progress.plain if line.startswith(f"rftfit {job}: ")]
     return [_STAGE.sub(r"\1", line) for line in own[:1]]
 
 
@@ -238,13 +256,16 @@ def find_snakefile() -> Path:
 
 
 def listen(
-    words: Sequence[str], log: Path | None, on_line: Callable[[str], None], *, warm: bool = False
+    words: Sequence[str],
+    log: Path | None,
+    on_line: Callable[[str], None],
+    config: Path | None = None,
 ) -> int:
     """Run ``python -P -m snakemake`` and hand on each line of its output.
 
     It starts beside the workflow and goes to the campaign by ``--directory``: it takes profiles, which
     can hold Python, from the folder that it starts in. `log`: Where the lines are kept as they come.
-    `warm`: Whether jobs are forked from a warm process. Returns exit status.
+    `config`: The campaign's, for the process that jobs are forked from. Returns exit status.
     """
     with contextlib.ExitStack() as stack:
         keep = None
@@ -253,14 +274,11 @@ def listen(
                 log.parent.mkdir(parents=True, exist_ok=True)
                 keep = stack.enter_context(log.open("wb", buffering=0))
         stack.enter_context(_signals_as_interrupts())
-        environment = _environment()
-        if warm:
-            environment = stack.enter_context(warm_process(environment))
         child = stack.enter_context(
             subprocess.Popen(
                 [sys.executable, "-P", "-m", "snakemake", *words],
                 cwd=find_snakefile().parent,
-                env=environment,
+                env=_environment(config),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
@@ -301,17 +319,15 @@ def _after(words: Sequence[str], option: str) -> str | None:
     return next((b for a, b in pairwise(words) if a == option), None)
 
 
-def _environment() -> dict[str, str]:
+def _environment(config: Path | None) -> dict[str, str]:
     # jobs call `python`: it has to be this one, also where the environment was not activated
     here = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [here, os.environ.get("PATH", "")]))
     return child_environment(
         PATH=path,
         PYTHONUNBUFFERED="1",
-        # jobs share the cores; threads of linear algebra in each would wait for one another
-        OPENBLAS_NUM_THREADS=os.environ.get("OPENBLAS_NUM_THREADS", "1"),
         # it ends when this process has ended, even where that could not say so
-        **{VARIABLE: str(os.getpid())},
+        **{VARIABLE: str(os.getpid()), "RFTFIT_CONFIG": str(config or "")},
     )
 
 

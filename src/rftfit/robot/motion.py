@@ -1,0 +1,158 @@
+"""Motion of a run for figures and page: poses, forces on every element, the last strides."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rftfit.model.outlines import arc
+from rftfit.robot.body import element_series
+from rftfit.robot.run import simulate
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.model.profiles import Profile
+    from rftfit.robot.config import Robot
+    from rftfit.robot.run import RobotRun
+
+
+# --- Pictures of the running robot for the report page: poses and the force on every element.
+
+
+FREQUENCIES_HZ = (1.0, 2.0, 5.0)
+CURVATURES = (1.0, 0.86, 0.0, -1.0)
+FRAMES = 36
+"""Of one stride, the last of the run."""
+
+_SMALLEST_N = 5e-4
+
+
+def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
+    """Make the pictures of every condition.
+
+    ``plates`` (ends, cm) and ``hips`` (x, z, cm; phase, turns) are in the body's frame; ``legs``: points
+    about the hip at theta = 0, by curvature; of each run, by frame, ``pose`` (x from the first frame, z,
+    pitch, nose up, and theta in rad) and ``arrows`` (x from the centre of mass, z, force x, force z for
+    each loaded element; cm and mN).
+    """
+    shapes = {}
+    for curvature in CURVATURES:
+        legs = arc(
+            curvature, robot.legs.max_length_cm, robot.legs.width_cm, robot.numerics.elements
+        )
+        body = legs.body
+        ends = np.vstack([body[:, :2] - body[:, 4:5] * body[:, 2:4],
+                          body[-1:, :2] + body[-1:, 4:5] * body[-1:, 2:4]])  # fmt: skip
+        shapes[f"{curvature:g}"] = np.round(ends, 3).tolist()
+    return {
+        "title": robot.title,
+        "plates": [[*plate.from_cm, *plate.to_cm] for plate in robot.body.plates.values()],
+        "hips": [[hip.x_cm, hip.z_cm, hip.phase_turns] for hip in robot.legs.hips],
+        "legs": shapes,
+        "runs": [
+            _run(robot, profile, frequency, curvature)
+            for curvature in CURVATURES
+            for frequency in FREQUENCIES_HZ
+        ],
+    }
+
+
+def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> dict[str, Any]:
+    run = simulate(robot, profile, frequency, curvature, samples_per_stride=FRAMES)
+    assert run.series is not None
+    series = run.series.last(FRAMES)
+    parts = element_series(robot, profile, replace(run, series=series)).values()
+    pose = np.column_stack(
+        [
+            series.x_cm - series.x_cm[0], series.z_cm, np.radians(series.pitch_deg),
+            np.radians(series.leg_angle_deg) % (2 * np.pi),
+        ]
+    )  # fmt: skip
+    arrows = []
+    for at, x in enumerate(series.x_cm):
+        rows = np.vstack(
+            [
+                np.column_stack(
+                    [one.at_x_cm[at].ravel() - x, one.at_z_cm[at].ravel(),
+                     one.force_x_N[at].ravel(), one.force_z_N[at].ravel()]
+                )
+                for one in parts
+            ]
+        )  # fmt: skip
+        felt = rows[np.hypot(rows[:, 2], rows[:, 3]) > _SMALLEST_N]
+        felt[:, 2:] *= 1000
+        arrows.append(_short(felt))
+    speed = run.speed_cm_per_s
+    return {
+        "frequency_Hz": frequency,
+        "curvature": curvature,
+        "speed_cm_per_s": float(f"{speed:.5g}") if np.isfinite(speed) else None,
+        "outcome": run.outcome,
+        "warning": run.warning,
+        "stride_s": 1 / frequency,
+        "pose": np.round(np.nan_to_num(pose), 4).tolist(),
+        "arrows": arrows,
+    }
+
+
+def _short(rows: np.ndarray) -> list[float]:
+    """Places to 0.1 mm, forces to 0.1 mN, one list for all."""
+    places, forces = np.round(rows[:, :2], 2), np.round(rows[:, 2:], 1)
+    flat: list[float] = (np.hstack([places, forces]) + 0.0).ravel().tolist()
+    return flat
+
+
+# --- The last strides of a run, for figures of its motion.
+
+SAMPLES, STRIDES = 200, 2
+
+
+def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd.DataFrame:
+    """Place every element, and the force on it, as the legs of phase 0 last hang straight down.
+
+    A row an element; x counts from the centre of mass. `samples`: Of the run's series, in a stride.
+    """
+    import pandas as pd
+
+    assert run.series is not None
+    last = run.series.last(samples)
+    hanging = np.cos(np.radians(last.leg_angle_deg - last.pitch_deg))
+    shot = run.series.last(len(hanging) - int(np.argmax(hanging)))
+    groups = element_series(robot, profile, replace(run, series=shot), len(shot.x_cm))
+    parts = []
+    for name, one in groups.items():
+        (x1, x2), (z1, z2) = (ends[0].reshape(-1, 2).T for ends in (one.ends_x_cm, one.ends_z_cm))
+        at_x, at_z, force_x, force_z = (
+            values[0].ravel() for values in (one.at_x_cm, one.at_z_cm, one.force_x_N, one.force_z_N)
+        )
+        x0 = shot.x_cm[0]
+        parts.append(
+            pd.DataFrame(
+                {
+                    "curvature_times_R": run.condition.curvature_times_R,
+                    "frequency_Hz": run.condition.frequency_Hz, "group": name,
+                    "x1_cm": x1 - x0, "z1_cm": z1, "x2_cm": x2 - x0, "z2_cm": z2,
+                    "at_x_cm": at_x - x0, "at_z_cm": at_z, "force_z_N": force_z, "force_x_N": force_x,
+                }
+            )
+        )  # fmt: skip
+    return pd.concat(parts, ignore_index=True)
+
+
+def tail_of(run: RobotRun, samples: int) -> pd.DataFrame:
+    """Cut the last two strides out of a run with a series; time and x count from the first row.
+
+    Columns `curvature_times_R, frequency_Hz, stride` (0 to 2), and those of `Series.table`.
+    """
+    assert run.series is not None
+    table = run.series.table().iloc[-STRIDES * samples :].reset_index(drop=True)
+    for name in ("time_s", "x_cm"):
+        table[name] -= table[name].iloc[0]
+    table["leg_angle_deg"] -= 360 * np.floor(table["leg_angle_deg"].iloc[0] / 360)
+    table.insert(0, "stride", np.arange(len(table)) / samples)
+    table.insert(0, "frequency_Hz", run.condition.frequency_Hz)
+    table.insert(0, "curvature_times_R", run.condition.curvature_times_R)
+    return table

@@ -1,0 +1,61 @@
+"""What jobs need, imported once: the process that jobs are forked from imports this module.
+
+It is the forkserver of `multiprocessing`, which starts and ends with Snakemake
+(`snakemake_executor_plugin_rftfit`).
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+from importlib import import_module
+from pathlib import Path
+
+from rftfit.errors import RftfitError
+from rftfit.store.digests import sha256_of, source_digests
+from rftfit.workflow.state import States, read_states
+
+CONFIG = "RFTFIT_CONFIG"
+"""Environment variable with the path of the campaign's configuration."""
+
+_MODULES = (
+    "pandas", "scipy.special", "numba", "rftfit.workflow.job", "rftfit.page.page", "rftfit.page.workbooks",
+    *(f"rftfit.workflow.{name}" for name in ("measure", "profiles", "validate", "robot", "provenance")),
+    *(f"matplotlib.backends.backend_{name}" for name in ("agg", "pdf", "svg")),
+)  # fmt: skip
+
+
+def _read_campaign() -> tuple[States | None, list[str]]:
+    """States of the campaign and digests of its config and run sheet; None where it cannot be read."""
+    path = Path(os.environ.get(CONFIG, ""))
+    try:
+        digest = sha256_of(path)
+        states = read_states(path)[0]
+        return states, [digest, sha256_of(states.campaign.sheet)]
+    except (OSError, RftfitError):
+        return None, []
+
+
+def campaign_states() -> States | None:
+    """States of the campaign that was read, if its config and run sheet are still the same."""
+    if _states is None:
+        return None
+    try:
+        now = [sha256_of(path) for path in (os.environ[CONFIG], _states.campaign.sheet)]
+    except OSError:
+        return None
+    return _states if now == _digests else None
+
+
+# digests of the code before it is imported: a job refuses to work where they are not the planned ones
+_before = dict(source_digests())
+for _name in _MODULES:
+    import_module(_name)
+_states, _digests = _read_campaign()
+import_module("rftfit.figures.registry").figures()
+source_digests.cache_clear()
+if source_digests() != _before:
+    # edited meanwhile: no digest tells which code was imported, and that of no file is planned
+    source_digests().clear()

@@ -1,0 +1,206 @@
+"""Records of finished jobs: what each read and wrote by SHA-256, and the state it was done in.
+
+One small file a job, ``results/records/RULE/NAME.json``. A result is as recorded when the record of the job
+that wrote it names the files and the state that are there now.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from rftfit.results import FOLDER
+from rftfit.store import write_text
+from rftfit.store.digests import digests_of_files
+from rftfit.workflow.stages import LAST, RULES
+from rftfit.workflow.state import STATES, States, job_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from pathlib import Path
+
+RECORDS = f"{FOLDER}/records"
+_KEPT = tuple(f"{FOLDER}/{name}/" for name in ("records", "state", "logs"))
+"""Folders of what is no result: records and states of jobs, logs of jobs."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One finished job: its state, and SHA-256 of files by path from the campaign's folder."""
+
+    rule: str
+    key: str
+    state: dict[str, str]
+    reads: dict[str, str]
+    writes: dict[str, str]
+
+    @property
+    def name(self) -> str:
+        """Name of the job."""
+        return job_name(self.rule, self.key)
+
+    def save(self, root: Path) -> None:
+        """Write the record."""
+        text = json.dumps(asdict(self), indent=1, sort_keys=True) + "\n"
+        write_text(root / RECORDS / f"{self.name}.json", text)
+
+
+def read_record(path: Path) -> Record | None:
+    """Read a record; None where it is not there or damaged."""
+    try:
+        record = Record(**json.loads(path.read_text(encoding="utf-8")))
+        parts = (record.state, record.reads, record.writes)
+        words = [
+            record.rule,
+            record.key,
+            *(w for part in parts for pair in part.items() for w in pair),
+        ]
+    except (OSError, ValueError, TypeError, AttributeError):
+        return None
+    return record if all(isinstance(word, str) for word in words) else None
+
+
+def read_state(path: Path) -> dict[str, str]:
+    """Read the file of a job's state; empty where it is not there or damaged."""
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return {}
+
+
+def split(inputs: Iterable[str]) -> tuple[str, list[str]]:
+    """Split the inputs of a job: the file of its state, and the results that it reads."""
+    inputs = [*inputs]
+    (state,) = (path for path in inputs if path.startswith(f"{STATES}/"))
+    return state, [path for path in inputs if path != state]
+
+
+def record_holds(root: Path, inputs: Iterable[str], outputs: Iterable[str]) -> bool:
+    """Whether a job was done in the planned state, from the inputs and to the outputs that are there now."""
+    state, reads = split(inputs)
+    record = read_record(root / RECORDS / state.removeprefix(f"{STATES}/"))
+    return (
+        record is not None
+        and record.state == read_state(root / state)
+        and record.reads == digests_of_files(root, reads)
+        and record.writes == digests_of_files(root, record.writes)
+        and set(outputs) <= set(record.writes)
+    )
+
+
+def maker_of(root: Path, path: str) -> Record | None:
+    """Find the record of the job that wrote a result: the stem of the file is the job's key, where it has one."""
+    folder, stem = root / RECORDS, path.rpartition("/")[2].rpartition(".")[0]
+    for place in (*(one / f"{stem}.json" for one in folder.glob("*/")), *folder.glob("*.json")):
+        record = read_record(place)
+        if record is not None and path in record.writes:
+            return record
+    return None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing about a job that is not as recorded.
+
+    `job`: Its name. `sort`: ``new``, ``edited`` or ``missing`` (a result), ``input`` (a result it
+    read) or ``changed``. `what`: The path, or what its results depend on. `was`: The recorded digest.
+    """
+
+    job: str
+    sort: str
+    what: str = ""
+    was: str = ""
+
+
+class Recorded:
+    """The recorded jobs of a campaign, beside the files and states that are there now."""
+
+    def __init__(self, states: States) -> None:
+        self.states = states
+        self.root = states.campaign.root
+        self._digests: dict[str, str] = {}
+
+    @cached_property
+    def all(self) -> dict[str, Record | None]:
+        """Every job of this campaign that has a state, in the data's way, with its record; None where it has none."""
+        paths = (self.root / STATES).rglob("[!.]*.json")
+        names = (path.relative_to(self.root / STATES).with_suffix("").as_posix() for path in paths)
+        jobs = [(rule, key) for rule, _, key in (name.partition("/") for name in sorted(names))]
+        # others are of a medium or figure of before
+        jobs = [job for job in jobs if self.states.has(*job)]
+        jobs.sort(key=lambda job: RULES.index(job[0]))
+        names = (job_name(*job) for job in jobs)
+        return {name: read_record(self.root / RECORDS / f"{name}.json") for name in names}
+
+    @cached_property
+    def maker(self) -> dict[str, Record]:
+        """The record of the job that wrote each result."""
+        return {path: one for one in self.all.values() if one for path in one.writes}
+
+    def results(self, ending: Record | None = None) -> dict[str, Record]:
+        """Records of the jobs that a job is made from, itself included, by name; default: the last job."""
+        last = ending or self.all.get(LAST)
+        found: dict[str, Record] = {}
+        waiting = [last] if last else []
+        while waiting:
+            record = waiting.pop()
+            if record.name not in found:
+                found[record.name] = record
+                waiting += [self.maker[path] for path in record.reads if path in self.maker]
+        return found
+
+    def digests(self, paths: Iterable[str]) -> dict[str, str]:
+        """SHA-256 of results as they are now; empty for one that is not there."""
+        paths = [*paths]
+        new = [path for path in paths if path not in self._digests]
+        self._digests |= digests_of_files(self.root, new)
+        return {path: self._digests[path] for path in paths}
+
+    def findings(self, name: str) -> list[Finding]:
+        """What is not as recorded about a job; empty where its results are up to date."""
+        record = self.all.get(name)
+        if record is None:
+            return [Finding(name, "new")]
+        now = self.digests([*record.writes, *record.reads])
+        state = self.states.of(record.rule, record.key)
+        found = [
+            Finding(name, "edited" if now[path] else "missing", path, digest)
+            for path, digest in record.writes.items()
+            if now[path] != digest
+        ]
+        found += [
+            Finding(name, "changed", what, was)
+            for what in dict.fromkeys([*record.state, *state])
+            if (was := record.state.get(what, "")) != state.get(what, "")
+        ]
+        found += [
+            Finding(name, "input", path, digest)
+            for path, digest in record.reads.items()
+            if now[path] != digest or path not in self.maker
+        ]
+        return found
+
+    def findings_of(self, targets: Sequence[str] = ()) -> list[Finding]:
+        """What is not as recorded of the jobs that some results are made by, or all; empty: nothing is to do."""
+        ends = [self.maker.get(name) or self.all.get(name) for name in targets or [LAST]]
+        needed = {name for end in ends if end for name in self.results(end)}
+        # which jobs a result needs that has no record, nobody knows: perhaps all, and one that lost its record
+        maybe = [name for name, one in self.all.items() if one is None or None in ends]
+        needed.update(name for name in maybe if not self.states.on_demand(name))
+        found = [one for name in self.all if name in needed for one in self.findings(name)]
+        return found or [Finding(LAST, "new")] * (None in ends)
+
+    def others(self) -> list[str]:
+        """Files below ``results/`` that no job of this campaign wrote: of before, or a user's own."""
+        found = (self.root / FOLDER).rglob("[!.]*")
+        names = (path.relative_to(self.root).as_posix() for path in found if path.is_file())
+        return sorted(
+            name for name in names if name not in self.maker and not name.startswith(_KEPT)
+        )
+
+    def plan_again(self, findings: Iterable[Finding]) -> None:
+        """Remove the state files of jobs that are not as recorded: with new ones Snakemake plans these jobs."""
+        for name in {one.job for one in findings}:
+            (self.root / STATES / f"{name}.json").unlink(missing_ok=True)

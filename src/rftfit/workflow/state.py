@@ -1,0 +1,265 @@
+"""What the results of a campaign depend on besides the files that a rule reads: code, settings, rows, logs.
+
+Snakemake sees it as one small file a job, ``results/state/RULE/NAME.json``, which is an input of the
+job and is written anew only when it changes.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from functools import cache, cached_property
+from typing import TYPE_CHECKING
+
+from rftfit.campaign.files import BAG
+from rftfit.campaign.load import Campaign, check_campaign
+from rftfit.campaign.problems import CampaignError
+from rftfit.results import FOLDER
+from rftfit.robot import PROFILES
+from rftfit.store import write_text
+from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest
+from rftfit.workflow.stages import ALL, EVERY, FIGURE_RULES, LAST, OWN, STAGES, Stage
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+    from pathlib import Path
+
+    from rftfit.campaign.sheet import Run
+    from rftfit.figures.registry import Declared
+    from rftfit.logs.registry import Origin
+
+STATES = f"{FOLDER}/state"
+_LEFT_OUT = ("row", "note")
+"""Columns of the run sheet: the number of a row, and what nobody computes with."""
+
+_WORD = re.compile(r"\{(\w+)\}")
+
+
+def job_name(rule: str, key: str) -> str:
+    """Name of a job: its rule and, where the rule has a wildcard, its value: the stem of the files it writes."""
+    return f"{rule}/{key}" if key else rule
+
+
+def state_file(name: str) -> str:
+    """Path of the file of a job's state, from the campaign's folder."""
+    return f"{STATES}/{name}.json"
+
+
+def job_of(path: str) -> tuple[str, str]:
+    """Rule and key of a job by the file of its state."""
+    rule, _, key = path.removeprefix(f"{STATES}/").removesuffix(".json").partition("/")
+    return rule, key
+
+
+class States:
+    """States of the jobs of one campaign, as they are now; each log is read once.
+
+    A state is a dict: ``code``, ``settings``, ``rows``, ``logs``, ``robot files`` to a digest.
+    """
+
+    def __init__(self, campaign: Campaign) -> None:
+        self.campaign = campaign
+        self._of: Callable[[str, str], dict[str, str]] = cache(self._find)
+        self._logs: dict[str, str] = {}
+
+    @cached_property
+    def figures(self) -> dict[str, tuple[Declared, str]]:
+        """Figures by their path below ``results/``, each with its medium, where it has one."""
+        # slow to import, and a job of the measurement has no figure
+        from rftfit.figures.registry import figures
+
+        return {
+            one.file(medium): (one, medium)
+            for one in figures()
+            for medium in one.media(self.campaign)
+        }
+
+    def stage(self, rule: str, key: str) -> tuple[Stage, str]:
+        """What a job calls, and with which word: its medium, most often."""
+        if rule in FIGURE_RULES:
+            one, medium = self.figures[f"{FIGURE_RULES[rule]}/{key}"]
+            logs = OWN if one.logs else ""
+            return Stage(
+                one.run, "figures", one.settings, logs=logs, on_demand=one.on_demand
+            ), medium
+        return STAGES[rule], key
+
+    def has(self, rule: str, key: str) -> bool:
+        """Whether the campaign has a job of a rule, as ``workflow/rules`` would plan it."""
+        if rule in FIGURE_RULES:
+            return f"{FIGURE_RULES[rule]}/{key}" in self.figures
+        if rule not in STAGES or (
+            STAGES[rule].robot and rule != LAST and not self.campaign.robot_medium
+        ):
+            return False
+        if STAGES[rule].each == "runs":
+            return key.removeprefix("runs_") in PROFILES
+        return key in (self.campaign.media_with_runs if STAGES[rule].each else ("",))
+
+    def on_demand(self, name: str) -> bool:
+        """Whether a job is one of ``rftfit sweep``, not of ``rftfit run``."""
+        rule, _, key = name.partition("/")
+        return self.stage(rule, key)[0].on_demand
+
+    def of(self, rule: str, key: str) -> dict[str, str]:
+        """State of a job by now."""
+        return self._of(rule, key)
+
+    def _find(self, rule: str, key: str) -> dict[str, str]:
+        stage, word = self.stage(rule, key)
+        medium = word if word in self.campaign.config.media else ""
+        state = {"code": self.code(stage)}
+        if stage.settings:
+            whole = self.campaign.config.model_dump(mode="json")
+            sections = whole if ALL in stage.settings else stage.settings
+            state["settings"] = digest_of({name: whole[name] for name in sections})
+        if stage.rows:
+            state["rows"] = digest_of(medium, rows_of(self.campaign, medium))
+        if stage.logs:
+            logs = self.all_logs if stage.logs == EVERY else self.logs(medium)
+            state["logs"] = digest_of(sorted(logs.items()))
+        if stage.robot and self.campaign.robot_medium:
+            state["robot files"] = digest_of(sorted(self.robot_files.items()))
+        return state
+
+    def input_of(self, rule: str) -> Callable[[Mapping[str, str]], str]:
+        """Input function of a rule: writes the state of a job where it differs, and returns its path."""
+
+        def state(wildcards: Mapping[str, str]) -> str:
+            key = next(iter(dict(wildcards).values()), "")
+            text = json.dumps(self.of(rule, key), indent=1, sort_keys=True) + "\n"
+            name = state_file(job_name(rule, key))
+            path = self.campaign.root / name
+            if not path.is_file() or path.read_text(encoding="utf-8") != text:
+                write_text(path, text)
+            return name
+
+        return state
+
+    def code(self, stage: Stage) -> str:
+        """Digest of the code that a stage uses, dialects of other packages included."""
+        module = stage.run.partition(":")[0].split(".")[1:]
+        code = code_digest(stage.room, f"{'/'.join(module)}.py")
+        if not stage.logs or not self.dialects:
+            return code
+        return digest_of(
+            code,
+            [f"{one.package} {one.version} {plugin_digest(one.module)}" for one in self.dialects],
+        )
+
+    @cached_property
+    def dialects(self) -> list[Origin]:
+        """Dialects of other packages that the logs are read with."""
+        config = self.campaign.config
+        named = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
+        wanted = [name for name in named if name not in (None, "rig")]
+        if not wanted:
+            return []
+        # slow to import, and most campaigns have the rig's own logs
+        from rftfit.logs.registry import origins
+
+        return [*origins(wanted).values()]
+
+    def logs(self, medium: str) -> dict[str, str]:
+        """SHA-256 of the logs of a medium, empty where there is none; of runs of no medium for ``""``."""
+        names = log_names(self.campaign, medium)
+        new = [name for name in names if name not in self._logs]
+        self._logs |= digests_of_files(self.campaign.raw, new)
+        return {name: self._logs[name] for name in names}
+
+    @cached_property
+    def all_logs(self) -> dict[str, str]:
+        """SHA-256 of every log that the campaign names."""
+        media = (*self.campaign.media_with_runs, "")
+        return {name: digest for medium in media for name, digest in self.logs(medium).items()}
+
+    @cached_property
+    def robot_files(self) -> dict[str, str]:
+        """SHA-256 of the robot's own file, sheet and tracks, from the campaign's folder."""
+        return digests_of_files(self.campaign.root, robot_files(self.campaign))
+
+    def filled(self, patterns: Iterable[str], medium: str = "") -> list[str]:
+        """Write out patterns of paths below ``results/``: ``{medium}``, ``{media}``, ``{laboratory}``, ``{sands}``."""
+        campaign = self.campaign
+        names = {
+            "medium": (medium,),
+            "media": campaign.media_with_runs,
+            "laboratory": campaign.of_role("laboratory"),
+            "sands": campaign.of_role("natural_sand"),
+        }
+        found = []
+        for pattern in patterns:
+            word = _WORD.search(pattern)
+            values = names[word[1]] if word else ("",)
+            found += [f"{FOLDER}/{_WORD.sub(value, pattern)}" for value in values]
+        return found
+
+
+def read_states(config: Path) -> tuple[States, int]:
+    """Check a campaign; its states, and how many warnings there are."""
+    campaign, problems = check_campaign(config)
+    if campaign is None:
+        raise CampaignError(problems)
+    return States(campaign), len(problems)
+
+
+def log_names(campaign: Campaign, medium: str) -> list[str]:
+    """Logs that a medium is measured from, relative to the raw folder; some may not exist.
+
+    `medium`: Empty for the runs that belong to none.
+    """
+    runs = campaign.runs_of(medium) if medium else campaign.unclaimed
+    names = {name for run in runs for name in (run.force_log, run.motion_log, run.zero_log)} - {""}
+    contact = campaign.config.rigid_contact
+    if contact is not None and medium:
+        names |= {contact.force_log, contact.motion_log}
+    if names and campaign.config.force_log.calibration is not None:
+        names.add(campaign.config.force_log.calibration)
+    bags = [name.removesuffix(BAG) for name in names if name.endswith(f"/{BAG}")]
+    parts = (bag + path.name for bag in bags for path in (campaign.raw / bag).glob("*.*"))
+    return sorted(names.union(parts))
+
+
+def robot_files(campaign: Campaign) -> list[str]:
+    """The robot's own file, its sheet and its tracks, so far as they exist, from the campaign's folder."""
+    robot = campaign.config.robot
+    if robot is None or not campaign.robot_medium:
+        return []
+    paths = [campaign.root / robot.file] if robot.file else []
+    if robot.runs is not None:
+        from rftfit.workflow.robot import trials_of
+
+        sheet = campaign.raw / robot.runs
+        paths += [sheet, *(sheet.parent / trial.track for trial in trials_of(campaign))]
+    return sorted(
+        {path.resolve().relative_to(campaign.root).as_posix() for path in paths if path.is_file()}
+    )
+
+
+def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
+    """Cells of a medium's rows of the run sheet, or of all; order and numbers of rows do not count."""
+    runs = campaign.runs_of(medium) if medium else campaign.runs
+    # whether they are recordings at all is told beside the whole
+    origin = [] if medium else [[f"re-enacted: {campaign.reenacted}"]]
+    return origin + sorted(
+        [*cells(run).values(), *(str(row) for row in campaign.numbers.get(run.run_id, ()))]
+        for run in runs
+    )
+
+
+def cells(run: Run) -> dict[str, str]:
+    """What counts of a row of the run sheet, as text by column."""
+    return {
+        name: _text(getattr(run, name))
+        for name in run.__dataclass_fields__
+        if name not in _LEFT_OUT
+    }
+
+
+def _text(value: object) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else ""
+    return str(value)

@@ -1,0 +1,79 @@
+"""Jobs on this machine, forked from a process that has imported what they need (``--executor rftfit``).
+
+A job whose record still holds is not done again. Snakemake finds its plug-ins by the name of this package.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import threading
+from concurrent.futures import Future
+from dataclasses import dataclass
+from multiprocessing import connection, get_context
+from pathlib import Path
+from typing import Any
+
+from snakemake.exceptions import WorkflowError
+from snakemake.executors.local import Executor as LocalExecutor
+from snakemake.executors.local import common_settings
+from snakemake_interface_executor_plugins.settings import ExecutorSettingsBase
+
+from rftfit.workflow.job import run_forked
+from rftfit.workflow.records import record_holds
+
+__all__ = ["Executor", "ExecutorSettings", "common_settings"]
+
+_COMMAND = ["python", "-P", "-m", "rftfit"]
+_LOCK = threading.Lock()
+"""Starting a process looks at all others: the end of each is read under the same lock."""
+
+
+@dataclass
+class ExecutorSettings(ExecutorSettingsBase):  # type: ignore[misc]
+    """No settings: Snakemake makes them where this executor is asked for, and imports begin meanwhile."""
+
+    def __post_init__(self) -> None:
+        from multiprocessing import (
+            forkserver,
+        )  # not on Windows, where Snakemake imports this module too
+
+        get_context("forkserver").set_forkserver_preload(["rftfit.workflow.preload"])
+        forkserver.ensure_running()
+
+
+class Executor(LocalExecutor):  # type: ignore[misc]
+    """The local executor, but for the jobs of rftfit."""
+
+    def run_single_job(self, job: Any) -> Future[None]:
+        """Fork a job of rftfit, or skip it; run any other in a shell."""
+        words = shlex.split(job.shellcmd or "")
+        if words[: len(_COMMAND)] != _COMMAND:
+            return super().run_single_job(job)  # type: ignore[no-any-return]
+        outputs = job.output._plainstrings()
+        if not self.dag.reason(job).forced and record_holds(Path(), map(str, job.input), outputs):
+            for path in outputs:
+                os.utime(path)  # made now, so that Snakemake does not ask again
+            self.logger.info("still right", extra={"skipped": job.jobid})
+            done = Future[None]()
+            done.set_result(None)
+            return done
+        self.workflow.async_run(job.prepare())
+        log, folder = str(job.log[0]), str(Path.cwd())
+        forked: Future[None] = self.pool.submit(
+            _fork, words[len(_COMMAND) : words.index("2>")], log, folder
+        )
+        return forked
+
+
+def _fork(words: list[str], log: str, folder: str) -> None:
+    with _LOCK:
+        child = get_context("forkserver").Process(target=run_forked, args=(words, log, folder))
+        child.start()
+    connection.wait([child.sentinel])
+    with _LOCK:
+        child.join()
+    if child.exitcode:
+        command = shlex.join([*_COMMAND, *words])
+        raise WorkflowError(str(subprocess.CalledProcessError(child.exitcode, command)))

@@ -1,0 +1,84 @@
+"""Jobs of the workflow as Snakemake plans them, done in this process."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from snakemake.api import SnakemakeApi
+from snakemake.settings.types import (
+    ConfigSettings,
+    DAGSettings,
+    OutputSettings,
+    Quietness,
+    ResourceSettings,
+)
+
+from rftfit.campaign.load import root_of
+from rftfit.workflow.job import do_job
+from rftfit.workflow.records import record_holds
+from rftfit.workflow.stages import RULES
+from rftfit.workflow.state import read_states
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
+
+
+@dataclass(frozen=True)
+class Job:
+    """One planned job; paths are from the campaign's folder, the file of its state among the inputs."""
+
+    rule: str
+    key: str
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
+
+
+def planned_jobs(config: Path, targets: Sequence[str] = ()) -> list[Job]:
+    """All jobs that some results need, or all results, in an order in which they can be done."""
+    root, before = root_of(config), Path.cwd()
+    environment = dict(os.environ)
+    try:
+        quiet = OutputSettings(quiet={Quietness.ALL})
+        with SnakemakeApi(quiet) as api:
+            given = ConfigSettings(
+                config={"campaign": config.resolve().relative_to(root).as_posix()}
+            )
+            made = api.workflow(ResourceSettings(cores=1), given, snakefile=SNAKEFILE, workdir=root)
+            made.dag(DAGSettings(targets=set(targets), forceall=True))
+            workflow: Any = made._workflow
+            workflow.dag_settings = DAGSettings(targets=set(targets), forceall=True)
+            workflow._prepare_dag(forceall=True, ignore_incomplete=True, lock_warn_only=True)
+            workflow._build_dag()
+            found = [job for level in workflow.dag.toposorted() for job in level]
+    finally:
+        os.chdir(before)
+        os.environ.clear()
+        os.environ.update(environment)
+    return [
+        Job(
+            job.rule.name,
+            next(iter(job.wildcards), ""),
+            tuple(map(str, job.input)),
+            tuple(map(str, job.output)),
+        )
+        for job in found
+        if job.rule.name != "all"
+    ]
+
+
+def run_rules(config: Path, *rules: str, last: str = "") -> int:
+    """Do the jobs of some rules (default: of all up to one) that are out of date; how many were done."""
+    jobs, done = planned_jobs(config), 0
+    if last:
+        jobs = [job for job in jobs if RULES.index(job.rule) <= RULES.index(last)]
+    root, states = root_of(config), read_states(config)[0]
+    for job in jobs:
+        if (not rules or job.rule in rules) and not record_holds(root, job.reads, job.writes):
+            do_job(states, job.reads, job.writes)
+            done += 1
+    return done
