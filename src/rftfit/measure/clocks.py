@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.flags import Refused
+
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
@@ -104,9 +106,10 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
     """
     short, long = sorted((force_spans, motion_spans), key=len)
     if len(short) == 0:
-        raise ValueError(
+        raise Refused(
+            "nothing-to-match",
             f"the arm moves in {len(force_spans)} whole stretches by the force log's sync line and "
-            f"in {len(motion_spans)} by the motion log: nothing to match. Is a log cut short?"
+            f"in {len(motion_spans)} by the motion log: nothing to match. Is a log cut short?",
         )
     fits = []
     for shift in range(len(long) - len(short) + 1):
@@ -115,13 +118,15 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
         fits.append(_fit(pair[0].ravel(), pair[1].ravel()))
     fits.sort(key=lambda fit: fit.residual_s)
     if fits[0].residual_s > max_residual_s:
-        raise ValueError(
+        raise Refused(
+            "clocks-disagree",
             f"force and motion log disagree by {fits[0].residual_s:.3f} s on when the arm moved; "
-            f"allowed: {max_residual_s:g} s. Do the two files belong to one run?"
+            f"allowed: {max_residual_s:g} s. Do the two files belong to one run?",
         )
     if len(fits) > 1 and fits[1].residual_s <= max_residual_s:
-        raise ValueError(
-            "two ways of matching force and motion log fit equally well: no motion differs in length"
+        raise Refused(
+            "clocks-ambiguous",
+            "two ways of matching force and motion log fit equally well: no motion differs in length",
         )
     return fits[0]
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.flags import Refused
 from rftfit.measure.slopes import student_quantile, weighted_sum_variance
 
 if TYPE_CHECKING:
@@ -83,9 +84,10 @@ def find_surface(
         ]
     best = fits[1]
     if best is None:
-        raise ValueError(
+        raise Refused(
+            "few-readings",
             f"surface not found: fewer than {_MIN_BELOW} readings within {window_cm:g} cm below the "
-            f"depth at which the force begins, or {_MIN_AIR} above it"
+            f"depth at which the force begins, or {_MIN_AIR} above it",
         )
     _check_growth(best, window_cm, noise)
     others = [fit.depth_cm for fit in fits if fit is not None]
@@ -96,20 +98,21 @@ def find_surface(
 def _onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float, float]:
     """Depth from which on the force stays above its noise in air, and that noise."""
     if depth.size < _MIN_AIR + _MIN_BELOW:
-        raise ValueError(f"surface not found: {depth.size} readings on the way down")
+        raise Refused("few-readings", f"surface not found: {depth.size} readings on the way down")
     begin = force[: max(_MIN_AIR, depth.size // 10)]
     air = float(np.median(begin))
     trend = np.polyval(np.polyfit(np.arange(begin.size), begin, 1), np.arange(begin.size))
     noise = max(noise_N, 1.483 * float(np.median(np.abs(begin - trend))))
     if force[-1] - air < _RISE_TO_NOISE * noise:
-        raise ValueError(
+        raise Refused(
+            "no-ground",
             f"surface not found: the force grows by {force[-1] - air:.2f} N on the way down, with a "
             f"noise of {noise:.2f} N: the intruder met no ground, or the sign of z (factor) or of the "
-            "force (transducer.axes) is turned"
+            "force (transducer.axes) is turned",
         )
     quiet = np.flatnonzero(force < air + 4 * noise)
     if quiet.size < _MIN_AIR:
-        raise ValueError(_NOT_IN_AIR)
+        raise Refused("not-in-air", _NOT_IN_AIR)
     return float(depth[quiet[-1]]), noise
 
 
@@ -154,25 +157,28 @@ def _check_growth(found: Surface, window_cm: float, noise: float) -> None:
     rise = float(found.fitted.max() - found.air_N)
     below = f"surface not found: below {found.depth_cm:.2f} cm the force"
     if growth <= 0:
-        raise ValueError(f"{below} does not grow at first")
+        raise Refused("no-growth", f"{below} does not grow at first")
     if rise < _RISE_TO_NOISE * noise:
-        raise ValueError(
+        raise Refused(
+            "faint-growth",
             f"{below} grows by {rise:.2f} N within {window_cm:g} cm; needed: {_RISE_TO_NOISE:g} times "
-            f"its noise of {noise:.2f} N"
+            f"its noise of {noise:.2f} N",
         )
     if growth < _T * found.growth_se:
-        raise ValueError(
+        raise Refused(
+            "faint-growth",
             f"{below} grows by {growth:.1f} N/cm with a standard error of {found.growth_se:.1f} "
-            f"N/cm; needed: {_T:g} times its error"
+            f"N/cm; needed: {_T:g} times its error",
         )
     air = found.depth < found.depth_cm
     if np.count_nonzero(air) < _MIN_AIR:
-        raise ValueError(_NOT_IN_AIR)
+        raise Refused("not-in-air", _NOT_IN_AIR)
     in_air = float(np.polyfit(found.depth[air], found.force[air], 1)[0])
     if in_air > _LARGEST_AIR * growth:
-        raise ValueError(
+        raise Refused(
+            "grows-in-air",
             f"surface not found: above {found.depth_cm:.2f} cm the force grows too, by {in_air:.1f} "
-            f"N/cm against {growth:.1f} N/cm below; the log must begin in air"
+            f"N/cm against {growth:.1f} N/cm below; the log must begin in air",
         )
 
 
@@ -217,19 +223,24 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
     standard deviation of one reading.
     """
     if force.size < _MIN_READINGS:
-        raise ValueError(f"{force.size} readings are too few; {_MIN_READINGS} at least")
+        raise Refused(
+            "few-readings", f"{force.size} readings are too few; {_MIN_READINGS} at least"
+        )
     lift = force - float(np.median(force[: max(8, force.size // 20)]))
     peak = int(np.argmax(lift))
     depth, lift = depth[: peak + 1], lift[: peak + 1]
     if lift[-1] < _CONTACT_TO_NOISE * noise_N:
-        raise ValueError(
-            f"the force rises by {lift[-1]:.2f} N only, with a noise of {noise_N:g} N: no contact"
+        raise Refused(
+            "no-contact",
+            f"the force rises by {lift[-1]:.2f} N only, with a noise of {noise_N:g} N: no contact",
         )
     free = np.flatnonzero(lift < 5 * noise_N)
     touching = slice(int(free[-1]) + 1, None) if free.size else slice(0, None)
     depth, lift = depth[touching], lift[touching]
     if lift.size < _MIN_READINGS:
-        raise ValueError(f"{lift.size} readings in contact are too few; {_MIN_READINGS} at least")
+        raise Refused(
+            "few-readings", f"{lift.size} readings in contact are too few; {_MIN_READINGS} at least"
+        )
     edges = np.linspace(0, lift[-1], _LEVELS + 1)
     place = np.clip(np.digitize(lift, edges) - 1, 0, _LEVELS - 1)
     filled = np.unique(place)
