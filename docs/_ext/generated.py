@@ -69,7 +69,18 @@ def outputs() -> str:
             codes = [(str(int(why)), SENTENCES.get(why.code, "may be used")) for why in RowStatus]
             text += "### Codes of `why`\n\n" + _table(("code", "meaning"), codes) + "\n"
     said = [(f"`{code}`", sentence) for code, sentence in SENTENCES.items()]
-    return f"{text}(codes)=\n## Codes of flags and reasons\n\n" + _table(("code", "sentence"), said)
+    text += "(codes)=\n## Codes of flags and reasons\n\n" + _table(("code", "sentence"), said)
+    return f"{text}\nRuns, logs, tracks and fits that were refused: {', '.join(_refusals())}.\n"
+
+
+def _refusals() -> list[str]:
+    """Codes of the errors that end as a reason in a table."""
+    import rftfit
+
+    files = Path(rftfit.__file__).parent.rglob("*.py")
+    source = "".join(path.read_text(encoding="utf-8") for path in sorted(files))
+    call = r"(?:(?:Refused|LogError|TrackError|Remark)\(|quoted\(\w+,)\s*\"([\w-]+)\""
+    return sorted({f"`{code.replace('_', '-')}`" for code in re.findall(call, source)})
 
 
 def _when(condition: str) -> str:

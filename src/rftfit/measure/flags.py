@@ -37,7 +37,8 @@ SENTENCES = {
     "force-log-short": "force log lacks {seconds:.2f} s of the stroke",
     "zero-drifted": "zero drifted by {newtons:.2f} N",
     "motion-log-cut": "the motion log begins or ends within the stroke",
-    "readings-repeated": "{share:.0%} of the samples of the stroke repeat the reading before: the transducer is slower than its logger, and errors come out too small unless transducer.repeats is drop",
+    "readings-repeated": "{share:.0%} of the samples of the stroke repeat the reading before: the transducer is slower than "
+    "its logger, and errors come out too small unless transducer.repeats is drop",
     "stroke-saturated": "transducer saturated in {count} samples of the stroke",
     "no-tare": "no tare subtracted: force on rod and mount is in it",
     "no-force-x": "alpha_x was not measured: the config states a constant for its channel",
@@ -54,7 +55,8 @@ SENTENCES = {
     # flags of a marker track
     "track-gaps": "{gaps}, the longest {seconds:.3g} s",
     "speed-changes": "speed changes along the track from {first:.3g} to {last:.3g} cm/s",
-    "stride-doubled": "{name} moves at {bob:.3g} and {twice:.3g} Hz: if its two halves of a stride differ much, the stride frequency is {bob:.3g} and not {stride:.3g} Hz; frequency_Hz of the sheet decides",
+    "stride-doubled": "{name} moves at {bob:.3g} and {twice:.3g} Hz: if its two halves of a stride differ much, the stride "
+    "frequency is {bob:.3g} and not {stride:.3g} Hz; frequency_Hz of the sheet decides",
     # why a run has no trace, no tare or no alpha
     "excluded": "excluded: {why}",
     "unclaimed": "in-air run that no leg run names as its tare",
@@ -68,9 +70,11 @@ SENTENCES = {
     "window-saturated": "transducer saturated in {count} samples of the window",
     "few-points": "too few points: {found} in the window, {wanted} wanted",
     "zero-depths": "all depths are 0, where a stress has no slope through zero",
-    "short-window": "window too short: it covers {found:.2f} cm of depth, {wanted:.2f} cm wanted ({least}): a slope cannot be told from a constant stress",
+    "short-window": "window too short: it covers {found:.2f} cm of depth, {wanted:.2f} cm wanted ({least}): a slope "
+    "cannot be told from a constant stress",
     "most-samples": "{count} of {size} samples {why}",
-    "most-beyond-wall": "{count} of {size} samples {why}: the path goes from x = {first:.1f} to {last:.1f} cm, allowed are {low:.1f} to {high:.1f} cm from the middle of the container, which arm.middle_x_mm gives",
+    "most-beyond-wall": "{count} of {size} samples {why}: the path goes from x = {first:.1f} to {last:.1f} cm, allowed are "
+    "{low:.1f} to {high:.1f} cm from the middle of the container, which arm.middle_x_mm gives",
     "no-alpha": "no alpha: {why}",
     # why a cell has no alpha
     "no-run": "no run",
@@ -112,11 +116,10 @@ SENTENCES = {
     "doubtful": "doubtful: fails {checks} (results/checks)",
     "accepted": "accepted: fails {check}: {why}",
     # what rows were used for
-    "slope": "slope",
-    "leg-curve": "leg curve",
-    "tare": "tare",
-    "mean-speed": "mean speed",
-    "path": "path",
+    **{
+        code: code.replace("-", " ")
+        for code in ("slope", "leg-curve", "tare", "mean-speed", "path")
+    },
     "zero": "zero of the transducer",
     # why a row is not used: names of `rftfit.measure.ledger.RowStatus`
     "motion-gap": "gap in the motion log",

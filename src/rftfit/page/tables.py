@@ -293,16 +293,12 @@ def sands(results: Results) -> Table:
 
 def _untold(results: Results, name: str) -> list[dict[str, Any]]:
     """Rows of a table, without the reasons that the page says once."""
-    said = {
-        one.name: {"published-media", *codes_of(shared_flags(one.fits)).split()} for one in results
-    }
+    once = {one.name: codes_of(shared_flags(one.fits)).split() for one in results}
     rows = records(results.table(name))
-    return [
-        row | {"reason": ""}
-        if {*row["reason_code"].split()} <= said.get(row["medium"], {*()})
-        else row
-        for row in rows
-    ]
+    for row in rows:
+        if {*row["reason_code"].split()} <= {"published-media", *once.get(row["medium"], ())}:
+            row["reason"] = ""
+    return rows
 
 
 def corrections(results: Results) -> Table:
