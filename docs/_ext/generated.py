@@ -70,7 +70,7 @@ def outputs() -> str:
             text += "### Codes of `why`\n\n" + _table(("code", "meaning"), codes) + "\n"
     said = [(f"`{code}`", sentence) for code, sentence in SENTENCES.items()]
     text += "(codes)=\n## Codes of flags and reasons\n\n" + _table(("code", "sentence"), said)
-    return f"{text}\nRuns, logs, tracks and fits that were refused: {', '.join(_refusals())}.\n"
+    return f"{text}\nLogs, tracks and fits that were refused: {', '.join(_refusals())}.\n"
 
 
 def _refusals() -> list[str]:
@@ -79,7 +79,7 @@ def _refusals() -> list[str]:
 
     files = Path(rftfit.__file__).parent.rglob("*.py")
     source = "".join(path.read_text(encoding="utf-8") for path in sorted(files))
-    call = r"(?:(?:Refused|LogError|TrackError|Remark)\(|quoted\(\w+,)\s*\"([\w-]+)\""
+    call = r"(?:(?:LogError|TrackError|Remark)\(|quoted\(\w+,)\s*\"([\w-]+)\""
     return sorted({f"`{code.replace('_', '-')}`" for code in re.findall(call, source)})
 
 

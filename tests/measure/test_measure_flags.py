@@ -29,8 +29,8 @@ ROWS = remark("cut-rows", count=3, file="a; b.csv", why="cut in mid-row")
 def test_every_code_of_the_source_has_a_sentence() -> None:
     root = Path(rftfit.__file__).parent
     text = "".join(path.read_text(encoding="utf-8") for path in root.rglob("*.py"))
-    used = re.findall(r'\bremark\(\s*"([^"]+)"', text)
-    assert len(used) > 60
+    used = re.findall(r'\b(?:remark|Refused)\(\s*"([^"]+)"', text)
+    assert len(used) > 100
     assert {*used} <= {*SENTENCES}
     with pytest.raises(KeyError):
         remark("no-such-code")

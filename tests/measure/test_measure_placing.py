@@ -151,7 +151,7 @@ def test_a_force_that_never_rises_refuses_the_run(folder: Path) -> None:
     push = make_push(3, stiffness=0.0, medium_N=0.0)
     write(folder, "a", push)
     fits, status = alphas(campaign(folder))
-    assert fits["a"]["reason_code"] == "no-contact"
+    assert fits["a"]["reason_code"] == "no-rise"
     assert status.set_index("run_id").loc["a", "status"] == "refused"
     assert fits["b"]["reason_code"] == ""
 

@@ -298,10 +298,7 @@ def _make_trace(
     start, end = find_stroke(motion, spans, run, config.arm)
     in_stroke = (time >= start) & (time <= end)
     if not in_stroke.any():
-        raise Refused(
-            "no-force-in-stroke",
-            "the force log has no sample during the stroke; do the two logs belong to one run?",
-        )
+        raise Refused("no-force-in-stroke")
     x, z, angle = motion.at(time)
     why = _row_status(config, motion, time, readings.saturated)
     moving = _within(time, spans)
@@ -319,11 +316,7 @@ def _make_trace(
         middle = float(readings.time[in_stroke].mean())
         zero = find_zero(readings.time, readings.force, resting, moving, middle, drift)
     if zero is None:
-        raise Refused(
-            "no-zero",
-            "no zero: the intruder is never at rest in air for half a second; where the zero is "
-            "known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config",
-        )
+        raise Refused("no-zero")
     # no rest shows what moves the zero back and forth between it and the stroke
     zero = replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
     force = readings.force - zero.force
@@ -456,12 +449,7 @@ def find_clock(
     time = readings.time
     if method == "estimate":
         if run.direction != "intrusion" or run.gamma_deg != 90:
-            raise Refused(
-                "no-push-to-match",
-                f"clock.method estimate: found a run in direction {run.direction} along gamma "
-                f"{run.gamma_deg:g} deg; allowed: intrusion straight down, where the force grows with "
-                "depth. Others need a sync line or one clock",
-            )
+            raise Refused("no-push-to-match", direction=run.direction, gamma=run.gamma_deg)
         good, settings = ~readings.saturated, config.clock
         alignment = estimate_clocks(
             time[good], readings.force[0, good], motion.time, -motion.z,
@@ -469,11 +457,7 @@ def find_clock(
         )  # fmt: skip
         return alignment.clock, alignment
     if readings.arm_moving is None:
-        raise Refused(
-            "no-sync-line",
-            "the force log has no column arm_moving; clock.method sync_line needs it, allowed "
-            "without: estimate, same_clock",
-        )
+        raise Refused("no-sync-line")
     seen = moving_spans(time, readings.arm_moving, 0.5)
     seen = whole_spans(seen, float(time[0]), float(time[-1]))
     # the speed is known from the second sample to the last but one; no spans in fewer than three
@@ -495,11 +479,7 @@ def place_surface(
     plate = config.intruders[run.intruder]
     flat = run.kind == "plate" and abs(run.beta_deg) <= _FLAT_DEG
     if run.direction != "intrusion" or plate.shape == "leg" or not flat:
-        raise Refused(
-            "surface-not-stated",
-            "surface.method find works for flat plates pushed down, which meet the surface all at "
-            f"once (beta within {_FLAT_DEG:g} deg of 0); this run needs surface_z_mm",
-        )
+        raise Refused("surface-not-stated", most=_FLAT_DEG)
     time, depth, lift = _common(motion, time, lift)
     window, noise = config.surface.window_cm, config.transducer.precision_N
     toe = plate.thickness_cm / 2
@@ -509,11 +489,7 @@ def place_surface(
         speed = float(np.abs(np.gradient(depth, time))[near].mean())
         surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
     if surface.se_cm > config.surface.max_se_cm:
-        raise Refused(
-            "surface-uncertain",
-            f"surface not found well enough: its standard error is {surface.se_cm:.2f} cm; allowed: "
-            f"{config.surface.max_se_cm:g} cm",
-        )
+        raise Refused("surface-uncertain", se=surface.se_cm, most=config.surface.max_se_cm)
     return replace(motion, z=motion.z + surface.depth_cm), surface
 
 

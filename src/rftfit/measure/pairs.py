@@ -40,11 +40,9 @@ TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 360
 def factor(table: dict[str, float], found: str, declared: str, what: str) -> float:
     """Return the factor to N, cm, rad or s, if log and config agree on the unit of a quantity `what`."""
     if found != declared:
-        raise Refused(
-            "other-unit", f"{what} in {found or 'no unit'}, but the config says {declared}"
-        )
+        raise Refused("other-unit", quantity=what, found=found or "no unit", declared=declared)
     if found not in table:
-        raise Refused("unknown-unit", f"{what} in {found}; allowed: {', '.join(table)}")
+        raise Refused("unknown-unit", quantity=what, found=found, allowed=", ".join(table))
     return table[found]
 
 

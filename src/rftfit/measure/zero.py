@@ -94,10 +94,7 @@ def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Ze
     `force`: shape (2, n), N. Since then the zero may have drifted, for `age_min` at most.
     """
     if force.shape[1] < _FEWEST:
-        raise Refused(
-            "few-readings",
-            f"the zero log has {force.shape[1]} readings; at least {_FEWEST} are needed",
-        )
+        raise Refused("short-zero-log", found=force.shape[1], wanted=_FEWEST)
     mean, variance, dof = _mean(force)
     unseen = (drift_N_per_min * age_min) ** 2 / 3
     return Zero(mean[:, None], variance + unseen, dof, math.nan)
