@@ -234,49 +234,38 @@ def test_motion_log_cut_short_is_flagged(room: Room) -> None:
     assert results.fates(FORCE)["dropped", "no-motion"] > 300
 
 
-def test_logs_of_two_runs_mixed_up(room: Room) -> None:
-    room.add(RUN, OTHER)
-    room.logs[FORCE] = room.logs[f"poppy_LP/{OTHER}_force.csv"]
+MOTION = f"poppy_LP/{RUN}_motion.csv"
+ROD = f"{RUN}_rod"
+
+
+@pytest.mark.parametrize(
+    ("cells", "logs", "code"),
+    [
+        ({}, {FORCE: f"poppy_LP/{OTHER}_force.csv"}, "clocks-disagree"),
+        ({RUN: {"force_log": MOTION, "motion_log": FORCE}}, {}, "wrong-kind"),
+        (
+            {RUN: {"direction": "extraction"}, ROD: {"direction": "extraction"}},
+            {},
+            "other-direction",
+        ),
+        ({LEVEL: {"depth_cm": "7.62"}, f"{LEVEL}_rod": {"depth_cm": "7.62"}}, {}, "other-depth"),
+        ({}, {FORCE: "", MOTION: ""}, "missing"),
+        ({RUN: {"tare_run": ""}}, {}, "tare-missing tare-not-named"),
+        ({ROD: {"excluded": "yes", "reason": "bent"}}, {}, "tare-missing tare-unusable excluded"),
+    ],
+)
+def test_sheet_and_logs_that_do_not_belong_together(
+    room: Room, cells: dict[str, dict[str, str]], logs: dict[str, str], code: str
+) -> None:
+    run = LEVEL if LEVEL in cells else RUN
+    room.add(run, OTHER)
+    for name, changed in cells.items():
+        room.set(name, **changed)
+    room.logs |= {name: room.logs.get(other) for name, other in logs.items()}
     results = room.chain()
     results.check_ledger(room.counted)
-    fit = results.fit(RUN)
-    assert fit["reason_code"] == "clocks-disagree"
-    assert no_number(fit)
-
-
-def test_force_and_motion_swapped(room: Room) -> None:
-    room.add(RUN)
-    force, motion = FORCE, f"poppy_LP/{RUN}_motion.csv"
-    room.set(RUN, force_log=motion, motion_log=force)
-    results = room.chain()
-    results.check_ledger(room.counted)
-    assert results.fit(RUN)["reason_code"] == "wrong-kind"
-
-
-def test_direction_of_the_sheet_must_be_the_arms(room: Room) -> None:
-    room.add(RUN)
-    for name in (RUN, f"{RUN}_rod"):
-        room.set(name, direction="extraction")
-    results = room.chain()
-    results.check_ledger(room.counted)
-    fit = results.fit(RUN)
-    assert fit["reason_code"] == "other-direction"
-
-
-def test_depth_of_the_sheet_must_be_the_arms(room: Room) -> None:
-    room.add(LEVEL)
-    for name in (LEVEL, f"{LEVEL}_rod"):
-        room.set(name, depth_cm="7.62")
-    results = room.chain()
-    assert results.fit(LEVEL)["reason_code"] == "other-depth"
-
-
-def test_two_faults_at_once_are_both_told(room: Room) -> None:
-    room.add(RUN, **{RUN: ("empty",)})
-    room.logs[f"poppy_LP/{RUN}_motion.csv"] = None
-    results = room.chain()
-    results.check_ledger(room.counted)
-    assert results.fit(RUN)["reason_code"] == "empty missing"
+    assert results.fit(run)["reason_code"] == code
+    assert no_number(results.fit(run))
 
 
 def test_two_faults_in_one_log(room: Room) -> None:
@@ -316,12 +305,11 @@ def test_no_number_rests_on_a_sentence(room: Room, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("rftfit.measure.flags.sentence", lambda one: one.code)
     coded = room.chain()
     for name in ("runs", "tares", "fits", "alpha", "curves", "book"):
-        before, after = (getattr(one, name) for one in (said, coded))
-        kept = before.columns.difference(words)
-        order = list(kept) if name == "book" else []
-        tables = (one[kept].sort_values(order) if order else one[kept] for one in (before, after))
-        first, second = (one.reset_index(drop=True) for one in tables)
-        pd.testing.assert_frame_equal(first, second)
+        tables = (getattr(one, name) for one in (said, coded))
+        kept = (one[one.columns.difference(words)] for one in tables)
+        pd.testing.assert_frame_equal(
+            *(one.sort_values([*one]).reset_index(drop=True) for one in kept)
+        )
     assert coded.fit(RUN)["flags"] == "; ".join(coded.fit(RUN)["flag_codes"].split())
 
 
@@ -336,22 +324,6 @@ def test_excluded_run(room: Room) -> None:
     assert no_number(fit)
     assert results.cell(30, 45)["reason"] == f"{RUN}: excluded: bed was not level"
     assert {fate for fate, _ in results.fates(FORCE)} == {"dropped"}
-
-
-def test_excluded_tare(room: Room) -> None:
-    room.add(RUN)
-    room.set(f"{RUN}_rod", excluded="yes", reason="rod was bent")
-    fit = room.chain().fit(RUN)
-    assert fit["reason"] == f"no tare: {RUN}_rod cannot be used: excluded: rod was bent"
-
-
-def test_run_without_a_tare(room: Room) -> None:
-    room.add(RUN)
-    room.set(RUN, tare_run="")
-    results = room.chain()
-    results.check_ledger(room.counted)
-    assert results.fit(RUN)["reason_code"] == "tare-missing tare-not-named"
-    assert no_number(results.fit(RUN))
 
 
 def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room: Room) -> None:
