@@ -28,6 +28,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 def outputs() -> str:
     """Every file that a run writes, with every column."""
+    from rftfit.measure.flags import SENTENCES
     from rftfit.measure.ledger import RowStatus
     from rftfit.outputs.dictionary import PARTS
     from rftfit.outputs.dictionary import outputs as described
@@ -65,9 +66,21 @@ def outputs() -> str:
         if others:
             text += "### Files without columns\n\n" + _table(("file", "what it is"), others) + "\n"
         if part == "measure":
-            codes = [(str(int(why)), why.text or "may be used") for why in RowStatus]
+            codes = [(str(int(why)), SENTENCES.get(why.code, "may be used")) for why in RowStatus]
             text += "### Codes of `why`\n\n" + _table(("code", "meaning"), codes) + "\n"
-    return text
+    said = [(f"`{code}`", sentence) for code, sentence in SENTENCES.items()]
+    text += "(codes)=\n## Codes of flags and reasons\n\n" + _table(("code", "sentence"), said)
+    return f"{text}\nLogs, tracks and fits that were refused: {', '.join(_refusals())}.\n"
+
+
+def _refusals() -> list[str]:
+    """Codes of the errors that end as a reason in a table."""
+    import rftfit
+
+    files = Path(rftfit.__file__).parent.rglob("*.py")
+    source = "".join(path.read_text(encoding="utf-8") for path in sorted(files))
+    call = r"(?:(?:LogError|TrackError|Remark)\(|quoted\(\w+,)\s*\"([\w-]+)\""
+    return sorted({f"`{code.replace('_', '-')}`" for code in re.findall(call, source)})
 
 
 def _when(condition: str) -> str:

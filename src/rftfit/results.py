@@ -13,8 +13,9 @@ import numpy as np
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-from rftfit.measure.alpha import NO_PUSH, QUANTITIES, cell_at, column, window_of
+from rftfit.measure.alpha import QUANTITIES, cell_at, column, window_of
 from rftfit.measure.checks import marks_of
+from rftfit.measure.flags import Remark, remark, with_reasons
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import (
@@ -202,7 +203,7 @@ class Results(Tables):
         return self.joined("checks/{medium}.csv")
 
     @cached_property
-    def marks(self) -> dict[str, str]:
+    def marks(self) -> dict[str, list[Remark]]:
         """What stands wherever a medium appears that fails a check, by medium."""
         # a campaign that was not run yet has none
         there = all(self.has(f"checks/{medium}.csv") for medium in self.media)
@@ -211,14 +212,12 @@ class Results(Tables):
     @property
     def titles(self) -> dict[str, str]:
         """Titles of the media, marked where one fails a check."""
-        marks = {medium: f" ({mark.partition(':')[0]})" for medium, mark in self.marks.items()}
+        marks = {medium: f" ({marks[0].code})" for medium, marks in self.marks.items()}
         return {name: title + marks.get(name, "") for name, title in self.campaign.titles.items()}
 
     def marked(self, table: pd.DataFrame) -> pd.DataFrame:
-        """Add the mark of its medium to the reason of each row of a table."""
-        marks = [self.marks.get(medium, "") for medium in table["medium"]]
-        both = zip(table["reason"].fillna(""), marks, strict=True)
-        return table.assign(reason=["; ".join(filter(None, pair)) for pair in both])
+        """Add the marks of its medium to the reason of each row of a table."""
+        return with_reasons(table, (self.marks.get(medium, ()) for medium in table["medium"]))
 
     def joined(self, pattern: str, media: tuple[str, ...] | None = None) -> pd.DataFrame:
         """Join the tables of several media.
@@ -468,7 +467,7 @@ class Medium:
         table = self.alpha
         cell = cell_at(table, 0, 90)
         if cell is None:
-            raise InputError(f"{self.name}: {NO_PUSH}")
+            raise InputError(f"{self.name}: {remark('no-push')}")
         level = self.results.config.fit.confidence
         alpha, se = alpha_of_test(cell, level)
         try:

@@ -39,13 +39,13 @@ rule ledger:
     output: "results/ledger.csv"
     log: "results/logs/ledger.log"
     shell:
-        "(echo run_id,kind,fate,reason,rows > {output}; echo p1,plate,used,slope,3 >> {output}; "
+        "(echo run_id,kind,fate,reason_code,rows > {output}; echo p1,plate,used,slope,3 >> {output}; "
         "echo p1,plate,dropped,approach,2 >> {output}; echo p2,plate,used,path,1 >> {output}; "
         "echo p2,plate,dropped,bad,3 >> {output}; echo p2,plate,lost,packets,8 >> {output}; "
         "if [ 'ledger' = '{BAD}' ]; then "
         "echo 'rftfit ledger: does not add up' >&2; exit 1; fi) 2> {log}"
 """
-HEAD = "run_id,kind,fate,reason,rows\n"
+HEAD = "run_id,kind,fate,reason_code,rows\n"
 SLOW = """
 rule all:
     output: "results/slow.txt"

@@ -288,7 +288,7 @@ def robot_inside(
     profile, draws = robot_draws(table, config)
     found = speeds_of(coarser(paper_robot()), [profile], conditions, 1)[0]
     widths = speed_widths(paper_robot(), profile, draws, conditions, LEVEL, 1)
-    assert not any(width.reason for width in widths), widths
+    assert not any(width.why for width in widths), widths
     half = np.array([width.half for width in widths])
     truth = np.array([true_speed(own.medium, condition) for condition in conditions])
     return {"robot speed": within(found - half, truth, found + half)}
@@ -299,7 +299,7 @@ def best_inside(table: pd.DataFrame, own: MediumFit, config: Config) -> Inside:
     profile, draws = robot_draws(table, config, BEST_DRAWS)
     found = np.array([optimum(coarser(paper_robot()), profile, 1)[0]])
     width = best_width(paper_robot(), profile, draws, LEVEL, 1)
-    assert not width.reason, width
+    assert not width.why, width
     truth = np.array([true_best(own.medium)])
     return {"best curvature": within(found - width.half, truth, found + width.half)}
 

@@ -24,7 +24,8 @@ from rftfit.lab.plan import Run, Segment
 from rftfit.lab.truth import rod_law
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import surface_error
-from rftfit.measure.fits import NOT_LINEAR, curved
+from rftfit.measure.fits import curved
+from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.slopes import Slope, fit_slope, unfinished_start, zero_intercept
 from rftfit.measure.zero import find_zero
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
@@ -284,10 +285,11 @@ class Ensemble:
                 p, ratio, alpha = (own[COLUMNS[name].format(c)]
                                    for name in ("nonlinear_p", "nonlinear_ratio", "alpha"))  # fmt: skip
                 bent.append(curved(p, ratio, alpha, deepest, PRECISION_N / AREA_CM2))
-            flags = ["; ".join(f"alpha_{c} {NOT_LINEAR}" for c, one in zip("zx", pair, strict=True) if one)
+            flags = [flag_columns([remark("not-linear", component=c, percent=100.0)
+                                   for c, one in zip("zx", pair, strict=True) if one])
                      for pair in zip(*bent, strict=True)]  # fmt: skip
             offset = {"offset_cm": own["offset_z"], "offset_se_cm": own["offset_se_z"]}
-            yield fixed.assign(flags=flags, **own, **offset)
+            yield fixed.assign(**own, **offset).join(pd.DataFrame(flags, index=fixed.index))
 
     def tables(
         self,

@@ -12,6 +12,7 @@ import yaml
 from rftfit import reference
 from rftfit.campaign.load import Campaign
 from rftfit.measure.errors import NOISE, SOURCES
+from rftfit.measure.flags import FLAGS, MARKS
 from rftfit.results import Results
 from rftfit.store import write_csv
 
@@ -48,8 +49,12 @@ def alpha_frame(medium: str, values: tuple[np.ndarray, np.ndarray]) -> pd.DataFr
     columns |= {"depth_from_cm": 1.0, "depth_to_cm": 9.0, "tare_runs": ""}
     columns |= {"n_runs": np.where(empty, 0, 1), "run_ids": ""}
     columns |= {f"run_to_run_{c}_N_per_cm3": np.nan for c in "zx"}
-    columns |= {"spread": "one bed as prepared", "flags": "", "checks": ""}
-    return pd.DataFrame(columns | {"reason": np.where(empty, "no run", "")})
+    columns |= {"spread": "one bed as prepared", **dict.fromkeys((*FLAGS, *MARKS), "")}
+    columns |= {
+        "reason": np.where(empty, "no run", ""),
+        "reason_code": np.where(empty, "no-run", ""),
+    }
+    return pd.DataFrame(columns)
 
 
 def one_cell(alpha_z: float) -> tuple[np.ndarray, np.ndarray]:

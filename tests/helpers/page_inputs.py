@@ -34,6 +34,7 @@ from rftfit.compare.published import (
 from rftfit.compare.robot import optima
 from rftfit.compare.sensitivity import leg_sensitivity
 from rftfit.measure.alpha import both, column, directions
+from rftfit.measure.flags import flag_columns, remark
 from rftfit.model.fourier import TERMS, fit_lsq
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline
@@ -160,15 +161,15 @@ def paper_tables() -> dict[str, pd.DataFrame]:
         force_z_N=0.9 * legs["force_z_N"],
         force_x_N=0.8 * legs["force_x_N"],
         run_id=legs["leg"],
-        flags="",
+        flag_codes="",
     )
     found |= {f"legs/{m}": legs[legs["medium"] == m] for m in profiles}
     rows = [_penetration("lsq", m, measured[m], zeta[m], chi[m]) for m in fits]
     rows.append(_penetration("scaling routine (lsq)", "yuma", SAND_ALPHA, sand.zeta, sand.chi))
-    flags = ["zero drifted by 0.30 N", "gap of 1.51 s in the force log"]
+    flags = [remark("zero-drifted", newtons=0.3), remark("gap", seconds=1.51)]
     return found | {
         "alpha/yuma": _one_test("yuma"),
-        "runs/poppy_LP": pd.DataFrame({"run_id": ["p1", "p2"], "flags": flags}),
+        "runs/poppy_LP": pd.DataFrame([{"run_id": f"p{i}"} | flag_columns([one]) for i, one in enumerate(flags, 1)]),
         "coefficients": pd.concat(
             [_coefficients(m, own) for m, own in {**fits, "generic": m0}.items()]
         ),
@@ -322,15 +323,17 @@ def _reproduction(why: str) -> pd.DataFrame:
 
 
 def _ledger(reason: str) -> pd.DataFrame:
-    columns = ["run_id", "medium", "kind", "file", "fate", "reason", "rows"]
+    columns = ["run_id", "medium", "kind", "file", "fate", "reason_code", "rows"]
     rows: list[list[object]] = [
         ["air", "", "leg_air", "a.csv", "used", "tare", 100],
         ["p1", "poppy_LP", "plate", "p1.csv", "used", "slope", 400],
         ["p1", "poppy_LP", "plate", "p1.csv", "dropped", "approach", 60],
         ["p1_rod", "poppy_LP", "rod", "p1_rod.csv", "used", "tare", 500],
-        ["p2", "poppy_LP", "plate", "p2.csv", "used", "zero of the transducer", 90],
+        ["p2", "poppy_LP", "plate", "p2.csv", "used", "zero", 90],
         ["p2", "poppy_LP", "plate", "p2.csv", "dropped", "approach", 60],
-        ["p2", "poppy_LP", "plate", "p2.csv", "dropped", reason, 300],
+        ["p2", "poppy_LP", "plate", "p2.csv", "dropped", "no-alpha window-saturated", 300],
         ["y1", "yuma", "plate", "y1.csv", "used", "slope", 200],
     ]
-    return pd.DataFrame(rows, columns=columns)
+    table = pd.DataFrame(rows, columns=columns)
+    words = table["reason_code"].mask(table["fate"] == "dropped", reason)
+    return table.assign(reason=words.mask(table["reason_code"] == "approach", "approach"))

@@ -158,7 +158,9 @@ class Results:
 
     def fates(self, file: str) -> dict[tuple[str, str], int]:
         rows = self.book[self.book["file"] == file]
-        return dict(zip(zip(rows["fate"], rows["reason"], strict=True), rows["rows"], strict=True))
+        return dict(
+            zip(zip(rows["fate"], rows["reason_code"], strict=True), rows["rows"], strict=True)
+        )
 
     def check_ledger(self, counted: dict[str, int], one_file: Iterable[str] = ()) -> None:
         """Every line of every file is in the ledger, once; `one_file`: runs with a single log."""

@@ -11,23 +11,27 @@ from paper_grid import PAPER, grid
 
 from rftfit.campaign.config import Errors, Grid
 from rftfit.measure.alpha import alpha_table, column, flagged, window_of
-from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.measure.flags import Remark, about, flag_columns, flags_of, remark
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
 Z95 = 1.959963985
 
 
+GAP, DRIFT = remark("gap", seconds=2.0), remark("zero-drifted", newtons=0.3)
+BENT = remark("not-linear", component="z", percent=12.0)
+
+
 def run(
     name: str, beta: float, gamma: float, z: float, x: float = 0.0, se: float = 0.001,
-    depth: float = 5.0, dof: float = BIG, **cells: str,
+    depth: float = 5.0, dof: float = BIG, flags: tuple[Remark, ...] = (), **cells: str,
 ) -> dict[str, object]:  # fmt: skip
     return {
         "run_id": name, "beta_deg": beta, "gamma_deg": gamma,
         "depth_from_cm": depth, "depth_to_cm": depth,
         "alpha_z_N_per_cm3": z, "alpha_z_se_N_per_cm3": se, "alpha_z_dof": dof,
         "alpha_x_N_per_cm3": x, "alpha_x_se_N_per_cm3": 2 * se, "alpha_x_dof": dof,
-        "flags": "", "reason": "", **cells,
+        "reason": "", "reason_code": "", **flag_columns(flags), **cells,
     }  # fmt: skip
 
 
@@ -106,21 +110,16 @@ def test_repeats_that_scatter_widen_the_interval() -> None:
 def test_a_bad_run_does_not_spoil_its_repeat() -> None:
     found = table(
         run("a", 0, 90, 0.3),
-        run("b", 0, 90, math.nan, math.nan, reason="transducer saturated"),
-        run("c", 30, 90, math.nan, math.nan, reason="log missing"),
+        run("b", 0, 90, math.nan, math.nan, reason="spoilt", reason_code="window-saturated"),
+        run("c", 30, 90, math.nan, math.nan, reason="gone", reason_code="missing"),
     )
     here = cell(found, 0, 90)
     assert (here["n_runs"], here["run_ids"]) == (1, "a")
     assert here[column("z")] == pytest.approx(0.3)
-    assert here["reason"] == "b: transducer saturated"
+    assert (here["reason"], here["reason_code"]) == ("b: spoilt", "window-saturated")
     lost = cell(found, 30, 90)
     assert math.isnan(lost[column("z")])
-    assert (lost["n_runs"], lost["reason"]) == (0, "c: log missing")
-
-
-def test_flags_are_handed_on() -> None:
-    here = cell(table(run("a", 0, 90, 0.3, flags="gap of 2 s")), 0, 90)
-    assert here["flags"] == "a: gap of 2 s"
+    assert (lost["n_runs"], lost["reason_code"]) == (0, "missing")
 
 
 def horizontal(*depths: float, slope: float = 0.1, lift: float = 0.0) -> pd.DataFrame:
@@ -143,14 +142,14 @@ def test_horizontal_fit_through_three_depths() -> None:
 def test_horizontal_with_a_depth_missing_is_flagged() -> None:
     here = cell(horizontal(2.54, 7.62), 60, 0)
     assert here[column("z")] == pytest.approx(0.1)
-    assert here["flags"] == "2 of 3 depths"
+    assert here["flag_codes"] == "few-depths"
 
 
 def test_horizontal_with_one_depth_gives_no_number() -> None:
     here = cell(horizontal(5.08), 60, 0)
     assert math.isnan(here[column("z")])
     assert math.isnan(here[column("x", "_hi")])
-    assert here["reason"] == "only 1 of 3 depths"
+    assert here["reason_code"] == "too-few-depths"
 
 
 def test_horizontal_repeats_of_one_depth_are_still_one_depth() -> None:
@@ -248,10 +247,10 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal: float) -> No
     near = [run(n, 60, 0, 0.1, depth=nominal + off) for n, off in (("a", -0.02), ("b", 0.02))]
     here = cell(table(*near), 60, 0)
     assert math.isnan(here[column("z")])
-    assert here["reason"] == "only 1 of 3 depths"
+    assert here["reason_code"] == "too-few-depths"
     here = cell(table(*near, run("c", 60, 0, 0.1, depth=2 * nominal)), 60, 0)
     assert here[column("z")] == pytest.approx(0.1)
-    assert here["flags"] == "2 of 3 depths"
+    assert here["flag_codes"] == "few-depths"
     repeats = [
         {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
         for beta in (-60, -30, 0, 30, 60, 90)
@@ -262,19 +261,20 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal: float) -> No
 
 def test_depths_apart_by_more_than_a_millimetre_are_two() -> None:
     here = cell(horizontal(2.0, 2.15), 60, 0)
-    assert here["flags"] == "2 of 3 depths"
+    assert here["flag_codes"] == "few-depths"
 
 
 def test_what_several_runs_have_to_tell_is_told_in_turn() -> None:
     no = math.nan
     here = cell(
         table(
-            run("a", 0, 90, 0.3, flags="gap of 2 s"), run("b", 0, 90, 0.3, flags="drift"),
-            run("c", 0, 90, no, no, reason="log missing"), run("d", 0, 90, no, no, reason="no zero"),
+            run("a", 0, 90, 0.3, flags=(GAP, DRIFT)), run("b", 0, 90, 0.3, flags=(DRIFT,)),
+            run("c", 0, 90, no, no, reason="gone"), run("d", 0, 90, no, no, reason="no zero"),
         ), 0, 90,
     )  # fmt: skip
-    assert here["flags"] == "a: gap of 2 s; b: drift"
-    assert here["reason"] == "c: log missing; d: no zero"
+    assert here["flags"] == f"a: {GAP}, {DRIFT}; b: {DRIFT}"
+    assert here["flag_codes"] == "gap zero-drifted zero-drifted"
+    assert here["reason"] == "c: gone; d: no zero"
 
 
 def test_plates_held_otherwise_are_no_repeats() -> None:
@@ -282,22 +282,22 @@ def test_plates_held_otherwise_are_no_repeats() -> None:
 
 
 def test_repeats_with_different_plates_say_so() -> None:
-    flags = {k: f"disc_{k}, one of 3 plates in this medium" for k in (60, 80, 100)}
-    runs = [run(f"p{k}", 0, 90, 0.3, flags=flags[k]) for k in flags]
-    here = cell(table(*runs), 0, 90)
-    words = (
-        "repeats are of different plates: disc_60, disc_80, disc_100 (alpha may depend on the size)"
+    names = ("disc_60", "disc_80", "disc_100")
+    flags = [remark("several-plates", plate=name, count=3) for name in names]
+    runs = [run(one.values["plate"], 0, 90, 0.3, flags=(one,)) for one in flags]
+    assert flags_of({**cell(table(*runs), 0, 90)}) == (
+        remark("pooled-plates", plates=", ".join(names)),
     )
-    assert here["flags"] == words
-    apart = table(*runs[:2], run("q", 30, 90, 0.2, flags=f"{flags[100]}; zero drifted by 0.30 N"))
-    assert cell(apart, 30, 90)["flags"] == f"q: zero drifted by 0.30 N; {flags[100]}"
+    apart = table(*runs[:2], run("q", 30, 90, 0.2, flags=(flags[2], DRIFT)))
+    assert flags_of({**cell(apart, 30, 90)}) == (*about("q", [DRIFT]), flags[2])
 
 
 def test_a_missing_tare_stands_once_in_a_cell() -> None:
-    runs = [run(name, 0, 90, 0.3, flags=NO_TARE_FLAG) for name in "abc"]
-    assert cell(table(*runs), 0, 90)["flags"] == NO_TARE_FLAG
+    bare = remark("no-tare")
+    runs = [run(name, 0, 90, 0.3, flags=(bare,)) for name in "abc"]
+    assert flags_of({**cell(table(*runs), 0, 90)}) == (bare,)
     tared = run("d", 0, 90, 0.3)
-    assert cell(table(runs[0], tared), 0, 90)["flags"] == f"a: {NO_TARE_FLAG}"
+    assert flags_of({**cell(table(runs[0], tared), 0, 90)}) == (*about("a", [bare]),)
 
 
 def test_a_cell_says_that_its_interval_is_from_its_own_repeats() -> None:
@@ -357,16 +357,16 @@ def test_a_tare_that_repeats_share_does_not_make_them_differ() -> None:
 def test_two_planned_depths_of_which_one_is_there_give_no_number() -> None:
     here = cell(table(run("a", 60, 0, 0.1, depth=5.08), depths=2), 60, 0)
     assert math.isnan(here[column("z")])
-    assert here["reason"] == "only 1 of 2 depths"
+    assert here["reason_code"] == "too-few-depths"
 
 
 def test_flags_and_depths_of_a_table() -> None:
     found = table(
-        run("a", 0, 90, 0.3, depth=2.0, flags="not linear"),
+        run("a", 0, 90, 0.3, depth=2.0, flags=(BENT,)),
         run("b", 30, 90, 0.2, depth=4.0),
         run("c", 60, 0, 0.1, depth=2.5),
         run("d", 60, 0, 0.1, depth=7.5),
-        run("e", 60, 45, math.nan, math.nan, flags="not linear", reason="log missing"),
+        run("e", 60, 45, math.nan, math.nan, flags=(BENT,), reason="log missing"),
     )
     place = list(zip(found["beta_deg"], found["gamma_deg"].round(), found["n_runs"], strict=True))
     assert [place[i] for i in np.flatnonzero(flagged(found))] == [(0, 90, 1), (60, 0, 2)]

@@ -18,7 +18,6 @@ from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 from rftfit.measure.checks import (
     COLUMNS,
-    GIVES_BACK,
     NOT_CHECKED,
     Check,
     check_axes,
@@ -33,8 +32,8 @@ from rftfit.measure.checks import (
     same_readings,
     usable,
 )
+from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.results import open_results
 
 if TYPE_CHECKING:
@@ -87,7 +86,7 @@ def test_a_single_run_that_gives_energy_back_is_flagged() -> None:
     assert not axes(table)["work"].runs
     table.loc[at, ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
     work = axes(table)["work"]
-    assert (work.verdict, work.runs) == ("passed", ((f"run{at}", GIVES_BACK),))
+    assert (work.verdict, work.runs) == ("passed", (remark("gives-back", run_id=f"run{at}"),))
     table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
     assert (axes(table)["work"].verdict, axes(table)["work"].runs) == ("failed", ())
 
@@ -386,7 +385,7 @@ def test_runs_of_several_cells_that_give_energy_back_are_each_flagged() -> None:
         (60, 0, 0, -0.1, 0.001, 0.001),
     ]
     table = few_cells(rows, run_ids=["a", "b c", "d"])
-    assert axes(table)["work"].runs == tuple((run, GIVES_BACK) for run in "bcd")
+    assert axes(table)["work"].runs == tuple(remark("gives-back", run_id=run) for run in "bcd")
 
 
 def test_a_cell_without_alpha_is_left_out_whole() -> None:
@@ -563,14 +562,17 @@ def test_a_dead_channel_shows_in_three_logs_or_in_all(dead: int, fine: int, verd
         assert found.sentence == (
             f"F3, along z, is constant in {dead} of {dead + fine} logs: look at its cable and its column."
         )
-        assert found.runs == tuple((f"r{n}", "channel F3 does not move") for n in range(dead))
+        assert found.runs == tuple(
+            remark("channel-still", run_id=f"r{n}", channel="F3") for n in range(dead)
+        )
 
 
 def test_runs_of_each_dead_channel_are_told() -> None:
     dead_x = {"F1": (0.0, 0.0, 1.0, 0.0)}
     found = channels_of(*[({}, dead_x)] * 3, *[({}, DEAD_Z)] * 3)
-    told = [f"channel {name} does not move" for name in ("F1", "F3") for _ in range(3)]
-    assert found.runs == tuple((f"r{n}", one) for n, one in enumerate(told))
+    told = [one.values["channel"] for one in found.runs if one.code == "channel-still"]
+    assert told == ["F1"] * 3 + ["F3"] * 3
+    assert [one.run_id for one in found.runs] == [f"r{n}" for n in range(6)]
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.499, "passed"), (0.5, "failed")])
@@ -650,7 +652,9 @@ def test_a_channel_that_ends_below_its_range(
             f"F1, along x, stops at {held:g} N in 3 of 4 logs, below its range: look at the range of "
             "amplifier and logger"
         )
-        assert found.runs == tuple((f"r{n}", f"channel F1 stops at {held:g} N") for n in range(3))
+        assert found.runs == tuple(
+            remark("channel-clipped", run_id=f"r{n}", channel="F1", newtons=held) for n in range(3)
+        )
 
 
 def test_ends_in_common_are_one_reading() -> None:
@@ -684,7 +688,8 @@ def test_copies_are_listed_with_what_they_are_copies_of() -> None:
     assert check_logs(runs("a", "b", "c", "d"), logs) == Check(
         "same_logs", "failed", told, "each log once",
         f"Copies of a log are no repeats ({told}): look at force_log of these runs, and leave out the copies.",
-        (("b", "same readings as c, d"), ("c", "same readings as b, d"), ("d", "same readings as b, c")),
+        tuple(remark("same-readings", run_id=run, runs=others)
+              for run, others in (("b", "c, d"), ("c", "b, d"), ("d", "b, c"))),
     )  # fmt: skip
     assert check_logs(runs("a"), {}) == Check(
         "same_logs", "passed", "no log is there twice", "each log once"
@@ -824,7 +829,7 @@ def test_which_strokes_tell_where_stress_begins() -> None:
     assert check_surface(settings(), "m", {"fits": strokes(0.3)["fits"][12:]}) == few
     clear = strokes(0.3, ways=("intrusion",))["fits"].assign(alpha_z_se_N_per_cm3=0.13)
     assert check_surface(settings(), "m", {"fits": clear}).verdict == "failed"
-    without = strokes(0.3)["fits"].assign(flags=f"{NO_TARE_FLAG}; slow")
+    without = strokes(0.3)["fits"].assign(flag_codes="no-tare zero-drifted")
     assert check_surface(settings(), "m", {"fits": without}) == Check(
         "surface", "not checked", "the force on the rod, which begins elsewhere, is in it"
     )
@@ -967,26 +972,27 @@ def test_marks_name_what_fails_and_why_it_is_accepted() -> None:
     media = {name: Medium(title=name) for name in "ac"}
     media["b"] = Medium(title="b", accept={"size": "pumice"})
     assert marks_of(table, media) == {
-        "a": "unusable: fails work (results/checks); doubtful: fails surface (results/checks)",
-        "b": "accepted: fails size: pumice",
+        "a": [remark("unusable", checks="work"), remark("doubtful", checks="surface")],
+        "b": [remark("accepted", check="size", why="pumice")],
     }
     frame = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     assert usable(frame)
-    assert not usable(frame.assign(checks="unusable: fails work (results/checks)"))
-    assert usable(frame.assign(checks="accepted: fails work: unusable: I know"))
+    assert not usable(frame.assign(checks_code="unusable doubtful"))
+    assert usable(
+        frame.assign(checks="accepted: fails work: unusable: I know", checks_code="accepted")
+    )
 
 
 def test_flags_of_single_runs_are_added_to_those_of_their_cells() -> None:
-    table = few_cells(
-        [(0, 90, 0.5, 0, 0, 0)] * 3, run_ids=["a b", "c", "d"], flags=["not linear", "", "old"]
-    )
-    checks = [
-        Check("channels", "failed", runs=(("b", "dead"), ("c", "cut"))),
-        Check("work", "passed"),
-    ]
-    made = marked(table, checks, "unusable: fails channels")
-    assert made["flags"].tolist() == ["not linear; b: dead", "c: cut", "old"]
-    assert set(made["checks"]) == {"unusable: fails channels"}
+    few = remark("few-depths", found=2, wanted=3)
+    table = few_cells([(0, 90, 0.5, 0, 0, 0)] * 3, run_ids=["a b", "c", "d"])
+    table = table.assign(**{name: [text, "", text] for name, text in flag_columns([few]).items()})
+    bad = [remark("gives-back", run_id="b"), remark("channel-still", run_id="c", channel="F1")]
+    checks = [Check("channels", "failed", runs=tuple(bad)), Check("work", "passed")]
+    made = marked(table, checks, [remark("unusable", checks="channels")])
+    assert made["flag_codes"].tolist() == ["few-depths gives-back", "channel-still", "few-depths"]
+    assert made["flags"].tolist() == [f"{few}; b: {bad[0]}", f"c: {bad[1]}", str(few)]
+    assert set(made["checks_code"]) == {"unusable"}
 
 
 def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path: Any) -> None:
@@ -995,9 +1001,7 @@ def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path: Any
     make_campaign(tmp_path, dict.fromkeys(media, LABORATORY), alpha)
     whole = open_results(tmp_path)
     everything = whole.generic()
-    bad = alpha_frame(media[0], alpha[media[0]]).assign(
-        checks="unusable: fails work (results/checks)"
-    )
+    bad = alpha_frame(media[0], alpha[media[0]]).assign(checks_code="unusable")
     results = open_results(tmp_path)
     results.hold(f"alpha/{media[0]}.csv", bad)
     assert results.reference().media == media[1:]

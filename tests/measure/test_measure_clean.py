@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.pairs import BACKWARDS, DUPLICATE, clean, gaps
+from rftfit.measure.flags import BACKWARDS, DUPLICATE
+from rftfit.measure.pairs import clean, gaps
 
 
 def log_of(time: list[float], value: list[float] | None = None) -> Log:

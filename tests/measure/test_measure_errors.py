@@ -33,6 +33,7 @@ from rftfit.measure.errors import (
     spread_of_beds,
     surface_error,
 )
+from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.slopes import fit_slope
 from rftfit.model.draws import alpha_draws, errors_behind
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
@@ -215,7 +216,8 @@ def test_nor_does_a_larger_part(parts: list[tuple[float, float]], which: int, mo
 
 def test_flagged_cells_and_the_window() -> None:
     runs = fits()
-    runs.loc[0, "flags"] = "alpha_z not linear (+12 % at the end of the window)"
+    bent = flag_columns([remark("not-linear", component="z", percent=12.0)])
+    runs.loc[0, [*bent]] = [*bent.values()]
     table = made(runs=runs)
     assert flagged(table).sum() == 1
     assert window_of(table) == (1.0, 8.0)

@@ -13,24 +13,26 @@ import pytest
 from rftfit.campaign.config import ForceLog, Table
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import (
-    SEVERAL_PLATES,
     RunFit,
     Stroke,
+    describe_shared_flags,
     filed_under,
     fit_run,
-    flags_of_all,
-    said_of_all,
-    without,
+    own_flags,
+    shared_flags,
 )
 from rftfit.measure.fits import _lacks_force_x as lacks_force_x
+from rftfit.measure.flags import codes_of, flag_columns, remark
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
 
 AREA = 3.81 * 2.54
 ALPHA_Z, ALPHA_X = 0.31, -0.12
+
+
+ODD = remark("zero-drifted", newtons=0.3)
 
 
 def run(direction: str = "intrusion", beta: float = 30.0, gamma: float = 45.0, **more: Any) -> Run:
@@ -73,7 +75,7 @@ def test_a_natural_sand_is_fitted_to_the_end_of_its_linear_regime(paper_config: 
         assert found.depth_to_cm == pytest.approx(end or paper_config.media["yuma"].linear_to_cm)
         assert (alpha(found)[0] > 1.1 * ALPHA_Z) == (end == 6)
     short = fit_run(test, stroke(np.linspace(0, 0.3, 60)), paper_config).reason
-    assert short.startswith("window too short: it covers 0.30 cm of depth, 0.38 cm wanted")
+    assert codes_of(short).startswith("short-window")
 
 
 def test_intrusion(paper_config: Config) -> None:
@@ -85,7 +87,7 @@ def test_intrusion(paper_config: Config) -> None:
     assert [RowStatus(found.why[k]) for k in (0, 122, 123, 777, 778, 900)] == [
         RowStatus.ABOVE, RowStatus.ABOVE, RowStatus.GOOD, RowStatus.GOOD, RowStatus.BOTTOM, RowStatus.BOTTOM,
     ]  # fmt: skip
-    assert (found.flags, found.reason) == ((), "")
+    assert (found.flags, found.reason) == ((), ())
 
 
 def test_extraction_goes_under_its_mirror_image(paper_config: Config) -> None:
@@ -162,12 +164,12 @@ def test_one_saturated_sample_of_the_window_is_too_many(paper_config: Config) ->
     np.testing.assert_allclose(alpha(outside), [ALPHA_Z, ALPHA_X], rtol=1e-12)
     assert RowStatus(outside.why[50]) == RowStatus.SATURATED
     spoilt = stroke(
-        DOWN, why=reasons({50: RowStatus.SATURATED, 500: RowStatus.SATURATED}), flags=("odd",)
+        DOWN, why=reasons({50: RowStatus.SATURATED, 500: RowStatus.SATURATED}), flags=(ODD,)
     )
     found = fit_run(run(), spoilt, paper_config)
     assert found.slope is None
-    assert found.reason == "transducer saturated in 1 samples of the window"
-    assert (found.beta_deg, found.gamma_deg, found.flags) == (30, 45, ("odd",))
+    assert found.reason == (remark("window-saturated", count=1),)
+    assert (found.beta_deg, found.gamma_deg, found.flags) == (30, 45, (ODD,))
     assert math.isnan(found.depth_from_cm)
     assert math.isnan(found.depth_to_cm)
     assert RowStatus(found.why[500]) == RowStatus.SATURATED
@@ -176,10 +178,10 @@ def test_one_saturated_sample_of_the_window_is_too_many(paper_config: Config) ->
 def test_how_much_of_a_tare_may_be_missing(paper_config: Config) -> None:
     # the window has 655 samples: 0.02 of them and two more are 15.1
     for missing, there in ((15, True), (16, False)):
-        why = reasons(dict.fromkeys(range(200, 200 + missing), RowStatus.NO_TARE))
+        why = reasons(dict.fromkeys(range(200, 200 + missing), RowStatus.UNTARED))
         found = fit_run(run(), stroke(DOWN, why=why), paper_config)
         assert (found.slope is not None) == there
-        assert (f"{missing} samples of the window have no tare" in found.reason) != there
+        assert found.reason == (() if there else (remark("tare-short", count=missing),))
         if found.slope is not None:
             assert found.slope.points == 655 - missing
 
@@ -192,60 +194,58 @@ def test_too_few_points(paper_config: Config, wanted: int, least: int) -> None:
     np.testing.assert_allclose(alpha(enough), [ALPHA_Z, ALPHA_X], rtol=1e-12)
     found = fit_run(run(), stroke(np.linspace(2, 7, least - 1)), config)
     assert found.slope is None
-    assert found.reason == f"too few points: {least - 1} in the window, {least} wanted"
+    assert found.reason[0] == remark("few-points", found=least - 1, wanted=least)
 
 
 def test_a_path_outside_of_the_container_is_told_as_that(paper_config: Config) -> None:
     # an arm whose x counts from somewhere else
     found = fit_run(run(), stroke(DOWN[::100], x=np.linspace(41, 32, 10)), paper_config)
-    assert found.reason == (
-        "too few points: 0 in the window, 30 wanted; 6 of 10 samples outside the window: too near a "
-        "wall: the path goes from x = 41.0 to 32.0 cm, allowed are -4.2 to 4.2 cm from the middle of the "
-        "container, which arm.middle_x_mm gives"
-    )
+    assert codes_of(found.reason) == "few-points most-beyond-wall wall"
+    told = found.reason[1].values
+    assert (told["count"], told["size"], told["first"], told["last"]) == (6, 10, 41, 32)
+    assert told["high"] == -told["low"] == pytest.approx(4.2, abs=0.05)
 
 
 def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config: Config) -> None:
     for end, there in ((2.37, False), (2.39, True)):
         found = fit_run(run(), stroke(np.linspace(2.0, end, 400)), paper_config)
         assert (found.slope is not None) == there
-        assert ("it covers 0.37 cm of depth, 0.38 cm wanted" in found.reason) != there
+        assert codes_of(found.reason[:1]) == ("" if there else "short-window")
     fit = paper_config.fit.model_copy(update={"min_depth_cm": 0.3})
     config = paper_config.model_copy(update={"fit": fit})
-    assert fit_run(run(), stroke(np.linspace(2.0, 2.37, 400)), config).reason == ""
+    assert fit_run(run(), stroke(np.linspace(2.0, 2.37, 400)), config).reason == ()
     found = fit_run(run(), stroke(np.linspace(2.0, 2.29, 400)), config)
-    assert "it covers 0.29 cm of depth, 0.30 cm wanted (fit.min_depth_cm)" in found.reason
+    told = {"found": 0.29, "wanted": 0.3, "least": "fit.min_depth_cm"}
+    assert found.reason[0].values == told
     # level motion has one depth, by its nature
     level = stroke(np.full(400, 5.08), path=np.linspace(0, 8, 400))
-    assert fit_run(run("horizontal", gamma=0.0, depth_cm=5.08), level, paper_config).reason == ""
+    assert fit_run(run("horizontal", gamma=0.0, depth_cm=5.08), level, paper_config).reason == ()
 
 
 @pytest.mark.parametrize(
     ("settings", "cause"),
-    [({"max_depth_cm": 1.0}, "deeper than fit.max_depth_cm"),
-     ({"submergence_cm": 8.8}, "above fit.submergence_cm")],
+    [({"max_depth_cm": 1.0}, "too-deep"), ({"submergence_cm": 8.8}, "too-shallow")],
 )  # fmt: skip
 def test_a_window_of_the_users_own_is_not_called_the_containers(
     paper_config: Config, settings: dict[str, float], cause: str
 ) -> None:
     fit = paper_config.fit.model_copy(update=settings)
     found = fit_run(run(), stroke(DOWN), paper_config.model_copy(update={"fit": fit}))
-    assert cause in found.reason
-    assert "too near" not in found.reason
+    assert found.reason[1].codes == ("most-samples", cause)
 
 
 def test_what_all_runs_share_is_told_once() -> None:
-    bare = {"flags": NO_TARE_FLAG, "reason": ""}
-    curved = {"flags": f"alpha_z not linear; {NO_TARE_FLAG}", "reason": ""}
-    lost = {"flags": "", "reason": "excluded: bed was disturbed"}
-    assert flags_of_all(pd.DataFrame([bare, curved, lost])) == (NO_TARE_FLAG,)
-    assert without(curved["flags"], (NO_TARE_FLAG,)) == "alpha_z not linear"
+    flag = remark("no-tare")
+    bare, curved = flag_columns([flag]), flag_columns([ODD, flag])
+    lost = {"reason": "excluded: bed was disturbed"}
+    assert shared_flags(pd.DataFrame([bare, curved, lost])) == (flag,)
+    assert own_flags(curved, (flag,)) == [ODD]
     # where some have a tare, it is a doubt about the others
-    assert flags_of_all(pd.DataFrame([bare, {"flags": "", "reason": ""}])) == ()
-    sizes = [{"flags": f"disc_{k}, one of 2 {SEVERAL_PLATES}", "reason": ""} for k in (6, 8)]
-    told = flags_of_all(pd.DataFrame(sizes))
-    assert said_of_all(told) == ["runs with 2 plates: disc_6, disc_8"]
-    assert said_of_all((NO_TARE_FLAG,)) == [f"all runs: {NO_TARE_FLAG}"]
+    assert shared_flags(pd.DataFrame([bare, flag_columns([])])) == ()
+    sizes = [remark("several-plates", plate=f"disc_{k}", count=2) for k in (6, 8)]
+    shared = shared_flags(pd.DataFrame([flag_columns([one]) for one in sizes]))
+    assert describe_shared_flags(shared) == ["runs with 2 plates: disc_6, disc_8"]
+    assert describe_shared_flags((flag,)) == [f"all runs: {flag}"]
 
 
 @pytest.mark.parametrize(
@@ -268,9 +268,9 @@ def test_a_force_along_x_that_nobody_measured(
 def test_a_table_may_hold_few_depths_in_any_order(paper_config: Config, depth: list[float]) -> None:
     config = paper_config.model_copy(update={"table": Table(holds="stress")})
     # no window of container and plate is cut out of a table
-    given = stroke(np.array(depth), flags=("odd",))
+    given = stroke(np.array(depth), flags=(ODD,))
     found = fit_run(run("extraction"), given, config)
-    assert (found.beta_deg, found.gamma_deg, found.flags) == (-30, -45, ("odd",))
+    assert (found.beta_deg, found.gamma_deg, found.flags) == (-30, -45, (ODD,))
     np.testing.assert_allclose(alpha(found), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
     assert (found.depth_from_cm, found.depth_to_cm) == (min(depth), max(depth))
     assert (found.why == RowStatus.GOOD).all()
@@ -281,7 +281,7 @@ def test_a_table_may_hold_few_depths_in_any_order(paper_config: Config, depth: l
 def test_a_depth_of_0_alone_has_no_slope(paper_config: Config) -> None:
     config = paper_config.model_copy(update={"table": Table(holds="stress")})
     found = fit_run(run(), stroke(np.zeros(2), np.ones(2)), config)
-    assert found.reason == "all depths are 0, where a stress has no slope through zero"
+    assert codes_of(found.reason) == "zero-depths"
 
 
 def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config: Config) -> None:
@@ -303,10 +303,11 @@ def test_a_curve_is_told_with_its_size_and_sign(paper_config: Config) -> None:
     # a parabola lies Z / S - 1 above its own line at the end Z, S = sum z^3 / sum z^2
     percent = 100 * (used[-1] / ((used**3).sum() / (used**2).sum()) - 1)
     found = fit_run(run(), stroke(DOWN, 0.05 * DOWN**2), paper_config)
-    told = f"alpha_z not linear ({percent:+.0f} % at the end of the window)"
-    assert found.flags == (told,)
-    before = stroke(DOWN, 0.05 * DOWN**2, flags=("odd",))
-    assert fit_run(run(), before, paper_config).flags == ("odd", told)
+    (told,) = found.flags
+    assert (told.code, told.values["component"]) == ("not-linear", "z")
+    assert told.values["percent"] == pytest.approx(percent, abs=0.5)
+    before = stroke(DOWN, 0.05 * DOWN**2, flags=(ODD,))
+    assert fit_run(run(), before, paper_config).flags == (ODD, told)
     # the same curve below the noise of one sample, 0.05 N, bends nothing that could be measured
     small = 0.05 / AREA / (percent / 100) / used[-1] * (used**2).sum() / (used**3).sum()
     for factor, told_of in ((0.95, False), (1.05, True)):

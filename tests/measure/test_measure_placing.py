@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +14,11 @@ from rftfit.campaign.config import Disc, FlatOutline
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.errors import InputError
 from rftfit.measure.fits import fit_medium
+from rftfit.measure.flags import codes_of
 from rftfit.measure.ingest import ingest_medium, ingest_traces
 from rftfit.measure.ledger import RowStatus, check, join
-from rftfit.measure.tare import NO_TARE_FLAG, tare_medium
+from rftfit.measure.readable import open_logs
+from rftfit.measure.tare import tare_medium
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -100,13 +101,11 @@ def test_from_logs_to_alpha_without_a_typed_number(folder: Path) -> None:
     fits, status = alphas(campaign(folder))
     for name, area, seed in (("a", np.pi * 6.25, 0), ("b", 10.0, 1)):
         row = fits[name]
-        assert row["reason"] == ""
+        assert row["reason_code"] == ""
         truth = STIFFNESS / area
         assert row["alpha_z_lo_N_per_cm3"] <= truth <= row["alpha_z_hi_N_per_cm3"]
         assert row["alpha_z_N_per_cm3"] == pytest.approx(truth, rel=0.05)
-        assert NO_TARE_FLAG == "no tare subtracted: force on rod and mount is in it"
-        assert NO_TARE_FLAG in row["flags"]
-        assert "one of 2 plates in this medium" in row["flags"]
+        assert row["flag_codes"] == "no-tare several-plates"
         fact: Any = status.set_index("run_id").loc[name]
         surface_mm = 80 - 10 * make_push(seed).surface_cm
         assert fact["surface_z_mm"] == pytest.approx(
@@ -127,26 +126,24 @@ def test_a_typed_surface_goes_before_the_found_one(folder: Path) -> None:
 def test_repeated_rows_are_left_out_and_counted(folder: Path) -> None:
     write(folder, "a", make_push(0, offset_s=7200.2, rate_Hz=25), repeats=4)
     kept, _, _ = ingest_traces(campaign(folder), "sand")
-    assert [any("repeat the reading before" in flag for flag in trace.flags) for trace in kept] == [
-        True, *[False] * (len(kept) - 1)
-    ]  # fmt: skip
+    assert [codes_of(trace.flags) for trace in kept] == [
+        "readings-repeated",
+        *[""] * (len(kept) - 1),
+    ]
     transducer = CONFIG["transducer"] | {"repeats": "drop"}
     loaded = campaign(folder, transducer=transducer)
     fits, _ = alphas(loaded)
     assert fits["a"]["alpha_z_N_per_cm3"] == pytest.approx(STIFFNESS / (np.pi * 6.25), rel=0.05)
     traces, _, book = ingest_traces(loaded, "sand")
-    assert not any("repeat the reading before" in flag for flag in traces[0].flags)
+    assert traces[0].flags == ()
     assert traces[0].time.size == 550
-    reasons = book.table().query("run_id == 'a'").set_index("reason")["rows"]
-    assert (
-        reasons[[name for name in reasons.index if "repeats the reading before" in name]].sum()
-        == 3 * 550
-    )
+    rows = book.table().query("run_id == 'a' and reason_code == 'repeated-rows'")["rows"]
+    assert rows.sum() == 3 * 550
 
 
 def test_without_a_tare_by_default_there_is_no_alpha(folder: Path) -> None:
     fits, _ = alphas(campaign(folder, fit={"submergence_cm": 0.5, "max_depth_cm": 3}))
-    assert "no tare" in fits["a"]["reason"]
+    assert fits["a"]["reason_code"] == "tare-missing tare-not-named"
     assert np.isnan(fits["a"]["alpha_z_N_per_cm3"])
 
 
@@ -154,16 +151,27 @@ def test_a_force_that_never_rises_refuses_the_run(folder: Path) -> None:
     push = make_push(3, stiffness=0.0, medium_N=0.0)
     write(folder, "a", push)
     fits, status = alphas(campaign(folder))
-    assert "no contact" in fits["a"]["reason"]
+    assert fits["a"]["reason_code"] == "no-rise"
     assert status.set_index("run_id").loc["a", "status"] == "refused"
-    assert fits["b"]["reason"] == ""
+    assert fits["b"]["reason_code"] == ""
+
+
+def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder: Path) -> None:
+    rows = (folder / "runs.csv").read_text().replace("\nb,plate,sand,odd,", "\nin,plate,sand,odd,")
+    (folder / "runs.csv").write_text(rows)
+    for name in ("a", "b"):
+        write(folder, name, make_push(3, stiffness=0.0, medium_N=0.0))
+    found = open_logs(campaign(folder), "sand")
+    assert [(one.code, one.place.file) for one in found.problems] == [
+        ("logs.refused", "sand, 2 of 2 runs would be dropped, for example a (row 2)")
+    ]
 
 
 def test_estimate_needs_a_push_and_a_line_is_needed_without(folder: Path) -> None:
     text = (folder / "runs.csv").read_text().replace("odd,intrusion", "odd,extraction")
     (folder / "runs.csv").write_text(text)
     fits, _ = alphas(campaign(folder))
-    assert "estimate: found a run in direction extraction" in fits["b"]["reason"]
+    assert fits["b"]["reason_code"] == "no-push-to-match"
 
 
 def test_the_yielding_machine(folder: Path) -> None:
@@ -203,7 +211,8 @@ def test_a_rigid_contact_that_is_none(folder: Path) -> None:
     named = {"force_log": "soft_force.csv", "motion_log": "soft_motion.csv"}
     fits, _ = alphas(campaign(folder, rigid_contact=named))
     for row in fits.values():
-        assert re.match(r"rigid_contact, soft_force.csv: .*no contact", row["reason"])
+        assert row["reason_code"] == "rigid-contact"
+        assert row["reason"].startswith("rigid_contact, soft_force.csv: ")
 
 
 def test_a_rigid_contact_that_cannot_be_read(folder: Path) -> None:
@@ -212,4 +221,4 @@ def test_a_rigid_contact_that_cannot_be_read(folder: Path) -> None:
     named = {"force_log": "empty_force.csv", "motion_log": "empty_motion.csv"}
     fits, _ = alphas(campaign(folder, rigid_contact=named))
     for row in fits.values():
-        assert "rigid_contact: empty_force.csv: the file is empty; empty_m" in row["reason"]
+        assert row["reason_code"] == "rigid-contact"

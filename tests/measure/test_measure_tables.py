@@ -13,16 +13,9 @@ import pytest
 from rftfit.campaign.config import ForceLog
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.measure.fits import (
-    FIT_COLUMNS,
-    LEG_COLUMNS,
-    NO_FORCE_X,
-    SEVERAL_PLATES,
-    fit_medium,
-    leg_curves,
-)
+from rftfit.measure.fits import FIT_COLUMNS, LEG_COLUMNS, fit_medium, leg_curves
+from rftfit.measure.flags import Remark, flag_columns, flags_of, remark
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
@@ -34,6 +27,9 @@ ROD = np.array([0.02, -0.03])
 DOWN = np.linspace(0.0, 9.0, 901)
 INSIDE = DOWN[123:778]
 """Depths at which a plate at 30 degrees is submerged and 6 cm above the bottom."""
+
+
+ODD = remark("zero-drifted", newtons=0.3)
 
 
 def run(run_id: str, kind: str = "plate", **more: Any) -> Run:
@@ -89,7 +85,7 @@ def fates(ledger: Ledger, run_id: str) -> dict[tuple[str, str], int]:
     book = ledger.table()
     rows = book[book["run_id"] == run_id]
     assert (rows["file"] == f"{run_id}.csv").all()
-    return dict(zip(zip(rows["fate"], rows["reason"], strict=True), rows["rows"], strict=True))
+    return dict(zip(zip(rows["fate"], rows["reason_code"], strict=True), rows["rows"], strict=True))
 
 
 @pytest.mark.parametrize(("direction", "sign"), [("intrusion", 1), ("extraction", -1)])
@@ -181,7 +177,7 @@ def test_runs_without_samples_keep_their_reason_and_their_flags(paper_config: Co
     log = ForceLog.model_validate({"columns": {"F2": {"constant": 0.0, "unit": "N"}}})
     config = paper_config.model_copy(update={"force_log": log})
     facts = [
-        fact("bad", reason="excluded: dust", flags="odd"), fact("good"), fact("untared"),
+        fact("bad", reason="excluded: dust", **flag_columns([ODD])), fact("good"), fact("untared"),
     ]  # fmt: skip
     runs = [run("bad"), run("good"), run("untared")]
     lost = {"untared": "its tare was not read", "good": ""}
@@ -189,26 +185,26 @@ def test_runs_without_samples_keep_their_reason_and_their_flags(paper_config: Co
     assert list(fits.index) == ["bad", "good", "untared"]
     assert list(fits["reason"]) == ["excluded: dust", "", "its tare was not read"]
     # what a log lacks is told of the runs whose log was read
-    assert list(fits["flags"]) == ["odd", NO_FORCE_X, ""]
+    assert list(fits["flag_codes"]) == [ODD.code, "no-force-x", ""]
     assert list(fits["n_points"]) == [0, INSIDE.size, 0]
     assert list(fits["alpha_z_N_per_cm3"].isna()) == [True, False, True]
     assert list(fits["beta_deg"]) == [30] * 3
     assert fates(ledger, "bad") == {}
 
 
-@pytest.mark.parametrize(("missing_tare", "told"), [("flag", (NO_TARE_FLAG,)), ("none", ())])
+@pytest.mark.parametrize(("missing_tare", "told"), [("flag", (remark("no-tare"),)), ("none", ())])
 def test_flags_of_log_tare_and_plates_stand_side_by_side(
-    paper_config: Config, missing_tare: str, told: tuple[str, ...]
+    paper_config: Config, missing_tare: str, told: tuple[Remark, ...]
 ) -> None:
     fit = paper_config.fit.model_copy(update={"missing_tare": missing_tare})
     intruders = paper_config.intruders | {"other": paper_config.intruders["plate"]}
     config = paper_config.model_copy(update={"fit": fit, "intruders": intruders})
     runs = [run("a", tare_run=""), run("b", intruder="other", tare_run="")]
     tared = together(samples("a", tare_z_N=np.nan, tare_x_N=np.nan))
-    fits, _, _ = fitted(config, runs, tared, [fact("a", flags="odd; strange"), fact("b")])
-    several = f"one of 2 {SEVERAL_PLATES}"
-    assert fits.loc["a", "flags"] == "; ".join(("odd", "strange", *told, f"plate, {several}"))
-    assert fits.loc["b", "flags"] == f"other, {several}"
+    fits, _, _ = fitted(config, runs, tared, [fact("a", **flag_columns([ODD])), fact("b")])
+    first, second = (remark("several-plates", plate=one, count=2) for one in ("plate", "other"))
+    assert flags_of({**fits.loc["a"]}) == (ODD, *told, first)
+    assert flags_of({**fits.loc["b"]}) == (second,)
     # the force on the rod is not known
     assert fits["alpha_z_rod_N_per_cm3"].isna().all()
 
@@ -230,13 +226,12 @@ def test_every_sample_has_its_place_in_windows_and_ledger(paper_config: Config) 
     runs = [run("a"), run("b"), run("leg", "leg", intruder="c_leg", tare_run="")]
     fits, windows, ledger = fitted(paper_config, runs, tared)
     assert list(fits.index) == ["a", "b"]
-    above, bottom = RowStatus.ABOVE.text, RowStatus.BOTTOM.text
     assert fates(ledger, "a") == {
-        ("dropped", above): 118, ("dropped", bottom): 123, ("used", "slope"): 655,
+        ("dropped", "above"): 118, ("dropped", "bottom"): 123, ("used", "slope"): 655,
     }  # fmt: skip
-    reason = "no alpha: transducer saturated in 3 samples of the window"
     assert fates(ledger, "b") == {
-        ("dropped", above): 123, ("dropped", bottom): 123, ("dropped", reason): 652,
+        ("dropped", "above"): 123, ("dropped", "bottom"): 123,
+        ("dropped", "no-alpha window-saturated"): 652,
     }  # fmt: skip
     assert list(windows.columns) == ["run_id", "why"]
     assert list(windows["run_id"]) == list(tared["run_id"])
@@ -261,7 +256,7 @@ def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config: Config) -> N
     air = run("air", "leg_air", medium="", tare_run="")
     runs = [run("a", "leg", intruder="c_leg"), air, run("b", "leg", intruder="flat_leg", tare_run=""),
             run("lost", "leg", intruder="c_leg"), run("plate")]  # fmt: skip
-    why = np.array([0, 0, 0, 0, 0, RowStatus.NO_TARE], dtype=np.int8)
+    why = np.array([0, 0, 0, 0, 0, RowStatus.UNTARED], dtype=np.int8)
     turned = samples(
         "a", np.zeros(6), why=why, angle_deg=[-1.4, -0.6, -0.4, 0.4, 1.2, 1.3],
         force_z_N=[1.0, 2.0, 4.0, 6.0, 8.0, 1e3], force_x_N=[0.0, -1.0, -3.0, -5.0, -7.0, 1e3],
@@ -274,15 +269,16 @@ def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config: Config) -> N
     ]  # fmt: skip
     curves, ledger = legs(config, runs, together(turned, once, samples("plate")), facts)
     wanted = pd.DataFrame(
-        [["poppy_LP", "c_leg", "a", -1.0, 1.5, -0.5, 2, 0.05, 0.13, "", ""],
-         ["poppy_LP", "c_leg", "a", 0.0, 5.0, -4.0, 2, 0.05, 0.13, "", ""],
-         ["poppy_LP", "c_leg", "a", 1.0, 8.0, -7.0, 1, 0.05, 0.13, "", ""],
-         ["poppy_LP", "flat_leg", "b", 3.0, 2.5, 0.5, 1, 0.02, 0.0, NO_TARE_FLAG, ""]],
+        [["poppy_LP", "c_leg", "a", -1.0, 1.5, -0.5, 2, 0.05, 0.13, *[""] * 5],
+         ["poppy_LP", "c_leg", "a", 0.0, 5.0, -4.0, 2, 0.05, 0.13, *[""] * 5],
+         ["poppy_LP", "c_leg", "a", 1.0, 8.0, -7.0, 1, 0.05, 0.13, *[""] * 5],
+         ["poppy_LP", "flat_leg", "b", 3.0, 2.5, 0.5, 1, 0.02, 0.0,
+          *flag_columns([remark("no-tare")]).values(), "", ""]],
         columns=LEG_COLUMNS,
     )  # fmt: skip
     pd.testing.assert_frame_equal(curves, wanted)
-    assert fates(ledger, "a") == {("used", "leg curve"): 5}
-    assert fates(ledger, "b") == {("used", "leg curve"): 1}
+    assert fates(ledger, "a") == {("used", "leg-curve"): 5}
+    assert fates(ledger, "b") == {("used", "leg-curve"): 1}
 
 
 def test_a_medium_without_a_turned_leg_has_an_empty_table_of_curves(paper_config: Config) -> None:

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from rftfit.campaign.sheet import Run
+from rftfit.measure.flags import REASON, remark
 from rftfit.measure.ingest import PHASES, SAMPLE_COLUMNS, samples_table
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.strokes import Samples
@@ -89,11 +90,11 @@ def test_too_few_samples(samples: int) -> None:
         "rod1", "rod", "sand", "plate", "intrusion", 0.0, 90.0, np.nan, "a.csv", "b.csv",
         "", False, None, False, "", "", 2,
     )  # fmt: skip
-    ledger, reason, place = Ledger(), f"tare rod1: {samples} samples are no tare", np.arange(3.0)
+    ledger, place = Ledger(), np.arange(3.0)
     stroke = Samples(place, place, place, place, np.zeros((2, 3)), why)
-    assert _tare_of(rod1, stroke, ledger) == reason
-    counted = ledger.table()[["file", "fate", "reason", "rows"]]
-    assert counted.to_numpy().tolist() == [["a.csv", DROPPED, reason, samples]]
+    assert _tare_of(rod1, stroke, ledger) == remark("tare-empty", tare="rod1", count=samples)
+    counted = ledger.table()[["file", "fate", "reason_code", "rows"]]
+    assert counted.to_numpy().tolist() == [["a.csv", DROPPED, "tare-empty", samples]]
 
 
 def test_two_samples_are_a_tare() -> None:
@@ -139,7 +140,8 @@ def test_what_becomes_of_each_run_of_a_medium() -> None:
     read = samples_table({run.run_id: logs[run.run_id] for run in runs if run.run_id in logs})
     why = {"gone": "", "torn": "its log is empty"}
     status = pd.DataFrame(
-        [(run.run_id, why.get(run.run_id, "")) for run in runs], columns=["run_id", "reason"]
+        [(run.run_id, why.get(run.run_id, ""), "empty") for run in runs],
+        columns=["run_id", *REASON],
     )
     fit = SimpleNamespace(missing_tare="flag")
     campaign: Any = SimpleNamespace(
@@ -147,13 +149,12 @@ def test_what_becomes_of_each_run_of_a_medium() -> None:
     )
     tared, tares, ledger = tare_medium(campaign, "sand", read, status)
     told: Any = tares.set_index("run_id")
-    assert dict(told["reason"]) == {
-        "short": "tare short: 0 samples are no tare", "tared": "", "bare": "", "leg": "",
-        "on_short": "no tare: tare short: 0 samples are no tare",
-        "on_gone": "no tare: gone cannot be used: it has no stroke",
-        "on_torn": "no tare: torn cannot be used: its log is empty",
-        "far": f"no sample of the stroke can be used: {RowStatus.NO_TARE.text}",
+    assert dict(told["reason_code"]) == {
+        "short": "tare-empty", "tared": "", "bare": "", "leg": "",
+        "on_short": "tare-missing tare-empty", "on_gone": "tare-missing tare-unusable no-stroke",
+        "on_torn": "tare-missing tare-unusable empty", "far": "no-sample untared",
     }  # fmt: skip
+    assert told.loc["on_torn", "reason"] == "no tare: torn cannot be used: its log is empty"
     assert told.loc["tared", ["abscissa", "valid_from", "valid_to"]].tolist() == ["depth_cm", 1, 3]
     assert told.loc["leg", "abscissa"] == "angle_deg"
     assert told.loc["short"].isna().sum() == 4
@@ -167,7 +168,7 @@ def test_what_becomes_of_each_run_of_a_medium() -> None:
         for c, sign in (("z", 1), ("x", -1)):
             np.testing.assert_allclose(parts[name][f"force_{c}_N"], sign * left * place)
             np.testing.assert_allclose(parts[name][f"tare_{c}_N"], sign * taken * place)
-    assert (parts["far"]["why"] == RowStatus.NO_TARE).all()
+    assert (parts["far"]["why"] == RowStatus.UNTARED).all()
     counted = ledger.table().groupby(["file", "fate"])["rows"].sum()
     assert dict(counted) == {
         ("rod.csv", USED): 21, ("air.csv", USED): 21, ("short.csv", DROPPED): 0,
@@ -177,8 +178,8 @@ def test_what_becomes_of_each_run_of_a_medium() -> None:
     # a campaign that refuses runs without a tare
     fit.missing_tare = "refuse"
     refused: Any = tare_medium(campaign, "sand", read, status)[1].set_index("run_id")
-    assert refused.loc["bare", "reason"] == "no tare: the run sheet names none"
-    assert refused.loc["tared", "reason"] == ""
+    assert refused.loc["bare", "reason_code"] == "tare-missing tare-not-named"
+    assert refused.loc["tared", "reason_code"] == ""
 
 
 def test_only_a_step_wider_than_the_longest_is_a_hole() -> None:

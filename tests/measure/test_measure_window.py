@@ -97,13 +97,6 @@ def test_a_sand_keeps_to_the_stated_window() -> None:
     ]  # fmt: skip
 
 
-def test_every_reason_has_its_text() -> None:
-    texts = {why.text for why in RowStatus}
-    assert len(texts) == len(RowStatus)
-    assert RowStatus.GOOD.text == ""
-    assert all(why.text for why in RowStatus if why != RowStatus.GOOD)
-
-
 def test_the_clearance_is_kept_and_the_plate_submerged_at_the_very_ends() -> None:
     # numbers that binary fractions hold: half length 2, half thickness 0.25; wall 12 - 6 - 2
     plate = Plate(shape="plate", length_cm=4.0, width_cm=2.5, thickness_cm=0.5)

@@ -12,6 +12,7 @@ from light_campaign import alpha_frame
 from rigroom import Room
 
 from rftfit import reference
+from rftfit.measure.flags import FLAGS, MARKS
 from rftfit.results import open_results
 from rftfit.store import write_csv
 from rftfit.workflow.validate import legs_predicted
@@ -99,16 +100,17 @@ def test_leg_that_stops_turning_early(room: Room, run: str) -> None:
     rows = of_c_leg(errors)
     assert len(rows) == 2
     assert (rows["theta_to_deg"] == theta.max()).all()
-    assert rows["reason"].str.startswith("the measured curve has only theta -13").all()
+    assert dict(zip(rows["component"], rows["reason_code"], strict=True)) == {
+        "z": "short-curve", "x": "short-at-peak",
+    }  # fmt: skip
     # its lift has its peak at -40 degrees, its horizontal force behind the end
     lift, along = (rows[rows["component"] == c].iloc[0] for c in "zx")
     assert -8 < lift["peak_error_percent"] < -1
-    assert along["reason"].endswith("which may leave out its peak")
     assert along[["peak_measured_N", "peak_predicted_N", "peak_error_percent"]].isna().all()
     assert along["rms_error_N"] > 1
     if run == AIR:
         assert results.fates(next(log for log in room.logs if f"{LEG}_force" in log))[
-            "dropped", "outside the tare's range"
+            "dropped", "untared"
         ] > 500  # fmt: skip
 
 
@@ -124,18 +126,18 @@ def test_leg_log_that_breaks_off(room: Room, run: str, kinds: tuple[str, ...]) -
     results = room.chain()
     results.check_ledger(room.counted)
     assert results.curves.empty
-    assert "Is a log cut short?" in results.run(run)["reason"]
-    reasons = results.book[results.book["run_id"] == LEG]["reason"]
-    assert reasons.str.contains("Is a log cut short?").any()
+    assert results.run(run)["reason_code"] == "nothing-to-match"
+    codes = results.book[results.book["run_id"] == LEG]["reason_code"]
+    assert codes.str.contains("nothing-to-match").any()
     # another leg has a curve, so that the trial is held at all
     other = pd.DataFrame({
         "medium": "poppy_LP", "leg": "flat_leg", "run_id": "other", "theta_deg": [0.0],
         "samples": 9, "force_z_N": 1.0, "force_x_N": 1.0, "zero_se_z_N": 0.0, "zero_se_x_N": 0.0,
-        "spread_z_N": 0.0, "spread_x_N": 0.0, "flags": "", "checks": "",
+        "spread_z_N": 0.0, "spread_x_N": 0.0, **dict.fromkeys((*FLAGS, *MARKS), ""),
     })  # fmt: skip
     _, errors = on_trial(room, alpha_of("poppy_LP"), other)
     rows = of_c_leg(errors)
-    assert (rows["reason"] == "no measured curve").all()
+    assert (rows["reason_code"] == "not-measured").all()
     assert rows["peak_error_percent"].isna().all()
 
 

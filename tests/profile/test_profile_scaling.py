@@ -15,7 +15,7 @@ from paper_grid import BETA, GAMMA
 from rftfit import reference
 from rftfit.compare.coefficients import penetration_row
 from rftfit.measure.alpha import column
-from rftfit.measure.fits import NOT_LINEAR
+from rftfit.measure.flags import codes_of, remark
 from rftfit.model import fourier
 from rftfit.model.draws import alpha_draws, interval
 from rftfit.model.scaling import (
@@ -139,7 +139,7 @@ def test_fit_media(paper_config: Config) -> None:
         (method, medium) for method in ALL_METHODS for medium in reference.MEDIA
     ]
     for fit in fits:
-        assert fit.reason == ""
+        assert fit.why == ()
         assert (fit.used[~fit.keep] == 0).all()
         assert (fit.draws[:, ~fit.keep] == 0).all()
         lo, hi = interval(fit.draws, 0.999)
@@ -162,16 +162,16 @@ def test_fit_media_with_empty_cells(paper_config: Config) -> None:
     table.loc[20, names] = np.nan
     lsq, dft, printed = fit_media([table], paper_config)
     whole, *_ = fit_media([published("poppy_LP")], paper_config)
-    assert lsq.reason == ""
+    assert lsq.why == ()
     np.testing.assert_allclose(lsq.full, whole.full, atol=0.003)
     assert np.isfinite(lsq.draws).all()
     for fit in (dft, printed):
-        assert "1 of 91 cells have no alpha" in fit.reason
+        assert fit.why == (remark("empty-cells", found=1, wanted=91),)
         assert np.isnan(fit.used).all()
         assert math.isnan(fit.zeta)
     table[names] = np.nan
     for fit in fit_media([table], paper_config):
-        assert fit.reason != ""
+        assert fit.why
         assert np.isnan(fit.draws).all()
 
 
@@ -181,10 +181,10 @@ def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config: Config) ->
     one = reference_of([fit for fit in fits if fit.medium == "poppy_LP"], paper_config)
     assert one.printed
     assert one.chi.size == 5
-    assert "fewer than two laboratory media" in one.note
+    assert codes_of(one.remarks) == "published-media"
     scale_new_medium(0.5, 0.01, one.chi)
     two = reference_of(fits, paper_config)
-    assert (two.printed, two.media, two.note) == (False, ("poppy_LP", "poppy_CP"), "")
+    assert (two.printed, two.media, two.remarks) == (False, ("poppy_LP", "poppy_CP"), ())
     # by the method of the config: fits by others do not make up the number
     other = [fit for fit in fits if fit.medium == "poppy_LP" or fit.method != "lsq"]
     assert reference_of(other, paper_config).printed
@@ -342,7 +342,7 @@ def test_generic_interval_is_that_of_a_mean_of_media(paper_config: Config) -> No
 def test_a_medium_without_resistance_has_a_reason(paper_config: Config) -> None:
     z, x = reference.alpha_grid("poppy_LP")
     fit = fit_medium(alpha_frame("poppy_LP", (0 * z, x), 0.002), paper_config, "lsq")
-    assert "nothing can be scaled" in fit.reason
+    assert codes_of(fit.why) == "zero-push"
     assert not fit.counts
     assert math.isnan(penetration_row(fit)["chi"])  # type: ignore[arg-type]
 
@@ -356,7 +356,7 @@ def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config: Config) -> 
     assert by_method["lsq"].reason == ""
     whole = by_method["dft-index"]
     assert whole.medium == "poppy_LP"
-    assert whole.reason == "1 of 91 cells have no alpha; the transform needs all of them"
+    assert codes_of(whole.why) == "empty-cells"
     assert np.isnan([whole.used, whole.full]).all()
     table.loc[table["beta_deg"] != 0, names] = np.nan
     few = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
@@ -390,11 +390,11 @@ def nine_terms(medium: str, spoiled: float) -> pd.DataFrame:
     """Alpha of nine known terms; two cells are flagged, and their alpha_z and alpha_x are `spoiled` off."""
     true = fourier.as_array(reference.coefficients("poppy_CP"))
     z, x = fourier.evaluate(true, BETA, GAMMA)
-    table = alpha_frame(medium, (z, x), 0.002).assign(flags="")
+    table = alpha_frame(medium, (z, x), 0.002).assign(flag_codes="")
     for row in (44, 60):
         for c in "zx":
             table.loc[row, [column(c, end) for end in ("", "_lo", "_hi")]] += spoiled
-        table.loc[row, "flags"] = f"alpha_z {NOT_LINEAR} (+20 %)"
+        table.loc[row, "flag_codes"] = "not-linear"
     return table
 
 
@@ -418,7 +418,7 @@ def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config: Config
     whole = fit_medium(table, paper_config, "dft-index")
     assert whole.reason == ""
     assert np.isnan(whole.without_flagged).all()
-    assert np.isnan(fit_medium(nine_terms("poppy_LP", 0).assign(flags=""), paper_config, "lsq")
+    assert np.isnan(fit_medium(nine_terms("poppy_LP", 0).assign(flag_codes=""), paper_config, "lsq")
                     .without_flagged).all()  # fmt: skip
 
 

@@ -28,6 +28,7 @@ from rftfit.figures.plates import nearest_cells, stress_of_runs, stress_runs
 from rftfit.figures.protocol import tare
 from rftfit.figures.registry import Declared, figures
 from rftfit.figures.style import FORMATS, save, save_pages
+from rftfit.measure.flags import remark
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
 
@@ -371,9 +372,11 @@ def declared(name: str) -> Declared:
 def test_braces_in_the_title_of_a_medium_that_fails_a_check_are_text() -> None:
     results = memory({}, ["poppy_LP"])
     results.campaign.titles["poppy_LP"] = "sand {wet}"
-    results.marks["poppy_LP"] = "unusable: fails work"
+    results.marks["poppy_LP"] = [remark("unusable", checks="work")]
     told = declared("depth_only_maps").caption_of(results, "poppy_LP")
-    assert told.startswith("sand {wet}: unusable: fails work. \N{GREEK SMALL LETTER ALPHA} of the")
+    assert told.startswith(
+        "sand {wet}: unusable: fails work (results/checks). \N{GREEK SMALL LETTER ALPHA} of the"
+    )
     assert " in sand {wet}, made from" in told
 
 

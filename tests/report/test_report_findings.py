@@ -16,7 +16,7 @@ from page_inputs import page_results, sand_results, write
 from rftfit.figures.maps import estimated_maps
 from rftfit.figures.registry import figures
 from rftfit.figures.style import FORMATS, preview
-from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.measure.flags import flag_columns, remark
 from rftfit.page.page import page as make_page
 from rftfit.page.page import pictures
 from rftfit.results import Results
@@ -154,7 +154,7 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path: Path) -> N
     write(
         results,
         "fits/poppy_LP.csv",
-        pd.DataFrame({"run_id": ["a", "b"], "flags": [NO_TARE_FLAG] * 2}),
+        pd.DataFrame({"run_id": ["a", "b"]}).assign(**flag_columns([remark("no-tare")])),
     )
     page = make_page(Results(results.campaign))
     first, second, third = sentences(page)[:3]

@@ -13,7 +13,6 @@ from turning import sweep
 
 from rftfit import reference
 from rftfit.campaign.config import Leg
-from rftfit.compare.sands import NO_END
 from rftfit.compare.sensitivity import SENSITIVITY_COLUMNS
 from rftfit.figures import leg_panels
 from rftfit.figures.leg_panels import leg_line
@@ -327,7 +326,7 @@ def test_penetration_marks_the_detected_end_and_says_what_is_missing() -> None:
     ends = [set(np.ravel(line.get_xdata())) for line in figure.axes[0].lines]
     assert {1.2 * STATED_CM["yuma"]} in ends
     assert panels(figure) == ["", ""]
-    whole = sands.assign(reason=np.where(sands["window"] == "detected", NO_END, ""))
+    whole = sands.assign(reason_code=np.where(sands["window"] == "detected", "no-linear-end", ""))
     figure = draw_penetration(pushed(samples, whole))
     ends = [set(np.ravel(line.get_xdata())) for line in figure.axes[0].lines]
     assert {1.2 * STATED_CM["yuma"]} not in ends

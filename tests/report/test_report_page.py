@@ -27,6 +27,7 @@ from rftfit.campaign.config import Maps, Table
 from rftfit.lab.marker import MARKER
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import OF_CELL
+from rftfit.measure.flags import remark
 from rftfit.model.outlines import model_leg
 from rftfit.model.scaling import published
 from rftfit.page.methods import paragraphs, settings_digest
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+GAP = remark("gap", seconds=1.51)
 VOID = {"meta", "link", "input", "br"}
 SECTIONS = ["summary", "believed", "maps", "coefficients", "scaling", "viewer", "calculator", "legs", "sands",
             "robot", "reproduction", "dropped", "methods", "provenance"]  # fmt: skip
@@ -169,12 +171,12 @@ def test_summary_counts_runs_and_names_the_worst_flag(results: Results, read: Re
     assert outcome.used == {"": 1, "poppy_LP": 2, "yuma": 1}
     dropped = [(run["run_id"], run["rows"], run["reasons"]) for run in outcome.dropped]
     assert dropped == [("p2", 450, "saturated throughout")]
-    assert gravest_doubt(results, "poppy_LP") == ("p2: gap of 1.51 s in the force log", 2)
+    assert gravest_doubt(results, "poppy_LP") == (f"p2: {GAP}", 2)
     assert gravest_doubt(results, HOLED) == ("2 of 91 cells have no alpha", 2)
     assert gravest_doubt(results, "poppy_CP") == ("", 0)
     rows = read.rows("summary")
     loose = rows["poppy seeds, loose"]
-    assert loose[:2] == ["sound|p2: gap of 1.51 s in the force log (2 flags in all)", "2|1 dropped"]
+    assert loose[:2] == [f"sound|p2: {GAP} (2 flags in all)", "2|1 dropped"]
     assert rows["Yuma sand|natural sand"][:2] == ["sound", "1"]
     errors = results.table("leg_errors.csv").query("profile == 'table' and component == 'z'")
     for medium, title in (("poppy_LP", "poppy seeds, loose"), ("poppy_CP", "poppy seeds, close")):

@@ -16,8 +16,8 @@ from rftfit.figures.captions import half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
 from rftfit.figures.quality import draw_quality, lay_out, quality
 from rftfit.figures.style import save
-from rftfit.figures.traces import nice, span, stress_of, thin, trouble
-from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.figures.traces import nice, problem_text, span, stress_of, thin
+from rftfit.measure.flags import FLAGS, flag_columns, remark
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -46,14 +46,15 @@ def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(
     medium: tuple[pd.DataFrame, pd.DataFrame],
 ) -> None:
     traces, fits = medium[0], medium[1].copy()
-    fits["flags"] = NO_TARE_FLAG
-    fits.loc[50, "flags"] = f"saturated; {NO_TARE_FLAG}"
+    bare, cut = remark("no-tare"), remark("motion-log-cut")
+    fits = fits.assign(**flag_columns([bare]))
+    fits.loc[50, [*FLAGS]] = [*flag_columns([cut, bare]).values()]
     (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
     text = words(figure)
     assert "poppy seeds, loose: 105 plate runs, 1 marked" in text
     assert marked(figure) == 1
-    assert "saturated" in text
-    assert sum(NO_TARE_FLAG in line for line in text) == 1
+    assert str(cut) in " ".join(" ".join(text).split())
+    assert sum(str(bare) in line for line in text) == 1
 
 
 def test_a_sheet_has_every_run_and_marks_the_bad_ones(
@@ -61,14 +62,15 @@ def test_a_sheet_has_every_run_and_marks_the_bad_ones(
 ) -> None:
     traces, fits = medium[0], medium[1].copy()
     chain.spoil(fits, 20, "tare too short")
-    fits.loc[50, "flags"] = "saturated"
+    cut = remark("motion-log-cut")
+    fits.loc[50, [*FLAGS]] = [*flag_columns([cut]).values()]
     traces = traces[traces["run_id"] != fits.loc[20, "run_id"]]
     (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
     text = words(figure)
     assert "poppy seeds, loose: 105 plate runs, 2 marked" in text
     assert marked(figure) == 2
     assert "tare too short" in text
-    assert "saturated" in text
+    assert str(cut) in " ".join(" ".join(text).split())
     for run in fits["run_id"]:
         assert sum(line.startswith(f"{run}\n") for line in text) == 1
     assert "N/cm\u00b2" in " ".join(text)
@@ -179,17 +181,13 @@ def test_panel_scales_are_round_and_hold_the_trace() -> None:
     assert span({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
 
 
-def test_trouble_is_told_in_few_words() -> None:
-    fit: dict[Hashable, object] = {
-        "reason": "",
-        "flags": "",
-        "alpha_z_N_per_cm3": 0.1,
-        "alpha_x_N_per_cm3": 0.1,
-    }
-    assert trouble(fit) == ""
-    assert trouble(fit | {"alpha_x_N_per_cm3": np.nan}) == "no alpha"
-    assert trouble(fit | {"reason": "no tare", "flags": "gap"}) == "no tare; gap"
-    assert trouble(fit | {"reason": np.nan, "flags": "gap"}) == "gap"
+def test_a_problem_is_told_in_few_words() -> None:
+    cut = remark("motion-log-cut")
+    fit: dict[Hashable, object] = {"reason": "", "alpha_z_N_per_cm3": 0.1, "alpha_x_N_per_cm3": 0.1}
+    assert problem_text(fit) == ""
+    assert problem_text(fit | {"alpha_x_N_per_cm3": np.nan}) == "no alpha"
+    assert problem_text(fit | {"reason": "no tare"} | flag_columns([cut])) == f"no tare; {cut}"
+    assert problem_text(fit | {"reason": np.nan} | flag_columns([cut])) == str(cut)
 
 
 def test_grids_of_the_alpha_table() -> None:

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from rftfit import reference
+from rftfit.measure.flags import codes_of, remark
 from rftfit.model.fourier import as_array
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 from rftfit.reference import alpha_grid
@@ -43,14 +44,14 @@ def test_half_width_is_students() -> None:
     root_mean_square = math.sqrt((0.09 + 0.01 + 0.04 + 0.16) / 4)
     found = half_width(values, 7.0, 0.95)
     assert found.half == pytest.approx(2.776445 * root_mean_square, rel=1e-6)
-    assert (found.draws, found.reason) == (4, "")
+    assert (found.draws, found.why) == (4, ())
 
 
 def test_no_width_where_a_draw_has_no_speed() -> None:
     found = half_width(np.array([1.0, np.nan, 2.0]), 1.0, 0.95)
     assert math.isnan(found.half)
-    assert found.reason == "1 of 3 draws have no steady speed"
-    assert "profile itself" in half_width(np.ones(3), math.nan, 0.95).reason
+    assert found.why == (remark("draws-lost", lost=1, draws=3),)
+    assert codes_of(half_width(np.ones(3), math.nan, 0.95).why) == "no-speed"
 
 
 def test_draws_of_every_kind_of_profile() -> None:
@@ -107,7 +108,7 @@ def test_no_interval_of_a_best_curvature_at_the_end() -> None:
     # on nine terms the c-leg itself is the fastest
     found = best_width(paper_robot(), NINE, each_draw(nine_draws(0.001, 2), 2), 0.95)
     assert math.isnan(found.half)
-    assert "at the end of those that were tried" in found.reason
+    assert codes_of(found.why) == "best-at-end"
 
 
 def test_table_of_widths() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from rftfit.measure.flags import codes_of, remark
 from rftfit.robot.body import assemble
 from rftfit.robot.config import Numerics
 from rftfit.robot.run import fallen, highest_point, irregular, settled
@@ -96,7 +97,7 @@ def test_fallen_is_past_its_limit_and_names_the_stride(robot: Robot) -> None:
         verdict = fallen(parts, ends, numerics)
         assert (verdict.outcome if verdict else None) == outcome
         if verdict:
-            assert verdict.reason.endswith("degrees after stride 3")
+            assert (codes_of(verdict.why), verdict.why[0].values["stride"]) == ("tipped", 3)
             assert verdict.averaged == 0
     for height, outcome in ((-1.999, None), (-2.001, "buried")):
         ends[-1, 1:3] = height, 0.0
@@ -105,7 +106,7 @@ def test_fallen_is_past_its_limit_and_names_the_stride(robot: Robot) -> None:
     ends[-1] = math.nan
     unknown = fallen(parts, ends, numerics)
     assert unknown is not None
-    assert (unknown.outcome, unknown.reason) == ("not steady", "a force is unknown in stride 3")
+    assert (unknown.outcome, codes_of(unknown.why)) == ("not steady", "force-unknown")
 
 
 def test_settled_compares_speeds_per_second() -> None:
@@ -162,7 +163,7 @@ def test_irregular_compares_the_last_two_thirds() -> None:
         verdict = irregular(speeds, numerics)
         assert verdict.outcome == outcome
         assert verdict.averaged == (8 if outcome == "steady" else 0)
-        assert f"second and last third of 12 strides: 100 and {last:.3g} cm/s" in verdict.reason
+        assert verdict.why[-1] == remark("thirds", strides=12, second=100.0, last=last)
     # an odd rest belongs to the first third
     assert irregular(np.array([900.0, 900.0, 10.0, 10.0]), numerics).outcome == "steady"
     assert irregular(np.array([0.0, 0.04, 0.0]), numerics).outcome == "steady"
@@ -170,5 +171,5 @@ def test_irregular_compares_the_last_two_thirds() -> None:
     backward = irregular(np.repeat([0.0, -100.0, -104.9], 4), numerics)
     assert (backward.outcome, backward.averaged) == ("steady", 8)
     short = irregular(np.array([1.0, 1.0]), numerics)
-    assert short.reason == "too short: 2 strides, at least 3 are needed"
+    assert codes_of(short.why) == "few-strides"
     assert irregular(np.array([1.0, 1.0, 1.0]), numerics).averaged == 2

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from convergence import step_convergence
 
+from rftfit.measure.flags import codes_of
 from rftfit.model.profiles import FourierProfile
 from rftfit.robot.body import assemble, element_series
 from rftfit.robot.config import Numerics, Robot
@@ -88,7 +89,7 @@ def test_tipped(robot: Robot, nine: FourierProfile) -> None:
         hip["x_cm"], hip["z_cm"] = hip["x_cm"] / 5, hip["z_cm"] - 3
     run = simulate(Robot.model_validate(data), nine, 1.0, 1.0)
     assert run.outcome == "tipped"
-    assert "degrees after stride" in run.reason
+    assert codes_of(run.why) == "tipped"
     assert math.isnan(run.speed_cm_per_s)
     assert run.averaged == 0
 
@@ -97,7 +98,7 @@ def test_buried(robot: Robot, nine: FourierProfile) -> None:
     # a medium that does not bear it
     run = simulate(robot, FourierProfile(nine.coefficients / 100), 1.0, 1.0)
     assert run.outcome == "buried"
-    assert "below the surface" in run.reason
+    assert codes_of(run.why) == "buried"
     assert math.isnan(run.speed_cm_per_s)
 
 
@@ -119,10 +120,10 @@ def test_irregular_runs() -> None:
     bouncing = np.tile([20.0, 30.0, 25.0], 8)
     verdict = irregular(bouncing, numerics)
     assert (verdict.outcome, verdict.averaged) == ("steady", 16)
-    assert "irregular strides" in verdict.reason
+    assert codes_of(verdict.why) == "irregular thirds"
     verdict = irregular(np.linspace(10, 30, 24), numerics)
     assert (verdict.outcome, verdict.averaged) == ("not steady", 0)
-    assert "cm/s" in verdict.reason
+    assert codes_of(verdict.why) == "thirds"
     assert irregular(np.ones(2), numerics).outcome == "not steady"
 
 

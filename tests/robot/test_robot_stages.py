@@ -198,7 +198,7 @@ def test_an_own_robot_is_not_calibrated(root: Path) -> None:
 
 MEASURED = (
     "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_sd_Hz", "speed_cm_per_s",
-    "speed_sd_cm_per_s", "trials", "calibrated", "source", "reason",
+    "speed_sd_cm_per_s", "trials", "calibrated", "source", "reason", "reason_code",
 )  # fmt: skip
 FEW = [Condition(5.0, k, phase) for k in (0.6, 0.8) for phase in (0.0, 1 / 3)]
 
@@ -245,13 +245,13 @@ def test_tables(
         {"condition": ["a", "b"], "medium": "poppy_LP", "curvature_times_R": [0.6, 0.9],
          "frequency_Hz": 5.0, "frequency_sd_Hz": np.nan, "speed_cm_per_s": [50.0, 60.0],
          "speed_sd_cm_per_s": 1.0, "trials": 3, "calibrated": ["yes", "no"],
-         "source": "marker tracks", "reason": ""}
+         "source": "marker tracks", "reason": "", "reason_code": ""}
     )  # fmt: skip
     write_csv(seen, root / "results" / "robot" / "measured.csv")
     table = speed_table(map(row_of, straight[1]))
     table.insert(0, "profile", "table")
     table.insert(1, "medium", "poppy_LP")
-    half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "")], columns=WIDTHS)
+    half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "", "")], columns=WIDTHS)
     monkeypatch.setattr(stages, "PROFILES", ("table",))
     write_csv(table, root / "results" / "robot" / "runs_table.csv")
     write_csv(half, root / "results" / "robot" / "intervals.csv")

@@ -16,6 +16,7 @@ from jobs import run_rules
 
 from rftfit.measure.checks import _surface_or_curve
 from rftfit.measure.fits import RunFit, _other_laws
+from rftfit.measure.flags import flagged_with, flags_of
 from rftfit.measure.laws import other_laws
 from rftfit.results import open_results
 
@@ -212,7 +213,7 @@ def test_channels_that_end_below_their_range(lab: Lab) -> None:
     }  # fmt: skip
     hit = np.array([bool(cut_runs & set(runs.split())) for runs in alpha["run_ids"]])
     assert hit.any()
-    assert list(alpha["flags"].str.contains("stops at")) == list(hit)
+    assert list(flagged_with(alpha, "channel-clipped")) == list(hit)
 
 
 @pytest.mark.parametrize("off", [3.0, -3.0])
@@ -265,7 +266,7 @@ def test_copies_of_a_log_are_no_repeats(lab: Lab) -> None:
     assert found["effect"] == "unusable"
     assert found["sentence"].startswith("Copies of a log are no repeats (7 runs")
     cell = lab.alpha.query("beta_deg == 0 and gamma_deg == 90").iloc[0]
-    assert "copy3: same readings as" in cell["flags"]
+    assert ("same-readings", "copy3") in {(one.code, one.run_id) for one in flags_of({**cell})}
 
 
 def test_an_accepted_medium_is_used_and_says_why(lab: Lab) -> None:

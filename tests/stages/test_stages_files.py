@@ -234,7 +234,7 @@ def test_one_run_of_each_kind_of_error_reaches_the_files(room: Room, tmp_path: P
     p = through_files(room, tmp_path / "out", room.write())
     fits = read_result(p["fits"])
     assert fits["alpha_z_N_per_cm3"].isna().all()
-    assert "the file is empty" in str(fits.loc[0, "reason"])
+    assert fits.loc[0, "reason_code"] == "empty"
     again = alpha_table(fits, "poppy_LP", 0.95, 3)
     close(read_result(p["alpha"]), again)
     assert len(read_result(p["legs"])) == 0
@@ -295,7 +295,7 @@ def test_air_run_that_no_leg_names_is_in_the_ledger(some: Room, tmp_path: Path) 
     book = read_result(p["ledger"])
     rows = book[book["run_id"] == "air_flat_leg"]
     assert set(rows["fate"]) == {"dropped"}
-    assert all("no leg" in reason for reason in rows["reason"])
+    assert (rows["reason_code"] == "unclaimed").all()
 
 
 def test_run_that_is_in_no_ledger_stops_the_workflow(some: Room, tmp_path: Path) -> None:

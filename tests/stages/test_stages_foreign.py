@@ -15,6 +15,7 @@ from rigroom import Results, Room, chain
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.cli.main import main
+from rftfit.measure.flags import flags_of
 from rftfit.results import open_results
 from rftfit.workflow.state import log_names, read_states
 
@@ -115,9 +116,9 @@ def test_every_row_is_accounted_for(other: Room) -> None:
     rows = len(other.logs[force].splitlines()) - 2  # type: ignore[union-attr]
     fates = got.fates(f"{force}")
     assert sum(fates.values()) == rows
-    for reason in ("wrong number of cells", "not a number", "cut in mid-row"):
-        assert fates["dropped", reason] == 1
-    assert "1 rows of" in got.run(RUN)["flags"]
+    codes = {"wrong-cells", "not-numbers", "cut-rows"}
+    assert {code: fates["dropped", code] for code in codes} == dict.fromkeys(codes, 1)
+    assert codes <= {*got.run(RUN)["flag_codes"].split()}
 
 
 @pytest.mark.parametrize(
@@ -182,8 +183,8 @@ def test_lost_packets_reach_the_ledger(tmp_path: Path) -> None:
             room.logs[name] = from_zero(content)
     got = chain(load_campaign(room.write()), "poppy_LP")
     fates = got.fates(force)
-    assert fates["lost", "lost packets (gap in the RDT sequence)"] == 40
-    assert "40 rows of" in got.run(RUN)["flags"] or got.run(RUN)["status"] == "refused"
+    assert fates["lost", "damaged-rows"] == 40
+    assert "damaged-rows" in got.run(RUN)["flag_codes"] or got.run(RUN)["status"] == "refused"
     steps = np.diff(got.traces.loc[got.traces["run_id"] == RUN, "time_s"])
     if steps.size:
         assert steps.max() == pytest.approx(0.41)
@@ -310,12 +311,14 @@ def test_damage_to_one_file_is_told_apart(single: Room) -> None:
     got.check_ledger(single.counted, runs_of(single))
     # a line without a position still has its force
     fates = got.fates(file)
-    assert fates["dropped", "not a number"] == 2
-    assert fates["dropped", "wrong number of cells"] == 1
-    flags = got.run(RUN)["flags"].split("; ")
-    for part, count, reason in (("force", 2, "not a number"), ("motion", 2, "not a number")):
-        assert f"{count} rows of {RUN}.csv ({part}): {reason}" in flags
-    assert flags.count(f"1 rows of {RUN}.csv: wrong number of cells") == 1
+    assert (fates["dropped", "not-numbers"], fates["dropped", "wrong-cells"]) == (2, 1)
+    flags = [
+        (one.code, one.values["count"], one.values["file"]) for one in flags_of({**got.run(RUN)})
+    ]
+    assert sorted(flags) == [
+        ("not-numbers", 2, f"{RUN}.csv (force)"), ("not-numbers", 2, f"{RUN}.csv (motion)"),
+        ("wrong-cells", 1, f"{RUN}.csv"),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.fits import fit_medium
+from rftfit.measure.flags import flagged_with
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.tare import tare_medium
 
@@ -54,7 +55,7 @@ def test_a_protocol_measures_what_is_there(tmp_path: Path, protocol: str) -> Non
 def test_without_a_tare_alpha_is_off_and_says_so(tmp_path: Path) -> None:
     make(tmp_path, Case("one-row", "paper", tare=False))
     alpha, fits, _ = measured(tmp_path)
-    assert fits["flags"].str.contains("no tare subtracted").all()
+    assert flagged_with(fits, "no-tare").all()
     assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) < 0.5
 
 
@@ -112,7 +113,7 @@ def test_a_log_without_rest_and_without_a_zero_says_what_to_do(tmp_path: Path) -
     text = config.read_text(encoding="utf-8")
     config.write_text(text.replace("method: stated", "method: air"), encoding="utf-8")
     _, fits, _ = measured(tmp_path)
-    assert "name a zero_log in the run sheet, or state it under `zero`" in fits["reason"][0]
+    assert fits["reason_code"][0] == "no-zero"
 
 
 def test_strokes_of_one_log(tmp_path: Path) -> None:
@@ -151,4 +152,4 @@ def test_strokes_of_one_log(tmp_path: Path) -> None:
     text = sheet.read_text(encoding="utf-8").replace(",3\n", ",4\n")
     sheet.write_text(text, encoding="utf-8")
     _, fits, _ = measured(tmp_path)
-    assert fits["reason"][2] == "the sheet asks for stroke 4; the log holds 3"
+    assert fits["reason_code"][2] == "no-such-stroke"

@@ -83,7 +83,7 @@ def test_ledger_counts_every_line_of_every_file(lab: Lab) -> None:
     for medium, results in lab.results.items():
         results.check_ledger(lab.counted(medium))
         used = results.book[results.book["fate"] == "used"]
-        assert {"zero of the transducer", "path", "tare"} <= set(used["reason"])
+        assert {"zero", "path", "tare"} <= set(used["reason_code"])
         assert set(used["file"]) == set(lab.counted(medium))
 
 
@@ -159,7 +159,7 @@ def test_slopes_of_the_sands(lab: Lab, sand: str, to_cm: float, slope: float) ->
     fit = lab.results[sand].fits.iloc[0]
     assert fit["depth_to_cm"] == pytest.approx(to_cm, abs=0.02)
     others = lab.results[sand].alpha.drop(index=found.name)
-    assert (others["reason"] == "no run").all()
+    assert (others["reason_code"] == "no-run").all()
     assert set(lab.results[sand].curves["leg"]) == set(reference.LEGS)
 
 

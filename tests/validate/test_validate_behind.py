@@ -11,7 +11,6 @@ from turning import sweep
 
 from rftfit.compare.legs import errors_of_peaks, extreme, shape_errors
 from rftfit.measure.alpha import column
-from rftfit.measure.fits import NOT_LINEAR
 from rftfit.model.outlines import leg_outline, model_leg
 from rftfit.model.profiles import TableProfile
 from rftfit.reference import GAMMA_DEG, LEGS, alpha_grid
@@ -108,7 +107,7 @@ def test_the_surface_of_the_plates_moves_the_axle_too(paper_config: Config) -> N
 
 
 def flagged(table: pd.DataFrame, where: Any) -> pd.DataFrame:
-    return table.assign(flags=np.where(where, f"alpha_z {NOT_LINEAR} (+12 %)", ""))
+    return table.assign(flag_codes=np.where(where, "not-linear", ""))
 
 
 def test_flagged_cells_and_the_others_make_the_whole_peak(

@@ -25,7 +25,6 @@ from rftfit.measure.alpha import column
 from rftfit.model.draws import measured_profile
 from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import TableProfile
-from rftfit.model.scaling import PRINTED_NOTE
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, alpha_grid, load
 
 SE = 0.001
@@ -249,9 +248,9 @@ def test_a_missing_cell_gives_no_guess(config: Config) -> None:
 
 def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config: Config) -> None:
     sand = results_of([alpha_frame("yuma", one_cell(0.69))], config)["yuma"]
-    reasons = predicted_curves(sand).groupby(["profile", "leg"])["reason"].unique()
+    reasons = predicted_curves(sand).groupby(["profile", "leg"])["reason_code"].unique()
     assert len(reasons) == 2 * len(LEGS)
-    assert all(list(found) == [PRINTED_NOTE] for found in reasons["generic"])
+    assert all(list(found) == ["published-media"] for found in reasons["generic"])
     assert all(list(found) == [""] for found in reasons["map"])
 
 

@@ -16,6 +16,7 @@ from rftfit.compare.legs import (
     leg_errors,
     measured_peak,
 )
+from rftfit.measure.flags import REASON, flag_columns, remark
 from rftfit.measure.slopes import student_quantile
 
 THETA = np.arange(-135.0, 136.0)
@@ -179,10 +180,10 @@ def test_no_force_has_no_relative_error() -> None:
 
 def test_a_prediction_without_number_or_reason_says_so() -> None:
     table = leg_errors(*curves(wide(10.0), np.full(THETA.size, np.nan)))
-    assert set(table["reason"]) == {"the prediction has no number"}
+    assert set(table["reason_code"]) == {"not-predicted"}
     measured, predicted = curves(wide(10.0), wide(12.0))
     lonely = leg_errors(measured.assign(leg="flat_leg"), predicted)
-    assert set(lonely["reason"]) == {"no measured curve"}
+    assert set(lonely["reason_code"]) == {"not-measured"}
     assert (lonely[list(NUMBERS)].dtypes == float).all()
     assert list(leg_errors(measured, predicted.iloc[:0]).columns) == COLUMNS
 
@@ -195,10 +196,8 @@ def test_a_leg_that_stops_early_has_a_peak_where_it_was_passed() -> None:
     for table, force in ((measured, thrust), (predicted, 0.9 * thrust)):
         table["force_x_N"] = force
     found = leg_errors(measured[measured["theta_deg"] <= -20], predicted).set_index("component")
-    only = "the measured curve has only theta -135 to -20 deg"
-    assert found.loc["z", "reason"] == only
+    assert dict(found["reason_code"]) == {"z": "short-curve", "x": "short-at-peak"}
     assert found.loc["z", "peak_error_percent"] == pytest.approx(-10, abs=1)
-    assert found.loc["x", "reason"] == f"{only}, which may leave out its peak"
     numbers = ["peak_measured_N", "peak_predicted_N", "peak_error_percent"]
     assert found.loc["x", numbers].isna().all()
     assert (found["rms_error_N"] > 0).all()
@@ -220,13 +219,12 @@ def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error() -> None:
 
 def test_flags_of_the_logs_stand_behind_the_reason() -> None:
     measured, predicted = curves(wide(10.0), wide(12.0))
-    flags = np.where(THETA < 0, "no tare subtracted", "")
-    flags[-1] = "a gap"
-    measured = measured.assign(flags=flags)
-    assert set(leg_errors(measured, predicted)["reason"]) == {"no tare subtracted; a gap"}
-    lost = predicted.assign(force_z_N=np.nan, reason="no run")
+    flag = remark("no-tare")
+    measured = measured.assign(**flag_columns([flag]))
+    assert set(leg_errors(measured, predicted)["reason_code"]) == {"no-tare"}
+    lost = predicted.assign(force_z_N=np.nan, reason="no run", reason_code="no-run")
     table = leg_errors(measured, lost).set_index("component")
-    assert table.loc["z", "reason"] == "no run; no tare subtracted; a gap"
+    assert [table.loc["z", name] for name in REASON] == [f"no run; {flag}", "no-run no-tare"]
     assert list(table["rms_error_N"].isna()) == [True, False]
 
 

@@ -13,9 +13,8 @@ from light_campaign import alpha_frame, one_cell
 
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.compare.sands import NO_END, penetration_rows
+from rftfit.compare.sands import penetration_rows
 from rftfit.measure.fits import fit_medium
-from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
@@ -104,7 +103,7 @@ def test_each_regime_has_its_own_slope_and_zeta(paper_config: Config) -> None:
 def test_a_regime_that_ends_with_the_test_is_said(paper_config: Config) -> None:
     found = told(paper_config, {"down": kneed(9.0)})
     assert found["down", "stated"]["reason"] == ""
-    assert found["down", "detected"]["reason"] == NO_END
+    assert found["down", "detected"]["reason_code"] == "no-linear-end"
     assert found["down", "detected"]["linear_to_cm"] == pytest.approx(4.95, abs=0.051)
     assert found["down", "detected"]["zeta"] == pytest.approx(0.5 / 1.25)
 
@@ -120,7 +119,7 @@ def test_a_regime_that_is_not_known_has_its_reason_and_no_number(
     config = paper_config.model_copy(update={"media": media})
     found = told(config, {"down": kneed(3.0) if window == "stated" else DEPTH_CM**2})
     lost = found.pop(("down", window))
-    assert lost["reason"] == NONE
+    assert lost["reason_code"] == "no-linear-regime"
     assert math.isnan(lost["linear_to_cm"])
     assert "alpha_z_N_per_cm3" not in lost
     (other,) = found.values()
@@ -142,19 +141,17 @@ def test_a_test_without_a_stroke_stands_last_with_its_reason(paper_config: Confi
     found = told(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust on the plate"})
     assert list(found) == [("b", "stated"), ("b", "detected"), ("a", "stated"), ("c", "stated")]
     assert found["a", "stated"]["reason"] == "dust on the plate"
-    assert found["c", "stated"]["reason"] == "it has no stroke, or its tare rod is of no use"
+    assert found["c", "stated"]["reason_code"] == "no-tared-stroke"
     number = told(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust"}, numbers=True)
     assert number["a", "stated"]["reason"] == "dust"
-    assert number["c", "stated"]["reason"] == (
-        "a slope from a table: no curve of stress against depth"
-    )
+    assert number["c", "stated"]["reason_code"] == "no-curve"
 
 
 def test_the_force_on_rod_and_mount_is_said_of_both_regimes(paper_config: Config) -> None:
     runs = push(tare_run=""), push("tared")
     found = told(paper_config, {"down": kneed(9.0), "tared": kneed(3.0)}, runs)
-    assert found["down", "stated"]["reason"] == NO_TARE_FLAG
-    assert found["down", "detected"]["reason"] == f"{NO_END}; {NO_TARE_FLAG}"
+    assert found["down", "stated"]["reason_code"] == "no-tare"
+    assert found["down", "detected"]["reason_code"] == "no-linear-end no-tare"
     assert found["tared", "stated"]["reason"] == found["tared", "detected"]["reason"] == ""
 
 

@@ -11,6 +11,7 @@ from rftfit.compare.legs import bed_spread
 from rftfit.compare.sands import bend_of, linear_end
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import SurfaceError
+from rftfit.measure.flags import codes_of, reason_columns, remark
 from rftfit.reference import load
 
 
@@ -95,7 +96,7 @@ def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
     bare = pd.DataFrame([cell]).drop(columns=column("z", "_rod"))
     assert sands._of_any_window(bare) == pytest.approx(0.04)
     words = (0.95, np.array([1.2, 1.3]), SurfaceError(run=0.1))
-    alone, whole = (sands._slope(fit, *words, other) for other in (0.0, others))
+    alone, whole = (sands._slope(fit, *words, other)[0] for other in (0.0, others))
     own, half = (float(str(row["alpha_z_hi_N_per_cm3"])) - 0.7 for row in (alone, whole))
     assert own == pytest.approx(1.96 * np.hypot(0.01, 0.1 * 0.5 * 0.7), rel=1e-3)
     assert half == pytest.approx(np.hypot(own, 1.96 * 0.05 * 0.7), rel=1e-3)
@@ -104,10 +105,9 @@ def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
 
 
 def test_a_fit_that_was_refused_has_its_reason_and_no_number() -> None:
-    row = sands._slope(
-        {"reason": "too few points"}, 0.95, np.array([1.2, 1.3]), SurfaceError(), 0.0
-    )
-    assert row == {"reason": "too few points"}
+    fit = reason_columns([remark("few-points", found=1, wanted=30)])
+    row, reason = sands._slope(fit, 0.95, np.array([1.2, 1.3]), SurfaceError(), 0.0)
+    assert (row, codes_of(reason)) == ({}, "few-points")
 
 
 def test_a_medium_without_resistance_has_no_relative_spread() -> None:

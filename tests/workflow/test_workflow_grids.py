@@ -107,7 +107,7 @@ def test_a_planned_grid_finds_what_is_missing(tmp_path: Path) -> None:
     assert set(zip(table["beta_deg"], table["gamma_deg"], strict=True)) == set(cells)
     empty = table[table["alpha_z_N_per_cm3"].isna()]
     assert list(zip(empty["beta_deg"], empty["gamma_deg"], strict=True)) == cells[-2:]
-    assert set(empty["reason"]) == {"no run"}
+    assert set(empty["reason_code"]) == {"no-run"}
     sheet.write_text(text.replace(",45,45,", ",45,46,"), encoding="utf-8")
     said = folder.rftfit("check")
     assert said.returncode == 2

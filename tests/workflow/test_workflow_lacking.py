@@ -11,7 +11,7 @@ import yaml
 from campaigns import FEW, Folder, make_campaign
 
 from rftfit.cli.example import EXAMPLES, fetch_logs, lay_out, own_files
-from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.measure.flags import flagged_with, remark
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,25 +78,25 @@ def test_runs_without_a_tare_give_flagged_numbers(untared: tuple[Folder, str]) -
     fits = folder.table("fits/poppy_CP.csv")
     assert len(fits) == 28
     assert fits[ALPHA].notna().all(axis=None)
-    assert fits["flags"].str.contains(NO_TARE_FLAG).all()
+    assert flagged_with(fits, "no-tare").all()
     for medium in ("poppy_CP", "yuma"):
         curves = folder.table(f"legs/{medium}.csv")
         assert set(curves["leg"]) == {"c_leg", "flat_leg", "reversed_c_leg"}
         assert curves[["force_z_N", "zero_se_z_N"]].notna().all(axis=None)
-        assert set(curves["flags"]) == {NO_TARE_FLAG}
+        assert set(curves["flag_codes"]) == {"no-tare"}
     errors = folder.table("leg_errors.csv")
     # the table has holes in this campaign
     errors = errors[(errors["medium"] != "poppy_LP") & (errors["profile"] != "table")]
     assert set(errors["medium"]) == {"poppy_CP", "yuma"}
     assert errors["peak_error_percent"].notna().all()
-    assert errors["reason"].str.contains(NO_TARE_FLAG).all()
+    assert errors["reason_code"].str.contains("no-tare").all()
     sands = folder.table("sands.csv")
     assert (
         sands[["alpha_z_N_per_cm3", "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3", "zeta"]]
         .notna()
         .all(axis=None)
     )
-    assert sands["reason"].str.contains(NO_TARE_FLAG).all()
+    assert sands["reason_code"].str.contains("no-tare").all()
     assert "was subtracted at the same" not in page
     assert "in air at the same angle was subtracted" not in page
 
@@ -156,4 +156,4 @@ def test_the_sand_example_runs(tmp_path: Path) -> None:
     assert "No force on rod and mount alone was recorded, so none was subtracted." in page
     assert "no Fourier series was fitted" in page
     tare = folder.root / "results" / "figures" / "tare_sand.svg"
-    assert NO_TARE_FLAG in tare.read_text(encoding="utf-8")
+    assert str(remark("no-tare")) in tare.read_text(encoding="utf-8")

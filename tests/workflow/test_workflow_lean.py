@@ -20,7 +20,7 @@ from rftfit.figures.generic import generic_profile
 from rftfit.figures.legs import forces_over_zeta
 from rftfit.figures.maps import fit_maps
 from rftfit.measure.alpha import column
-from rftfit.model.scaling import PRINTED_NOTE, published
+from rftfit.model.scaling import published
 from rftfit.reference import LEGS, alpha_grid
 from rftfit.results import open_results
 from rftfit.store import write_csv
@@ -75,7 +75,7 @@ def test_a_sand_alone_is_scaled_with_the_published_media(sand: Folder) -> None:
     assert len(table) == 1
     row = table.iloc[0]
     assert row["method"] == "scaling routine (lsq, published media)"
-    assert row["reason"] == PRINTED_NOTE
+    assert row["reason_code"] == "published-media"
     alpha = sand.table("alpha/yuma.csv").query("beta_deg == 0 and gamma_deg == 90").iloc[0]
     value, se = alpha[column("z")], alpha[column("z", "_se")]
     assert value == pytest.approx(0.69, abs=0.01)
@@ -90,7 +90,7 @@ def test_a_sand_alone_is_scaled_with_the_published_media(sand: Folder) -> None:
         assert f"{row[f'{name}_hi']:.5g}" == f"{scaled[name]['hi']:.5g}"
     stated = sand.table("sands.csv").set_index("window").loc["stated"]
     assert stated["zeta"] == pytest.approx(row["zeta"], rel=1e-5)
-    assert stated["reason"] == PRINTED_NOTE
+    assert stated["reason_code"] == "published-media"
 
 
 def test_its_legs_are_predicted_from_them(sand: Folder) -> None:
@@ -98,7 +98,7 @@ def test_its_legs_are_predicted_from_them(sand: Folder) -> None:
     assert set(predicted["leg"]) == set(LEGS)
     assert set(predicted["profile"]) == {"map", "generic"}
     generic = predicted["profile"] == "generic"
-    assert set(predicted.loc[generic, "reason"]) == {PRINTED_NOTE}
+    assert set(predicted.loc[generic, "reason_code"]) == {"published-media"}
     predicted = predicted[generic]
     words = ("--alpha", f"{sand.table('penetration.csv')['alpha_z_measured_N_per_cm3'].iloc[0]}")
     options = ("--leg", "c_leg", "--output", "forces.csv", "--force")
@@ -108,7 +108,7 @@ def test_its_legs_are_predicted_from_them(sand: Folder) -> None:
     assert np.allclose(own["force_z_N"], of_cli["force_z_N"], rtol=1e-4, atol=1e-6)
     errors = sand.table("leg_errors.csv")
     assert errors["peak_error_percent"].notna().all()
-    assert set(errors.loc[errors["profile"] == "generic", "reason"]) == {PRINTED_NOTE}
+    assert set(errors.loc[errors["profile"] == "generic", "reason_code"]) == {"published-media"}
     # from the results it is the same profile, with the error of the test
     rftfit(sand, "predict", "--results", "results", "--medium", "yuma", "--profile", "generic", *options)  # fmt: skip
     again = pd.read_csv(sand.root / "forces.csv", comment="#")
@@ -211,7 +211,7 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(
             write_csv(one, results / name)
     made = open_results(root)
     scaled: Any = made.table("penetration.csv").set_index(["medium", "method"])
-    assert "cells have no alpha" in scaled.loc[("poppy_LP", "dft-index"), "reason"]
+    assert scaled.loc[("poppy_LP", "dft-index"), "reason_code"] == "empty-cells"
     found = scaled.loc[("yuma", "scaling routine (dft-index, published media)")]
     # by the other method the published media have another chi: Table S3
     assert found["chi"] == pytest.approx(1.242)
@@ -221,11 +221,11 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(
     own = predicted[predicted["medium"] == "poppy_LP"]
     # the table has a hole, which the map fills
     assert set(own["profile"]) == {"table", "map", "depth_only"}
-    assert set(own["reason"]).isdisjoint({PRINTED_NOTE})
+    assert set(own["reason_code"]).isdisjoint({"published-media"})
     of_sand = predicted[predicted["medium"] == "yuma"]
     assert of_sand["force_z_N"].notna().all()
     generic = of_sand["profile"] == "generic"
-    assert set(of_sand.loc[generic, "reason"]) == {PRINTED_NOTE}
+    assert set(of_sand.loc[generic, "reason_code"]) == {"published-media"}
     # the figures of the fit say why there is none
     for draw in (fit_maps, generic_profile, forces_over_zeta):
         words = " ".join(text.get_text() for text in draw(made).findobj(Text))

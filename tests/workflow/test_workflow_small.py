@@ -187,24 +187,24 @@ def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
         assert word in fits.at[run, "reason"]
         assert np.isnan(fits.at[run, "alpha_z_N_per_cm3"])
         assert np.isnan(fits.at[run, "alpha_x_N_per_cm3"])
-    assert "gap" in fits.at["poppy_LP_bp00_g90_in", "flags"]
-    assert "lacks" in fits.at["poppy_LP_bp90_g90_in", "flags"]
+    assert "gap" in fits.at["poppy_LP_bp00_g90_in", "flag_codes"]
+    assert "force-log-short" in fits.at["poppy_LP_bp90_g90_in", "flag_codes"]
     ledger = folder.table("ledger.csv")
     cut = ledger[
-        (ledger["run_id"] == "poppy_LP_bp90_g90_in") & (ledger["reason"] == "cut in mid-row")
+        (ledger["run_id"] == "poppy_LP_bp90_g90_in") & (ledger["reason_code"] == "cut-rows")
     ]
     assert cut["rows"].sum() == 1
     alpha = folder.table("alpha/poppy_LP.csv")
     hole = alpha[(alpha["beta_deg"] == 30) & (alpha["gamma_deg"] == 90)].iloc[0]
     assert np.isnan(hole["alpha_z_N_per_cm3"])
-    assert "saturated" in hole["reason"]
+    assert "saturated" in hole["reason_code"]
     # a transform needs every cell, least squares does not
     fourier = folder.table("coefficients.csv")
     lsq = fourier[(fourier["method"] == "lsq") & (fourier["medium"] == "poppy_LP")]
     dft = fourier[(fourier["method"] == "dft-index") & (fourier["medium"] == "poppy_LP")]
     assert lsq["value_N_per_cm3"].notna().all()
     assert dft["value_N_per_cm3"].isna().all()
-    assert dft["reason"].str.contains("cells have no alpha").all()
+    assert (dft["reason_code"] == "empty-cells").all()
 
 
 def test_a_disk_that_refuses_is_told(small: Folder, tmp_path: Path) -> None:

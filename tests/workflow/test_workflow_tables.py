@@ -156,4 +156,4 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path: Pa
     assert two["alpha_z_N_per_cm3"] == pytest.approx((0.9 * 3 + 1.6 * 5) / 34)
     assert two["alpha_z_lo_N_per_cm3"] < two["alpha_z_N_per_cm3"]
     assert np.isnan(none["alpha_z_N_per_cm3"])
-    assert "all depths are 0" in none["reason"]
+    assert none["reason_code"] == "zero-depths"

@@ -95,6 +95,7 @@ def _of_campaign(
     folder: Path, name: str, kind: str | None
 ) -> tuple[Map | TableProfile, dict[str, Any]]:
     from rftfit.measure.alpha import window_of
+    from rftfit.measure.flags import say
     from rftfit.results import FOLDER
     from rftfit.store.digests import sha256_of
     from rftfit.workflow.provenance import RECORD, SUMS
@@ -105,7 +106,7 @@ def _of_campaign(
     told = {
         "name": name,
         "title": campaign.campaign.titles[name],
-        "marks": campaign.marks.get(name, ""),
+        "marks": say(campaign.marks.get(name, ())),
         "window": window_of(one.alpha),
         "made_from": {
             path: sha256_of(campaign.root / path)

@@ -261,14 +261,8 @@ def make_motion(hip_cm: float | None, path: Path | None) -> Motion:
 
 
 def shortened(reason: str) -> str:
-    """Cut a reason that names dozens of cells after a whole one."""
-    if len(reason) <= _LONGEST_REASON:
-        return reason
-    parts = reason.split("; ")
-    kept = [parts[0][:_LONGEST_REASON]]
-    while len("; ".join(kept)) + len(parts[len(kept)]) < _LONGEST_REASON:
-        kept.append(parts[len(kept)])
-    return f"{'; '.join(kept)} and {len(parts) - len(kept)} more"
+    """Cut a reason that names dozens of cells."""
+    return reason if len(reason) <= _LONGEST_REASON else f"{reason[:_LONGEST_REASON]} ..."
 
 
 def _peaks_as_text(peaks: list[Peak], key: str, level: str) -> str:

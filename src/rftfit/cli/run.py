@@ -227,7 +227,7 @@ def ledger_line(path: Path) -> str:
     try:
         for row in _rows(path):
             used, count_of_rows = row["fate"] == "used", int(row["rows"])
-            good = used and count_of_rows > 0 and row["reason"] == USED_AS.get(row["kind"])
+            good = used and count_of_rows > 0 and row["reason_code"] == USED_AS.get(row["kind"])
             runs[row["run_id"]] = runs.get(row["run_id"], False) or good
             if row["fate"] in rows:  # a sample that was lost is no row of a log
                 rows[row["fate"]] += count_of_rows

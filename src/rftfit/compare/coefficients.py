@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.measure.alpha import NO_PUSH, POOLED_PLATES, both, cell_at, column, directions
+from rftfit.measure.alpha import both, cell_at, column, directions
 from rftfit.measure.errors import shares
+from rftfit.measure.flags import REASON, flags_of, quoted, reason_columns, reason_of, remark
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, TERMS_Z, evaluate
 from rftfit.model.scaling import (
@@ -31,13 +32,13 @@ if TYPE_CHECKING:
 
 COEFFICIENT_COLUMNS = [
     "method", "medium", "coefficient", "value_N_per_cm3", "se", "lo", "hi", "relative_to_A00",
-    "kept", "kept_by_bic", "published", "misfit_rms_N_per_cm3", "without_flagged", "reason",
+    "kept", "kept_by_bic", "published", "misfit_rms_N_per_cm3", "without_flagged", *REASON,
 ]  # fmt: skip
 PENETRATION_COLUMNS = [
     "method", "medium",
     *(f"alpha_z_{name}{end}_N_per_cm3" for name in ("measured", "fit") for end in ("", "_lo", "_hi")),
     *(f"{name}{end}" for name in ("chi", "zeta") for end in ("", "_lo", "_hi")),
-    "zeta_without_flagged", "zeta_errors", "reason",
+    "zeta_without_flagged", "zeta_errors", *REASON,
 ]  # fmt: skip
 
 
@@ -66,7 +67,7 @@ def coefficient_rows(fit: MediumFit, bic: dict[str, bool | None]) -> list[dict[s
             "published": published.get(term, np.nan),
             "misfit_rms_N_per_cm3": misfit_z if term in TERMS_Z else misfit_x,
             "without_flagged": fit.without_flagged[i] if fit.keep[i] else np.nan,
-            "reason": fit.reason,
+            **reason_columns(fit.why),
         }
         for i, term in enumerate(TERMS)
     ]
@@ -113,7 +114,7 @@ def generic_rows(group: list[MediumFit]) -> pd.DataFrame:
             "published": [published.get(term, np.nan) for term in TERMS],
             "misfit_rms_N_per_cm3": np.nan,
             "without_flagged": np.nan,
-            "reason": "",
+            **reason_columns([]),
         }
     )
 
@@ -132,8 +133,8 @@ def penetration_row(fit: MediumFit) -> dict[str, object]:
         row |= {f"{name}{unit}": value, f"{name}_lo{unit}": lo, f"{name}_hi{unit}": hi}
     row["zeta_without_flagged"] = float(vertical_penetration(fit.without_flagged))
     row["zeta_errors"] = shares(fit.zeta_errors)
-    missing = NO_PUSH if cell_at(fit.table, 0, 90) is None else ""
-    return row | {"reason": fit.reason or missing}
+    missing = [remark("no-push")] if cell_at(fit.table, 0, 90) is None else []
+    return row | reason_columns(fit.why or missing)
 
 
 def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[str, object]:
@@ -142,15 +143,15 @@ def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
     cell = cell_at(table, 0, 90)
     if cell is None:
-        return row | {"reason": NO_PUSH}
+        return row | reason_columns([remark("no-push")])
     for quantity in ("", "_lo", "_hi"):
         row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
     level = config.fit.confidence
     try:
         scaled = scale_new_medium(*alpha_of_test(cell, level), reference.chi, level)
     except ValueError as error:
-        return row | {"reason": str(cell["reason"]) or str(error)}
+        return row | reason_columns(reason_of({**cell}) or [quoted(error, "no-zeta")])
     names = ("chi", "chi_lo", "chi_hi", "zeta", "zeta_lo", "zeta_hi")
-    pooled = [flag for flag in str(cell["flags"]).split("; ") if flag.startswith(POOLED_PLATES)]
-    reason = "; ".join(filter(None, (reference.note, *pooled)))
-    return row | {name: getattr(scaled, name) for name in names} | {"reason": reason}
+    pooled = [flag for flag in flags_of({**cell}) if flag.code == "pooled-plates"]
+    reason = reason_columns([*reference.remarks, *pooled])
+    return row | {name: getattr(scaled, name) for name in names} | reason

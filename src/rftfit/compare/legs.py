@@ -10,6 +10,15 @@ import numpy as np
 
 from rftfit.measure.alpha import both, cell_at, column, directions, flagged
 from rftfit.measure.errors import shares
+from rftfit.measure.flags import (
+    REASON,
+    Remark,
+    flags_of,
+    reason_columns,
+    reason_of,
+    remark,
+    with_reasons,
+)
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.draws import errors_behind, errors_known
 from rftfit.model.forces import force_draws, forces_on
@@ -31,14 +40,14 @@ if TYPE_CHECKING:
 
 PREDICTED_COLUMNS = [
     "medium", "leg", "profile", "theta_deg", "force_z_N", "force_z_lo_N", "force_z_hi_N",
-    "force_x_N", "force_x_lo_N", "force_x_hi_N", "moment_N_cm", "reason",
+    "force_x_N", "force_x_lo_N", "force_x_hi_N", "moment_N_cm", *REASON,
 ]  # fmt: skip
 COMPONENTS = ("z", "x")
 NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
            "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "rms_error_N",
            "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
 COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "peak_errors", "peak_on_flagged_percent",
-           "reason"]  # fmt: skip
+           *REASON]  # fmt: skip
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
 
@@ -173,9 +182,11 @@ def predicted_curves(medium: Medium) -> pd.DataFrame:
         return pd.DataFrame(columns=PREDICTED_COLUMNS)
     # no profile of a table without a number, or without errors, has an interval
     curves = pd.concat(parts, ignore_index=True).reindex(columns=PREDICTED_COLUMNS)
+    curves["reason_code"] = np.where(curves["reason"] == "", "", "alpha-missing")
     if sand:
-        own = (curves["reason"] == "") & (curves["profile"] == "generic")
-        curves.loc[own, "reason"] = medium.results.reference().note
+        own = (curves["reason_code"] == "") & (curves["profile"] == "generic")
+        note = medium.results.reference().remarks
+        curves = with_reasons(curves, (note * one for one in own))
     return curves
 
 
@@ -275,50 +286,50 @@ def leg_errors(
 
     keys = ["medium", "leg"]
     curves = dict(iter(measured.groupby(keys)))
+    flags = {
+        place: dict.fromkeys(flag for row in curve.to_dict("records") for flag in flags_of(row))
+        for place, curve in curves.items()
+    }
     rows = []
     for (medium, leg, profile), part in predicted.groupby([*keys, "profile"], sort=True):
         own = curves.get((medium, leg))
         both = None if own is None else own.merge(part, on="theta_deg", suffixes=("_measured", ""))
-        flags: list[str] = []
-        if own is not None and "flags" in own:
-            flags = [str(flag) for flag in own["flags"].unique() if str(flag)]
         spread = (bed_spread or {}).get(str(medium), 0.0)
         for component in COMPONENTS:
-            found = _compare(both, component, spread, confidence)
-            reason = "; ".join(filter(None, (str(found.get("reason", "")), *flags)))
+            found, why = _compare(both, component, spread, confidence)
+            reason = reason_columns([*why, *flags.get((medium, leg), ())])
             name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
             told = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
             told = told if profile == "table" else ("", math.nan)
             rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), told, strict=True))
-            rows.append(name | found | rests | {"reason": reason})
+            rows.append(name | found | rests | reason)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _compare(
     both: pd.DataFrame | None, component: str, spread: float, confidence: float
-) -> dict[str, float | str]:
-    """Errors of one component of a predicted curve, whose rows stand beside those measured."""
+) -> tuple[dict[str, float], list[Remark]]:
+    """Errors of one component of a predicted curve, whose rows stand beside those measured, and remarks."""
     if both is None:
-        return {"reason": "no measured curve"}
+        return {}, [remark("not-measured")]
     if both.empty:
-        return {"reason": "measured and predicted curve share no theta"}
+        return {}, [remark("no-common-theta")]
     theta, ours, truth = _curves(both, component)
-    row: dict[str, float | str] = {
-        "theta_from_deg": float(theta.min()),
-        "theta_to_deg": float(theta.max()),
-    }
+    why: list[Remark] = []
+    row = {"theta_from_deg": float(theta.min()), "theta_to_deg": float(theta.max())}
     if not np.isfinite(ours).all():
-        why = [str(reason) for reason in both["reason"].unique() if str(reason)]
-        return row | {"reason": "; ".join(why) or "the prediction has no number"}
+        lost = both.drop_duplicates("reason").to_dict("records")
+        return row, [why for one in lost for why in reason_of(one)] or [remark("not-predicted")]
     off = ours - truth
     rms = float(np.sqrt(np.mean(off**2)))
     scatter = float(np.sum((truth - truth.mean()) ** 2))
     row |= {"rms_error_N": rms, "r2": 1 - float(off @ off) / scatter if scatter else math.nan}
     if np.ptp(theta) < FULL_RANGE_DEG:
-        row["reason"] = f"the measured curve has only theta {theta.min():g} to {theta.max():g} deg"
+        ends = {"first": theta.min(), "last": theta.max()}
         if _at_an_end(theta, ours, component) or _at_an_end(theta, truth, component):
-            return row | {"reason": f"{row['reason']}, which may leave out its peak"}
-    return row | _peak_errors(both, component, rms, spread, confidence)
+            return row, [remark("short-at-peak", **ends)]
+        why = [remark("short-curve", **ends)]
+    return row | _peak_errors(both, component, rms, spread, confidence), why
 
 
 def _peak_errors(

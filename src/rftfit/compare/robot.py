@@ -17,6 +17,7 @@ from rftfit.compare.published import (
     compare,
     stated,
 )
+from rftfit.measure.flags import REASON, reason_cells, remark
 from rftfit.robot.intervals import BEST, half_widths
 from rftfit.robot.speeds import share_within
 from rftfit.robot.sweep import best_curvature
@@ -164,7 +165,7 @@ def _best(row: dict[Any, Any]) -> list[Item]:
 COLUMNS = [
     "medium", "profile", "frequency_Hz", "best_curvature_times_R", "best_curvature_lo",
     "best_curvature_hi", "reading_lo", "reading_hi", "speed_cm_per_s", "fastest_curvature_times_R",
-    "fastest_speed_cm_per_s", "curvatures", "calibrated", "reason",
+    "fastest_speed_cm_per_s", "curvatures", "calibrated", *REASON,
 ]  # fmt: skip
 """Columns of the table of optima: lo and hi are the interval that follows from the errors of alpha, the
 reading is the range within which the points of the sweep leave the top."""
@@ -218,9 +219,9 @@ def _optimum(
         for one in sorted(set(steady["curvature_times_R"].tolist()))
     ]
     lost = part["curvature_times_R"].nunique() - len(groups)
-    reason = f"no steady run at {lost} curvatures" if lost else ""
+    reason = reason_cells([remark("no-steady-run", count=lost)] if lost else [])
     if not groups:
-        return (*(math.nan,) * 8, 0, calibrated, reason)
+        return (*(math.nan,) * 8, 0, calibrated, *reason)
     curvature = np.array([one for one, _ in groups])
     speeds = [values for _, values in groups]
     mean = np.array([values.mean() for values in speeds])
@@ -229,7 +230,7 @@ def _optimum(
     lo, hi = reading(curvature, speeds, best, confidence)
     fastest = (float(curvature[top]), float(mean[top]))
     measured = (best, best - half, best + half)
-    return (*measured, lo, hi, top_speed, *fastest, len(groups), calibrated, reason)
+    return (*measured, lo, hi, top_speed, *fastest, len(groups), calibrated, *reason)
 
 
 def reading(

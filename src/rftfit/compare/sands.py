@@ -20,9 +20,17 @@ from rftfit.measure.errors import (
     spread_of_beds,
 )
 from rftfit.measure.fits import Row, fit_medium
+from rftfit.measure.flags import (
+    REASON,
+    Remark,
+    quoted,
+    reason_cells,
+    reason_columns,
+    reason_of,
+    remark,
+)
 from rftfit.measure.slopes import GIVEN_DOF, combine_dof, student_quantile, zero_intercept
 from rftfit.measure.strokes import split_runs
-from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.scaling import scale_new_medium
 
 if TYPE_CHECKING:
@@ -34,9 +42,9 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3",
-                "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3", "nonlinear_z_ratio", "zeta", "zeta_lo", "zeta_hi", "reason"]  # fmt: skip
+                "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3", "nonlinear_z_ratio", "zeta", "zeta_lo", "zeta_hi", *REASON]  # fmt: skip
 CORRECTION_COLUMNS = ["medium", "model", "factor_z", "factor_x", "rms_fit_N", "rms_cv_N",
-                      "gain_cv_percent", "earns_its_place", "reason"]  # fmt: skip
+                      "gain_cv_percent", "earns_its_place", *REASON]  # fmt: skip
 
 BEND = 0.10
 """Largest bend of a regime that is called linear: see `bend_of`."""
@@ -105,27 +113,23 @@ def penetration_rows(
     for run in tests:
         place: dict[str, object] = {"medium": medium, "run_id": run.run_id}
         if run.run_id not in ends:
-            reason = facts[run.run_id]["reason"]
-            if campaign.numbers:
-                reason = reason or "a slope from a table: no curve of stress against depth"
-            reason = reason or f"it has no stroke, or its tare {run.tare_run} is of no use"
-            lost.append({**place, "window": "stated", "reason": reason})
+            none = "no-curve" if campaign.numbers else "no-tared-stroke"
+            why = reason_of(facts[run.run_id]) or [remark(none, tare=run.tare_run)]
+            lost.append({**place, "window": "stated", **reason_columns(why)})
             continue
         for window, (to_cm, _) in windows.items():
             end, fit = to_cm[run.run_id], fits[window][run.run_id]
-            row = {**place, "window": window, "linear_to_cm": end, "reason": _NO_REGIME}
+            slope: dict[str, float] = {}
+            reason: tuple[Remark, ...] = (remark("no-linear-regime"),)
             if end > 0:
-                row |= _slope(fit, config.fit.confidence, chi, surface, others)
+                slope, reason = _slope(fit, config.fit.confidence, chi, surface, others)
             if window == "detected" and end > np.nanmax(depth[parts[run.run_id]]) - STEP_CM:
-                row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_END)))
+                reason += (remark("no-linear-end"),)
             if campaign.holds_tare(run):
-                row["reason"] = "; ".join(filter(None, (str(row["reason"]), NO_TARE_FLAG)))
-            rows.append(row)
+                reason += (remark("no-tare"),)
+            row = {**place, "window": window, "linear_to_cm": end, **slope}
+            rows.append(row | reason_columns(reason))
     return rows + lost
-
-
-NO_END = "no end of the linear regime was found: it is that of the test"
-_NO_REGIME = "no linear regime with enough samples"
 
 
 def _of_any_window(alpha: pd.DataFrame) -> float:
@@ -139,13 +143,13 @@ def _of_any_window(alpha: pd.DataFrame) -> float:
 
 def _slope(
     fit: Row, confidence: float, chi: FloatArray, surface: SurfaceError, others: float
-) -> dict[str, object]:
-    """Slope over one linear regime with the errors of a single test, and zeta from it.
+) -> tuple[dict[str, float], tuple[Remark, ...]]:
+    """Slope over one linear regime with the errors of a single test, and zeta from it, or why not.
 
     `fit`: Row of the table of fits. `others`: Of `_of_any_window`.
     """
-    if fit["reason"]:
-        return {"reason": fit["reason"]}
+    if why := reason_of(fit):
+        return {}, why
     alpha, se = float(fit[column("z")]), float(fit[column("z", "_se")])
     moved = alpha * float(fit["lever_per_cm"])
     parts = [Part(se, float(fit["alpha_z_dof"])), Part(moved * surface.run, surface.dof)]
@@ -157,9 +161,9 @@ def _slope(
     try:
         scaled = scale_new_medium(alpha, se, chi, confidence)
     except ValueError as error:
-        return {**row, "reason": str(error)}
+        return row, (quoted(error, "no-zeta"),)
     ends = {"zeta": scaled.zeta, "zeta_lo": scaled.zeta_lo, "zeta_hi": scaled.zeta_hi}
-    return {**row, **ends, "reason": ""}
+    return row | ends, ()
 
 
 MODELS = ("none", "one factor", "factors for z and x")
@@ -193,8 +197,9 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
             gain = 1 - crossed / unchanged if unchanged else math.nan
             worth = bool(model != "none" and gain >= WORTH)
             rms = _rms(legs, [factors] * len(legs))
-            reason = "" if len(legs) >= 3 else f"{len(legs)} of 3 legs: none can be left out"
-            rows.append((medium, model, *factors, rms, crossed, 100 * gain, worth, reason))
+            few = [] if len(legs) >= 3 else [remark("few-legs", found=len(legs))]
+            numbers = (*factors, rms, crossed, 100 * gain, worth)
+            rows.append((medium, model, *numbers, *reason_cells(few)))
     return pd.DataFrame(rows, columns=CORRECTION_COLUMNS)
 
 

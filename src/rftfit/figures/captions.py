@@ -9,6 +9,7 @@ import numpy as np
 
 from rftfit.figures.registry import greek
 from rftfit.figures.style import number
+from rftfit.measure.flags import flagged_with
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -92,7 +93,7 @@ def plates(results: Results, medium: str) -> dict[str, str]:
         "slanted": str(int(bend.notna().sum())),
         "bend": quantile(bend, 0.5, 1),
         "bend_most": quantile(bend, 0.95, 1),
-        "doubts": str(int(fits["flags"].str.contains("not linear").sum())),
+        "doubts": str(flagged_with(fits, "not-linear").sum()),
     }
 
 

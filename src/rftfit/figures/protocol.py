@@ -13,7 +13,7 @@ from rftfit.figures import captions, leg_panels, style
 from rftfit.figures.plates import PUSH
 from rftfit.figures.registry import figure
 from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
-from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.measure.flags import remark
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -331,7 +331,7 @@ def tare(results: Results, medium: str) -> Figure:
     known = tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
     none = results.config.fit.missing_tare == "none"
     if known.empty:
-        nothing = "nothing to subtract (fit.missing_tare: none)" if none else NO_TARE_FLAG
+        nothing = "nothing to subtract (fit.missing_tare: none)" if none else str(remark("no-tare"))
         why = [reason or nothing for reason in dict.fromkeys(tares["reason"])]
         return style.missing(f"{medium}: no plate run has a tare to draw", why)
     deepest = known.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]

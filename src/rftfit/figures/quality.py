@@ -12,8 +12,8 @@ import numpy as np
 
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure
-from rftfit.figures.traces import DIRECTIONS, by_run, span, stress_of, thin, trouble
-from rftfit.measure.fits import flags_of_all, said_of_all
+from rftfit.figures.traces import DIRECTIONS, by_run, problem_text, span, stress_of, thin
+from rftfit.measure.fits import describe_shared_flags, shared_flags
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,13 +24,14 @@ if TYPE_CHECKING:
 
     from rftfit.conventions import FloatArray
     from rftfit.figures.traces import Row, Trace
+    from rftfit.measure.flags import Remark
     from rftfit.results import Results
 
 
 def _numbers(results: Results, medium: str) -> dict[str, str]:
     fits = results[medium].fits
-    told = flags_of_all(fits)
-    marked = sum(bool(trouble(fit, told)) for fit in fits.to_dict("records"))
+    shared = shared_flags(fits)
+    marked = sum(bool(problem_text(fit, shared)) for fit in fits.to_dict("records"))
     return captions.plates(results, medium) | {"marked": str(marked)}
 
 
@@ -78,25 +79,25 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
     reach = float(np.ceil(max(ends[False]))), float(np.ceil(max(ends[True])))
     pages = lay_out(rows.reset_index(drop=True), depth)
     fit_of = {str(fit["run_id"]): fit for fit in rows.to_dict("records")}
-    told = flags_of_all(fits)
-    marked = sum(bool(trouble(fit, told)) for fit in fit_of.values())
+    shared = shared_flags(fits)
+    marked = sum(bool(problem_text(fit, shared)) for fit in fit_of.values())
     title = f"{medium_title}: {len(rows)} plate run{'s' * (len(rows) != 1)}, {marked} marked"
     figures = []
     for i, page in enumerate(pages):
-        sheet = Sheet(page, reach, told)
+        sheet = Sheet(page, reach, shared)
         for run, place in page.places.items():
             sheet.panel(place, samples.get(run, {}), fit_of[run])
         sheet.empty_places()
         number = f" (page {i + 1} of {len(pages)})" if pages[1:] else ""
-        figures.append(sheet.finish(title + number, _notes(rows, told)))
+        figures.append(sheet.finish(title + number, _notes(rows, shared)))
     return figures
 
 
-def _notes(fits: pd.DataFrame, told: tuple[str, ...]) -> str:
+def _notes(fits: pd.DataFrame, shared: tuple[Remark, ...]) -> str:
     """List what holds for all runs, and the notes on runs, each with the number that carry it."""
     counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
     words = [f"{count} runs: {note}" for note, count in counts.items()]
-    return "; ".join([*said_of_all(told), *words])
+    return "; ".join([*describe_shared_flags(shared), *words])
 
 
 # Where each run stands: rows of beta, columns of gamma, direction and depth
@@ -226,13 +227,13 @@ class Sheet:
     """Collects the lines of all panels of a page by kind, then draws each kind at once.
 
     Places count in cm from the paper's upper left corner, up is positive. `reach`: depth and, for
-    horizontal runs, path that a panel's width stands for, cm. `told`: flags that all runs have.
+    horizontal runs, path that a panel's width stands for, cm. `shared`: flags that all runs have.
     """
 
-    def __init__(self, page: Page, reach: tuple[float, float], told: tuple[str, ...]) -> None:
+    def __init__(self, page: Page, reach: tuple[float, float], shared: tuple[Remark, ...]) -> None:
         rows, columns = len(page.row_labels), len(page.column_labels)
         self.page = page
-        self.told = told
+        self.shared = shared
         self.reach = reach
         self.width = min((WIDTH_CM - LEFT - _RIGHT) / columns, _LARGEST)
         self.height = min((HEIGHT_CM - _TOP - _BOTTOM) / rows, _LARGEST)
@@ -261,7 +262,7 @@ class Sheet:
     def panel(self, place: tuple[int, int], trace: Trace, fit: Row) -> None:
         """Collect what belongs to one run; `trace` is empty if the run has no samples."""
         left, top = self.corner(*place)
-        bad = trouble(fit, self.told)
+        bad = problem_text(fit, self.shared)
         self.frame(left, top, style.MARK if bad else "#9a9a9a")
         if trace:
             self._trace(left, top, trace, fit)

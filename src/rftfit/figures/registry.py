@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from rftfit.errors import InputError
 from rftfit.figures.style import level, mark, styled
+from rftfit.measure.flags import say
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -156,7 +157,7 @@ def _marks(results: Results, medium: str = "") -> list[str]:
     """What is to be said of the media that a figure may show, of those that fail a check."""
     titles, marks = results.campaign.titles, results.marks
     shown = [medium] if medium in results.campaign.titles else list(marks)
-    return [f"{titles[name]}: {marks[name]}" for name in shown if name in marks]
+    return [f"{titles[name]}: {say(marks[name])}" for name in shown if name in marks]
 
 
 @cache

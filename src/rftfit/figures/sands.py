@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.compare.sands import NO_END
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure, greek, only_if
 from rftfit.figures.traces import alpha_of, by_run, stress_of
+from rftfit.measure.flags import has
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -39,7 +39,7 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
         alpha = captions.with_span(*alpha_of(row, "z"), 4)
         zeta = captions.with_span(row["zeta"], row["zeta_lo"], row["zeta_hi"], 4)
         title, end = results[row["medium"]].title, style.number(row["linear_to_cm"], 2)
-        whole = ", the end of the test" if NO_END in row["reason"] else ""
+        whole = ", the end of the test" if has(row, "no-linear-end") else ""
         run = f" {row['run_id']}" if tests[row["medium"]] > 1 else ""
         told.append(f"{title}{run}, {row['window']}, to {end} cm{whole}: ")
         told[-1] += greek(f"alpha_z {alpha} N/cm^3, zeta {zeta}")
@@ -152,7 +152,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
 
 def _is_whole(row: Row | None) -> bool:
     """Whether the test ended before its linear regime did."""
-    return row is not None and NO_END in str(row["reason"])
+    return row is not None and has(row, "no-linear-end")
 
 
 def _value(row: Row | None, name: str) -> float:

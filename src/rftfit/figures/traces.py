@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.figures.style import number
-from rftfit.measure.fits import without
+from rftfit.measure.fits import own_flags
+from rftfit.measure.flags import Remark, reason_of, say
 from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
@@ -155,11 +156,9 @@ def alpha_text(row: Row, component: str) -> str:
     return number(value, 4) + margin
 
 
-def trouble(fit: Row, told: Collection[str] = ()) -> str:
-    """Say what is wrong with a run, in few words; empty if nothing is but what is `told` of all."""
-    parts = [str(fit[name]) for name in ("reason", "flags") if isinstance(fit[name], str)]
-    parts = [without(part, told) for part in parts]
-    text = "; ".join(part for part in parts if part)
+def problem_text(fit: Row, shared: Collection[Remark] = ()) -> str:
+    """Say what is wrong with a run, in few words; empty if nothing is but the `shared` flags."""
+    text = say([*reason_of(fit), *own_flags(fit, shared)])
     if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in "zx"]).all():
         return "no alpha"
     return text

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from rftfit.measure.clocks import HOUR_S, ClockFit
+from rftfit.measure.flags import Refused
 from rftfit.measure.slopes import weighted_sum_variance
 
 if TYPE_CHECKING:
@@ -147,7 +148,7 @@ def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) ->
     near = min(starts, key=lambda start: abs(start - (first + last) / 2))
     low, high = int(np.ceil((first - near) / step)), int(np.floor((last - near) / step))
     if high < low:
-        raise ValueError("force and motion log do not overlap at any offset")
+        raise Refused("no-overlap")
     lags: FloatArray = near + step * np.arange(low, high + 1)
     return lags
 
@@ -212,18 +213,12 @@ def estimate_clocks(
     """
     time, pushed = _readings(force_time, force)
     if motion_time.size < _MIN_READINGS or np.ptp(depth) <= 0:
-        raise ValueError(
-            f"the motion log shows no motion in depth ({motion_time.size} rows): nothing to match "
-            "the force with"
-        )
+        raise Refused("no-motion-in-depth", rows=motion_time.size)
     origins, hours = _starts(time, motion_time)
     profile = search_lags(time, pushed, motion_time, depth, origins)
     if profile.unexplained[profile.best] > 1 - _EXPLAINED:
         share = 100 * (1 - profile.unexplained[profile.best])
-        raise ValueError(
-            f"at no lag does the force follow the depth: at best {share:.0f} % of its variance is "
-            f"explained, {100 * _EXPLAINED:.0f} % needed. Do the two files belong to one run?"
-        )
+        raise Refused("force-not-depth", percent=share, least=100 * _EXPLAINED)
     starts = [float(profile.lag[profile.best]), *profile.rivals()]
     refine = partial(_refine, time, pushed, motion_time, depth, max_drift)
     chosen = _decide([refine(start, KNOTS[1]) for start in starts], pushed)
@@ -232,10 +227,7 @@ def estimate_clocks(
     spread = float(np.var([fit.offset for fit in fits], ddof=1))
     se = math.sqrt(chosen.offset_variance + spread + _BUILD_UP_S**2)
     if not se <= max_se_s:
-        raise ValueError(
-            f"the offset of the clocks is uncertain by {se:.2f} s (standard error); allowed: "
-            f"{max_se_s:g} s. A push that starts, stops or changes speed in the medium decides it"
-        )
+        raise Refused("clocks-uncertain", seconds=se, most=max_se_s)
     residual = pushed - chosen.fitted
     whole_hours = round(chosen.offset / HOUR_S) if hours else 0
     return Alignment(
@@ -257,10 +249,7 @@ def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
             and size < _AS_GOOD * min(misfit)
         ):
             first, second = sorted((fit.offset, best.offset))
-            raise ValueError(
-                f"the force follows the depth about equally well at two offsets, {first:.2f} s and "
-                f"{second:.2f} s: the data cannot decide between them"
-            )
+            raise Refused("two-offsets", first=first, second=second)
     return best
 
 
@@ -276,23 +265,14 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     fresh = new_readings(force[None])
     time, force = time[fresh], force[fresh]
     if time.size < _MIN_READINGS:
-        raise ValueError(
-            f"the force log has {time.size} readings; {_MIN_READINGS} are needed to match it with "
-            "the motion"
-        )
+        raise Refused("few-readings", found=time.size, wanted=_MIN_READINGS)
     noise = float(np.median(np.abs(np.diff(force)))) / 0.954 + 1e-12
     start = float(np.median(force[: max(8, force.size // 50)]))
     peak = int(np.argmax(force))
     if force[peak] - start < _RISE_TO_NOISE * noise:
-        raise ValueError(
-            f"the force never rises from its start by more than {force[peak] - start:.2f} N, with "
-            f"a noise of {noise:.2f} N: no contact that the motion could be matched with"
-        )
+        raise Refused("no-rise", newtons=force[peak] - start, noise=noise)
     if peak + 1 < _MIN_READINGS:
-        raise ValueError(
-            f"the force is largest at reading {peak + 1} already; {_MIN_READINGS} are needed before "
-            "it: the log must begin before the push"
-        )
+        raise Refused("begins-in-push", found=peak + 1, wanted=_MIN_READINGS)
     every = -(-(peak + 1) // _MOST_READINGS)
     # of a fast transducer means of neighbours: the motion log is no faster than that
     kept = (peak + 1) // every * every
@@ -346,7 +326,7 @@ def _refine(
         raised = lift / (2 * _STEP_CM)
         power = float(slope @ slope)
         if power <= 0:
-            raise ValueError("the force is the same at every depth: nothing to match")
+            raise Refused("force-constant")
         space, _ = np.linalg.qr(basis)
         own = slope - space @ (space.T @ slope)
         moved = float((own**2 @ time) / max(float(own @ own), 1e-300))

@@ -32,7 +32,20 @@ from rftfit.measure.errors import (
     half_width,
     spread_of_beds,
 )
-from rftfit.measure.fits import COMPONENTS, NOT_LINEAR, SEVERAL_PLATES, Row, flags_of_all, without
+from rftfit.measure.fits import COMPONENTS, Row, own_flags, shared_flags
+from rftfit.measure.flags import (
+    FLAGS,
+    MARKS,
+    REASON,
+    Remark,
+    about,
+    flag_columns,
+    flagged_with,
+    flags_of,
+    reason_columns,
+    reason_of,
+    remark,
+)
 from rftfit.measure.slopes import combine_dof
 
 if TYPE_CHECKING:
@@ -50,11 +63,6 @@ SAME_DIRECTION_DEG = 0.5
 
 SAME_DEPTH_CM = 0.1
 """Horizontal runs closer in depth than this were meant for one depth."""
-
-NO_PUSH = "no run at (0, 90) deg, a level plate straight down"
-"""Why a medium has no measured alpha_z(0, 90 deg): no chi, and no zeta by the scaling routine."""
-
-POOLED_PLATES = "repeats are of different plates"
 
 QUANTITIES = ("", "_se", "_lo", "_hi")
 
@@ -98,9 +106,9 @@ def alpha_table(
     ]
     found = spread_of_beds([_repeats(own, component) for component in COMPONENTS], errors.bed)
     spread = dict(zip(COMPONENTS, found, strict=True))
-    told = flags_of_all(fits)
+    shared = shared_flags(fits)
     cells = [
-        _cell(here, gamma == 0, depths, told)
+        _cell(here, gamma == 0, depths, shared)
         for here, (_, gamma) in zip(own, directions, strict=True)
     ]
     parts = _errors(cells, directions, errors, surface or SurfaceError(), spread, confidence)
@@ -186,34 +194,31 @@ class _Cell:
 
 _NUMBERS = [column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))]
 _BEDS = [f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS]
-_TOLD = ["depth_from_cm", "depth_to_cm", "n_runs", "run_ids", "tare_runs", "spread", "flags", "checks",
-         "reason"]  # fmt: skip
+_TOLD = ["depth_from_cm", "depth_to_cm", "n_runs", "run_ids", "tare_runs", "spread", *FLAGS, *MARKS, *REASON]  # fmt: skip
 
 
-def _cell(runs: list[Row], horizontal: bool, depths: int, told: tuple[str, ...]) -> _Cell:
+def _cell(runs: list[Row], horizontal: bool, depths: int, shared: tuple[Remark, ...]) -> _Cell:
     good = [run for run in runs if math.isfinite(run[column("z")])]
     # a table may hold the stress at all depths of a level motion as one run
     horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
-    own = {run["run_id"]: without(run["flags"], told) for run in runs}
-    # "; " stands between the flags of a cell
-    flags = [f"{run}: {text.replace('; ', ', ')}" for run, text in own.items() if text]
-    here = [flag for flag in told if any(flag in run["flags"].split("; ") for run in good)]
-    plates = [flag.partition(",")[0] for flag in here if flag.endswith(SEVERAL_PLATES)]
+    flags = [flag for run in runs for flag in about(run["run_id"], own_flags(run, shared))]
+    here = [flag for flag in shared if any(flag in flags_of(run) for run in good)]
+    plates = [flag.values["plate"] for flag in here if flag.code == "several-plates"]
     if len(plates) > 1:
-        here = [flag for flag in here if not flag.endswith(SEVERAL_PLATES)]
-        flags.append(f"{POOLED_PLATES}: {', '.join(plates)} (alpha may depend on the size)")
+        here = [flag for flag in here if flag.code != "several-plates"]
+        flags.append(remark("pooled-plates", plates=", ".join(plates)))
     flags += here
-    reasons = [f"{run['run_id']}: {run['reason']}" for run in runs if run["reason"]]
+    reasons = [why for run in runs for why in about(run["run_id"], reason_of(run))]
     n_depths = len(_by_depth(good)) if horizontal else depths
     used = good
     if not runs:
-        reasons.append("no run")
+        reasons.append(remark("no-run"))
     elif good and n_depths < 2 <= depths:
         # one depth cannot show that stress is proportional to depth
-        reasons.append(f"only {n_depths} of {depths} depths")
+        reasons.append(remark("too-few-depths", found=n_depths, wanted=depths))
         used = []
     elif good and n_depths < depths:
-        flags.append(f"{n_depths} of {depths} depths")
+        flags.append(remark("few-depths", found=n_depths, wanted=depths))
     share = np.full(len(used), 1 / max(len(used), 1))
     if horizontal:
         depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used])
@@ -226,9 +231,9 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, told: tuple[str, ...])
         "n_runs": len(good),
         "run_ids": " ".join(run["run_id"] for run in good),
         "tare_runs": " ".join(filter(None, tares)),
-        "flags": "; ".join(flags),
-        "checks": "",
-        "reason": "; ".join(reasons),
+        **flag_columns(flags),
+        **reason_columns([], MARKS),
+        **reason_columns(reasons),
     })  # fmt: skip
 
 
@@ -345,11 +350,7 @@ def both(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
 
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
     """Cells whose alpha no line, or too few depths, stand behind, shape (n,)."""
-    marks = f"{NOT_LINEAR}|of [0-9]+ depths"
-    if "flags" not in table:
-        return np.zeros(len(table), dtype=bool)
-    known = table[column("z")].notna()
-    return np.asarray(known & table["flags"].fillna("").str.contains(marks), dtype=bool)
+    return np.isfinite(both(table)[0]) & flagged_with(table, "not-linear", "few-depths")
 
 
 def window_of(table: pd.DataFrame) -> tuple[float, float]:

@@ -15,9 +15,18 @@ from rftfit.campaign.config import CheckName
 from rftfit.measure.alpha import both, cell_at, column
 from rftfit.measure.errors import AS_PREPARED, OF_CELL
 from rftfit.measure.fits import is_symmetric
+from rftfit.measure.flags import (
+    FLAGS,
+    MARKS,
+    Remark,
+    flag_columns,
+    flagged_with,
+    flags_of,
+    reason_columns,
+    remark,
+)
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.strokes import split_runs
-from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,8 +57,6 @@ CHECKS: dict[str, tuple[str, str]] = {
 """What becomes of a medium that fails a check, and what the check asks, in few words."""
 assert tuple(CHECKS) == get_args(CheckName)
 
-GIVES_BACK = "the medium gives energy back: look at the direction and the angles of this run"
-
 NO_SCALE = (
     "The scale of the force was not checked: a wrong unit passes unless expected_alpha is stated."
 )
@@ -74,7 +81,7 @@ _SAME_MODEL, _FEW_RUNS = 0.8, 3
 class Check:
     """What one check says about one medium: `found` and `allowed` in words, the likely cause in `sentence`.
 
-    `runs`: what is wrong with single runs, by run_id, for the flags of their cells.
+    `runs`: what is wrong with single runs, for the flags of their cells.
     """
 
     check: CheckName
@@ -82,7 +89,7 @@ class Check:
     found: str = ""
     allowed: str = ""
     sentence: str = ""
-    runs: tuple[tuple[str, str], ...] = ()
+    runs: tuple[Remark, ...] = ()
 
     @property
     def effect(self) -> str:
@@ -91,7 +98,7 @@ class Check:
 
 
 def _judged(
-    check: CheckName, good: bool, found: str, allowed: str, sentence: str, *runs: tuple[str, str]
+    check: CheckName, good: bool, found: str, allowed: str, sentence: str, *runs: Remark
 ) -> Check:
     if good:
         return Check(check, PASSED, found, allowed, runs=runs)
@@ -125,37 +132,36 @@ def check_medium(campaign: Campaign, medium: str, tables: Tables) -> list[Check]
     ]
 
 
-def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, str]:
+def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, list[Remark]]:
     """What stands wherever a medium appears that fails a check, by medium; `checks`: the table."""
     found = {}
     for medium, rows in checks.groupby("medium", sort=False):
-        words = []
+        marks = []
         for effect in (UNUSABLE, DOUBTFUL):
             failed = ", ".join(rows.loc[rows["effect"] == effect, "check"])
-            words += [f"{effect}: fails {failed} (results/checks)"] if failed else []
+            marks += [remark(effect, checks=failed)] if failed else []
         # by the config as it is now, which may be newer than the table
         accept: dict[Any, str] = media[str(medium)].accept
         taken = rows.loc[rows["verdict"] == ACCEPTED, "check"]
-        words += [f"accepted: fails {check}: {accept.get(check, '')}" for check in taken]
-        if words:
-            found[str(medium)] = "; ".join(words)
+        marks += [remark(ACCEPTED, check=check, why=accept.get(check, "")) for check in taken]
+        if marks:
+            found[str(medium)] = marks
     return found
 
 
-def marked(alpha: pd.DataFrame, checks: Sequence[Check], mark: str) -> pd.DataFrame:
-    """Add the mark of its medium to an alpha table, and flags to the cells of single bad runs."""
-    alpha = alpha.assign(checks=mark)
-    said = dict(pair for one in checks for pair in one.runs)
-    flags = [
-        "; ".join([*filter(None, [own]), *(f"{run}: {said[run]}" for run in runs.split() if run in said)])
-        for own, runs in zip(alpha["flags"], alpha["run_ids"], strict=True)
-    ]  # fmt: skip
-    return alpha.assign(flags=flags)
+def marked(alpha: pd.DataFrame, checks: Sequence[Check], marks: Sequence[Remark]) -> pd.DataFrame:
+    """Add the marks of its medium to an alpha table, and flags to the cells of single bad runs."""
+    alpha = alpha.assign(**reason_columns(marks, MARKS))
+    bad = {one.run_id: one for check in checks for one in check.runs}
+    added = ([bad[run] for run in runs.split() if run in bad] for runs in alpha["run_ids"])
+    rows = zip(alpha.to_dict("records"), added, strict=True)
+    alpha[[*FLAGS]] = [[*flag_columns([*flags_of(row), *own]).values()] for row, own in rows]
+    return alpha
 
 
 def usable(alpha: pd.DataFrame) -> bool:
     """Whether a medium may enter what is made from several media."""
-    return not any(str(mark).startswith(UNUSABLE) for mark in alpha.get("checks", ()))
+    return not any(UNUSABLE in str(own).split() for own in alpha.get("checks_code", ()))
 
 
 # --- What the alpha table itself shows: axes and signs.
@@ -301,7 +307,12 @@ def check_axes(alpha: pd.DataFrame, where: str, *, swapped: bool = False) -> lis
     # where the axes are wrong it is all runs, and said once
     alone = " ".join(back.get("run_ids", ())).split() if cells.resists else []
     work = _judged(
-        "work", cells.resists, found, allowed, said, *((run, GIVES_BACK) for run in alone)
+        "work",
+        cells.resists,
+        found,
+        allowed,
+        said,
+        *(remark("gives-back", run_id=run) for run in alone),
     )
     return [work, _symmetry(cells, other), _up_down(cells, other)]
 
@@ -382,7 +393,7 @@ def check_channels(config: Config, sheet: Mapping[str, Run], facts: pd.DataFrame
     pushes = [one for one in rows if one[0].direction not in ("horizontal", "extraction")]
     axes = {axis: getattr(config.transducer.axes, axis)[1:] for axis in "xyz"}
     causes: list[str] = []
-    said: dict[str, str] = {}
+    bad: dict[str, Remark] = {}
     for axis in "xz":
         name = axes[axis]
         stated = config.force_log.columns.get(name)
@@ -396,7 +407,8 @@ def check_channels(config: Config, sheet: Mapping[str, Run], facts: pd.DataFrame
                 f"{name}, along {axis}, {'is constant' if whole else 'stands still'} in "
                 f"{len(dead)} of {len(feels)} logs: look at its cable and its column"
             )
-            said |= {row["run_id"]: f"channel {name} does not move" for row in dead}
+            bad |= {run: remark("channel-still", run_id=run, channel=name)
+                    for run in (row["run_id"] for row in dead)}  # fmt: skip
             continue
         limit = 0.99 * config.transducer.range_N[int(name[1]) - 1]
         for value, runs in _ends([row for _, row in rows], name, limit).items():
@@ -404,7 +416,8 @@ def check_channels(config: Config, sheet: Mapping[str, Run], facts: pd.DataFrame
                 f"{name}, along {axis}, stops at {value:g} N in {len(runs)} of {len(rows)} logs, "
                 "below its range: look at the range of amplifier and logger"
             )
-            said |= dict.fromkeys(runs, f"channel {name} stops at {value:g} N")
+            bad |= {run: remark("channel-clipped", run_id=run, channel=name, newtons=value)
+                    for run in runs}  # fmt: skip
     slanted = [row for run, row in pushes if not is_symmetric(run)]
     across, along = (
         np.array([row[f"{axes[c]}_high_N"] - row[f"{axes[c]}_low_N"] for row in slanted])
@@ -420,7 +433,7 @@ def check_channels(config: Config, sheet: Mapping[str, Run], facts: pd.DataFrame
     found = "; ".join(causes) or f"{len(rows)} logs"
     allowed = f"below {_FROZEN:.0%} of a stroke at one reading, no end in common below the range"
     sentence = f"{found[0].upper()}{found[1:]}."
-    return _judged("channels", not causes, found, allowed, sentence, *said.items())
+    return _judged("channels", not causes, found, allowed, sentence, *bad.values())
 
 
 def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float, list[str]]:
@@ -482,7 +495,7 @@ def check_logs(sheet: Mapping[str, Run], logs: Mapping[str, tuple[str, ...]]) ->
     first = copies[0]
     found = f"{len(copies)} runs have the readings of others: {first} and {', '.join(logs[first])}"
     said = f"Copies of a log are no repeats ({found}): look at force_log of these runs, and leave out the copies."
-    flags = tuple((name, f"same readings as {', '.join(logs[name])}") for name in copies)
+    flags = [remark("same-readings", run_id=name, runs=", ".join(logs[name])) for name in copies]
     return _judged("same_logs", False, found, "each log once", said, *flags)
 
 
@@ -495,7 +508,7 @@ def check_surface(config: Config, medium: str, tables: Tables) -> Check:
     if config.media[medium].role != "laboratory":
         why = "stress is a line only near the surface of a natural sand"
         return Check("surface", NOT_CHECKED, why)
-    if fits["flags"].str.contains(NO_TARE_FLAG).any():
+    if flagged_with(fits, "no-tare").any():
         why = "the force on the rod, which begins elsewhere, is in it"
         return Check("surface", NOT_CHECKED, why)
     known = fits[(fits["gamma_deg"].abs() >= 45) & (fits["free_slope_z_N_per_cm3"].abs() > 0)]

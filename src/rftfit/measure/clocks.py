@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.flags import Refused
+
 if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
@@ -104,10 +106,7 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
     """
     short, long = sorted((force_spans, motion_spans), key=len)
     if len(short) == 0:
-        raise ValueError(
-            f"the arm moves in {len(force_spans)} whole stretches by the force log's sync line and "
-            f"in {len(motion_spans)} by the motion log: nothing to match. Is a log cut short?"
-        )
+        raise Refused("nothing-to-match", force=len(force_spans), motion=len(motion_spans))
     fits = []
     for shift in range(len(long) - len(short) + 1):
         part = long[shift : shift + len(short)]
@@ -115,14 +114,9 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
         fits.append(_fit(pair[0].ravel(), pair[1].ravel()))
     fits.sort(key=lambda fit: fit.residual_s)
     if fits[0].residual_s > max_residual_s:
-        raise ValueError(
-            f"force and motion log disagree by {fits[0].residual_s:.3f} s on when the arm moved; "
-            f"allowed: {max_residual_s:g} s. Do the two files belong to one run?"
-        )
+        raise Refused("clocks-disagree", seconds=fits[0].residual_s, most=max_residual_s)
     if len(fits) > 1 and fits[1].residual_s <= max_residual_s:
-        raise ValueError(
-            "two ways of matching force and motion log fit equally well: no motion differs in length"
-        )
+        raise Refused("clocks-ambiguous")
     return fits[0]
 
 

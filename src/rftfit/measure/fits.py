@@ -9,6 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.conventions import file_extraction
+from rftfit.measure.flags import (
+    FLAGS,
+    MARKS,
+    REASON,
+    Remark,
+    flag_columns,
+    flags_of,
+    reason_columns,
+    reason_of,
+    remark,
+)
 from rftfit.measure.laws import Laws, by_law, other_laws
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.slopes import (
@@ -21,7 +32,6 @@ from rftfit.measure.slopes import (
     zero_intercept,
 )
 from rftfit.measure.strokes import split_runs
-from rftfit.measure.tare import NO_TARE_FLAG
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -35,9 +45,6 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
 
 
-NOT_LINEAR = "not linear"
-SEVERAL_PLATES = "plates in this medium"
-NO_FORCE_X = "alpha_x was not measured: the config states a constant for its channel"
 SHORTEST_WINDOW = 0.1
 """Depth that a window must cover at least, relative to the length of the plate."""
 
@@ -53,7 +60,7 @@ _OF_COMPONENT = (
 FIT_COLUMNS = [
     "run_id", "medium", "beta_deg", "gamma_deg", "direction", "mirrored", "tare_run", "depth_from_cm",
     "depth_to_cm", "n_points", "lever_per_cm", "offset_cm", "offset_se_cm", *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
-    "flags", "note", "reason",
+    *FLAGS, "note", *REASON,
 ]  # fmt: skip
 
 
@@ -140,7 +147,7 @@ class Stroke:
     zero_variance: FloatArray
     zero_dof: FloatArray
     depth_sd: float = 0.0
-    flags: tuple[str, ...] = ()
+    flags: tuple[Remark, ...] = ()
     tare: FloatArray | None = None
 
 
@@ -163,8 +170,8 @@ class RunFit:
     line: FloatArray = field(default_factory=lambda: np.full(2, np.nan))
     rod: FloatArray = field(default_factory=lambda: np.zeros(2))
     why: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int8))
-    flags: tuple[str, ...] = ()
-    reason: str = ""
+    flags: tuple[Remark, ...] = ()
+    reason: tuple[Remark, ...] = ()
 
 
 def filed_under(run: Run) -> tuple[float, float, float]:
@@ -187,31 +194,29 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     usable = wanted & (stroke.why == RowStatus.GOOD)
     why = np.where(stroke.why == RowStatus.GOOD, window, stroke.why)
 
-    def refuse(reason: str) -> RunFit:
+    def refuse(*reason: Remark) -> RunFit:
         return RunFit(beta_deg, gamma_deg, why=why, flags=stroke.flags, reason=reason)
 
     saturated = int(np.count_nonzero(wanted & (stroke.why == RowStatus.SATURATED)))
     if saturated:
-        return refuse(f"transducer saturated in {saturated} samples of the window")
+        return refuse(remark("window-saturated", count=saturated))
     wanted_count = int(np.count_nonzero(wanted))
-    untared = int(np.count_nonzero(wanted & (stroke.why == RowStatus.NO_TARE)))
+    untared = int(np.count_nonzero(wanted & (stroke.why == RowStatus.UNTARED)))
     # a step or two at the ends is the difference of two logs' starts, not a tare that is short
     if untared > 0.02 * wanted_count + 2:
-        return refuse(
-            f"tare shorter than the run or with a gap: {untared} samples of the window have no tare"
-        )
+        return refuse(remark("tare-short", count=untared))
     depth = stroke.depth[usable]
     # rows of a table are depths that somebody chose, samples of a log are not
     fewest = 1 if config.table else max(config.fit.min_points, FEWEST)
-    lacking = ""
+    lacking = None
     if depth.size < fewest:
-        lacking = f"too few points: {depth.size} in the window, {fewest} wanted"
+        lacking = remark("few-points", found=depth.size, wanted=fewest)
     elif not depth.any():
-        return refuse("all depths are 0, where a stress has no slope through zero")
+        return refuse(remark("zero-depths"))
     elif run.direction != "horizontal" and not config.table:
         lacking = too_short(depth, plate, config.fit)
     if lacking:
-        return refuse(lacking + _main_cause(run, stroke, why, plate, config))
+        return refuse(lacking, *_main_cause(run, stroke, why, plate, config))
     stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
     startup = None
@@ -238,35 +243,32 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     )  # fmt: skip
 
 
-def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> str:
-    """Say that a window covers too little depth to give a slope; empty where it covers enough."""
+def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
+    """Whether a window covers too little depth to give a slope; None where it covers enough."""
     stated = fit.min_depth_cm
     least = SHORTEST_WINDOW * plate.length_cm if stated is None else stated
     covered = float(np.ptp(depth))
     if covered >= least:
-        return ""
+        return None
     of = "a tenth of the plate's length" if stated is None else "fit.min_depth_cm"
-    return (
-        f"window too short: it covers {covered:.2f} cm of depth, {least:.2f} cm wanted ({of}): a slope "
-        "cannot be told from a constant stress"
-    )
+    return remark("short-window", found=covered, wanted=least, least=of)
 
 
-def _main_cause(run: Run, stroke: Stroke, why: np.ndarray, plate: AnyPlate, config: Config) -> str:
-    """Say why most samples of a stroke lie outside of its window, to end a reason."""
+def _main_cause(
+    run: Run, stroke: Stroke, why: np.ndarray, plate: AnyPlate, config: Config
+) -> tuple[Remark, ...]:
+    """Why most samples of a stroke lie outside of its window, to end a reason."""
     counts = np.bincount(why)
     counts[RowStatus.GOOD] = 0
     if not counts.any():
-        return ""
+        return ()
     main = RowStatus(int(counts.argmax()))
-    share = f"; {counts.max()} of {why.size} samples {main.text}"
+    share = {"count": counts.max(), "size": why.size, "why": remark(main.code)}
     if main is not RowStatus.WALL:
-        return share
+        return (remark("most-samples", **share),)
     widest = farthest_x(plate, math.radians(run.beta_deg), config.container, config.fit)
-    return (
-        f"{share}: the path goes from x = {stroke.x[0]:.1f} to {stroke.x[-1]:.1f} cm, allowed are "
-        f"{-widest:.1f} to {widest:.1f} cm from the middle of the container, which arm.middle_x_mm gives"
-    )
+    ends = {"first": stroke.x[0], "last": stroke.x[-1], "low": -widest, "high": widest}
+    return (remark("most-beyond-wall", **share, **ends),)
 
 
 def _window(
@@ -289,15 +291,15 @@ def _window(
 
 def _linearity_flags(
     run: Run, slope: Slope, deepest: float, plate: AnyPlate, config: Config
-) -> tuple[str, ...]:
-    """Name the components whose curvature is both significant and large enough to matter."""
+) -> tuple[Remark, ...]:
+    """Flag the components whose curvature is both significant and large enough to matter."""
     if run.direction == "horizontal":
         return ()
     # curvature that stays below the noise of one sample bends nothing that could be measured
     visible = config.transducer.precision_N / plate.area_cm2
     bent = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
     return tuple(
-        f"alpha_{name} {NOT_LINEAR} ({100 * ratio:+.0f} % at the end of the window)"
+        remark("not-linear", component=name, percent=100 * ratio)
         for name, ratio, bad in zip(COMPONENTS, slope.nonlinear_ratio, bent, strict=True)
         if bad
     )
@@ -333,22 +335,22 @@ def fit_medium(
     force = tared[["force_z_N", "force_x_N"]].to_numpy().T
     rods = tared[["tare_z_N", "tare_x_N"]].to_numpy().T
     facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
-    no_tare = dict(zip(tares["run_id"], tares["reason"], strict=True))
+    no_tare = {row["run_id"]: reason_of(row) for row in tares.to_dict("records")}
     runs = [run for run in campaign.runs_of(medium) if run.kind == "plate"]
     n_plates = len({run.intruder for run in runs})
     rows = []
     why = columns["why"].copy()
     for run in runs:
         fact, part = facts[run.run_id], where.get(run.run_id)
-        flags = tuple(filter(None, str(fact["flags"]).split("; ")))
+        flags = flags_of(fact)
         if part is not None and campaign.holds_tare(run):
-            flags += (NO_TARE_FLAG,)
+            flags += (remark("no-tare"),)
         if part is not None and _lacks_force_x(campaign.config, run):
-            flags += (NO_FORCE_X,)
+            flags += (remark("no-force-x"),)
         if n_plates > 1:
-            flags += (f"{run.intruder}, one of {n_plates} {SEVERAL_PLATES}",)
+            flags += (remark("several-plates", plate=run.intruder, count=n_plates),)
         if part is None:
-            reason = str(fact["reason"]) or no_tare.get(run.run_id, "")
+            reason = reason_of(fact) or no_tare.get(run.run_id, ())
             fit = RunFit(*filed_under(run)[:2], flags=flags, reason=reason)
         else:
             pair = [facts[name] for name in (run.run_id, run.tare_run) if name in facts]
@@ -362,32 +364,30 @@ def fit_medium(
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
 
 
-def flags_of_all(fits: pd.DataFrame) -> tuple[str, ...]:
+def shared_flags(fits: pd.DataFrame) -> tuple[Remark, ...]:
     """Flags that come from how a medium was measured and hold for all its runs: to be said once."""
     # a run that was never read has no flag of this sort
-    read = fits[(fits["reason"] == "") | (fits["flags"] != "")]
-    flags = [str(text).split("; ") for text in read["flags"]]
-    every = dict.fromkeys(flag for run in flags for flag in run)
+    rows = [(flags_of(row), reason_of(row)) for row in fits.to_dict("records")]
+    flags = [own for own, reason in rows if own or not reason]
     return tuple(
         flag
-        for flag in every
-        if flag.endswith(SEVERAL_PLATES)
-        or flag == NO_FORCE_X
-        or (flag == NO_TARE_FLAG and all(flag in run for run in flags))
+        for flag in dict.fromkeys(flag for run in flags for flag in run)
+        if flag.code in ("several-plates", "no-force-x")
+        or (flag.code == "no-tare" and all(flag in run for run in flags))
     )
 
 
-def said_of_all(told: Sequence[str]) -> list[str]:
-    """What `flags_of_all` found, in words for all runs together."""
-    words = [f"all runs: {flag}" for flag in told if flag == NO_TARE_FLAG]
-    words += [flag for flag in told if flag == NO_FORCE_X]
-    plates = [flag.partition(",")[0] for flag in told if flag.endswith(SEVERAL_PLATES)]
+def describe_shared_flags(shared: Sequence[Remark]) -> list[str]:
+    """Say what `shared_flags` found, for all runs together."""
+    words = [f"all runs: {flag}" for flag in shared if flag.code == "no-tare"]
+    words += [str(flag) for flag in shared if flag.code == "no-force-x"]
+    plates = [flag.values["plate"] for flag in shared if flag.code == "several-plates"]
     return words + ([f"runs with {len(plates)} plates: {', '.join(plates)}"] if plates else [])
 
 
-def without(flags: str, told: Collection[str]) -> str:
-    """Leave out the flags of a run or of a cell that are told elsewhere."""
-    return "; ".join(flag for flag in flags.split("; ") if flag not in told)
+def own_flags(row: Mapping[Any, Any], shared: Collection[Remark]) -> list[Remark]:
+    """Flags of a run or of a cell but those that are said once for all runs."""
+    return [flag for flag in flags_of(row) if flag not in shared]
 
 
 def _lacks_force_x(config: Config, run: Run) -> bool:
@@ -406,7 +406,7 @@ def _stroke(
     force: FloatArray,
     rods: FloatArray,
     facts: list[Row],
-    flags: tuple[str, ...],
+    flags: tuple[Remark, ...],
 ) -> Stroke:
     """Put together what the fit of one run needs, of its samples and the facts of run and tare."""
     depth, run = samples["depth_cm"], facts[0]
@@ -426,10 +426,18 @@ def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
     """Put the rows of a stroke into the ledger, but for those that an earlier stage dropped."""
     handed_on = fit.why[stroke.why == RowStatus.GOOD]
     ledger.add_rows(run, handed_on[handed_on != RowStatus.GOOD], "")
-    fate = (DROPPED, f"no alpha: {fit.reason}") if fit.reason else (USED, "slope")
     good = int(np.count_nonzero(handed_on == RowStatus.GOOD))
-    if good:
-        ledger.add(run, run.force_log, *fate, good)
+    if good and fit.reason:
+        ledger.add(
+            run,
+            run.force_log,
+            DROPPED,
+            good,
+            remark("no-alpha", why=fit.reason[0]),
+            *fit.reason[1:],
+        )
+    elif good:
+        ledger.add(run, run.force_log, USED, good, remark("slope"))
 
 
 def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
@@ -460,7 +468,7 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
         "gamma_deg": fit.gamma_deg, "direction": run.direction,
         "mirrored": filed_under(run)[2] < 0, "tare_run": run.tare_run,
         "depth_from_cm": fit.depth_from_cm, "depth_to_cm": fit.depth_to_cm, "n_points": 0,
-        "flags": "; ".join(fit.flags), "note": note, "reason": fit.reason,
+        "note": note, **flag_columns(fit.flags), **reason_columns(fit.reason),
     }  # fmt: skip
     slope = fit.slope
     if slope is None:
@@ -482,7 +490,7 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
 
 STEP_DEG = 1.0
 LEG_COLUMNS = ["medium", "leg", "run_id", "theta_deg", "force_z_N", "force_x_N", "samples",
-               "zero_se_z_N", "zero_se_x_N", "flags", "checks"]  # fmt: skip
+               "zero_se_z_N", "zero_se_x_N", *FLAGS, *MARKS]  # fmt: skip
 
 
 def leg_curves(
@@ -504,7 +512,7 @@ def leg_curves(
             continue
         part = tared.iloc[where[run.run_id]]
         part = part[part["why"] == RowStatus.GOOD]
-        ledger.add(run, run.force_log, USED, "leg curve", len(part))
+        ledger.add(run, run.force_log, USED, len(part), remark("leg-curve"))
         step = np.round(part["angle_deg"].to_numpy() / STEP_DEG).astype(int)
         grouped = part.groupby(step)[["force_z_N", "force_x_N"]]
         curve = grouped.mean()
@@ -518,8 +526,8 @@ def leg_curves(
                 samples=grouped.size(),
                 zero_se_z_N=np.sqrt(sum(fact["zero_var_z_N2"] for fact in pair)),
                 zero_se_x_N=np.sqrt(sum(fact["zero_var_x_N2"] for fact in pair)),
-                flags=NO_TARE_FLAG if campaign.holds_tare(run) else "",
-                checks="",
+                **flag_columns([remark("no-tare")] if campaign.holds_tare(run) else []),
+                **reason_columns([], MARKS),
             )
         )
     nothing = pd.DataFrame(columns=LEG_COLUMNS)

@@ -14,6 +14,19 @@ from rftfit.logs.base import Log, LogError
 from rftfit.logs.text import OF_CELLS
 from rftfit.measure.alignment import Alignment, estimate_clocks, new_readings
 from rftfit.measure.clocks import HOUR_S, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.flags import (
+    FLAGS,
+    REASON,
+    REPEATED,
+    Refused,
+    Remark,
+    dropped_rows,
+    flag_columns,
+    quoted,
+    reason_columns,
+    remark,
+    say,
+)
 from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
 from rftfit.measure.pairs import (
     ANGLE_TO_RAD,
@@ -51,7 +64,6 @@ _STATUS_OF_PHASE = np.array(
     dtype=np.int8,
 )
 _MOST_REPEATED = 1 / 3
-REPEATED = "repeats the reading before (transducer slower than its logger)"
 _CHANNELS = ("F1", "F2", "F3")
 _NEAR_FULL_RANGE = 0.995
 _NEAR_SURFACE_CM = 0.3
@@ -65,7 +77,8 @@ SAMPLE_COLUMNS = (
 """Columns of the table of samples, beside the run."""
 
 RUN_COLUMNS: dict[str, object] = {
-    **dict.fromkeys(("run_id", "kind", "status", "reason", "flags", "note", "readings"), ""),
+    **dict.fromkeys(("run_id", "kind", "status", *REASON, *FLAGS, "note",
+         "readings"), ""),
     **dict.fromkeys(("rows_force", "rows_motion"), 0),
     **dict.fromkeys(
         ("sample_step_s", "clock_offset_s", "clock_residual_s", "clock_se_s", "zero_var_z_N2",
@@ -116,19 +129,17 @@ class Trace:
     zero_variance: FloatArray
     zero_dof: float
     clock: ClockFit
-    flags: tuple[str, ...]
+    flags: tuple[Remark, ...]
     rows: tuple[int, int]
     alignment: Alignment | None = None
     surface: Surface | None = None
     channels: dict[str, object] = field(default_factory=dict)
 
     @property
-    def note(self) -> str:
+    def note(self) -> tuple[Remark, ...]:
         """What was put right and touches no number, but should be known."""
         hours = self.clock.whole_hours
-        return (
-            f"clocks {hours:+d} h apart (time zone or daylight saving), put right" if hours else ""
-        )
+        return (remark("clock-hours", hours=hours),) if hours else ()
 
     @property
     def step_s(self) -> float:
@@ -137,7 +148,11 @@ class Trace:
 
 
 class RunRefused(ValueError):
-    """A run that gives no trace; the text is the reason in ledger, table and report."""
+    """A run that gives no trace, and the reasons."""
+
+    def __init__(self, reasons: Sequence[Remark]) -> None:
+        super().__init__(say(reasons))
+        self.reasons = reasons
 
 
 def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
@@ -172,7 +187,7 @@ def ingest_traces(
             trace = ingest_run(config, run, pair, ledger, compliance)
         except RunRefused as refusal:
             refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
-            rows.append(RUN_COLUMNS | refused | {"reason": str(refusal)})
+            rows.append(RUN_COLUMNS | refused | reason_columns(refusal.reasons))
         else:
             traces.append(trace)
             rows.append(_run_row(config, run, trace))
@@ -182,8 +197,8 @@ def ingest_traces(
 def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
     clock, step = trace.clock, trace.step_s
     row = {
-        "run_id": run.run_id, "kind": run.kind, "status": "read", "flags": "; ".join(trace.flags),
-        "note": trace.note, "rows_force": trace.rows[0], "rows_motion": trace.rows[1],
+        "run_id": run.run_id, "kind": run.kind, "status": "read", **flag_columns(trace.flags),
+        "note": say(trace.note), "rows_force": trace.rows[0], "rows_motion": trace.rows[1],
         "sample_step_s": step, "clock_offset_s": clock.offset_s,
         "clock_residual_s": clock.residual_s, "clock_se_s": clock.offset_se(step),
         "zero_var_z_N2": trace.zero_variance[0], "zero_var_x_N2": trace.zero_variance[1],
@@ -242,10 +257,10 @@ def ingest_run(
     """
     # a line that holds force and motion is counted once, by what became of its force
     once = one_table(config, run) and pair.force.rows == pair.motion.rows
-    problems = [f"excluded: {run.reason}"] if run.excluded else pair.problems
-    if not problems and isinstance(compliance, InputError):
-        problems = [str(compliance)]
-    if not problems:
+    reasons = [remark("excluded", why=run.reason)] if run.excluded else pair.problems
+    if not reasons and isinstance(compliance, InputError):
+        reasons = [quoted(compliance, "rigid-contact")]
+    if not reasons:
         assert not isinstance(compliance, InputError)
         assert isinstance(pair.force, Log)
         assert isinstance(pair.motion, Log)
@@ -253,15 +268,14 @@ def ingest_run(
         try:
             trace = _make_trace(config, run, force_log, pair.motion, compliance, pair.zero)
         except ValueError as error:
-            problems = [str(error)]
+            reasons = [quoted(error)]
         else:
             _account(ledger, run, force_log, None if once else pair.motion, trace)
             return trace
-    reason = "; ".join(problems)
-    _account_refused(ledger, run, run.force_log, pair.force, reason)
+    _account_refused(ledger, run, run.force_log, pair.force, reasons)
     if not once:
-        _account_refused(ledger, run, run.motion_log, pair.motion, reason)
-    raise RunRefused(reason)
+        _account_refused(ledger, run, run.motion_log, pair.motion, reasons)
+    raise RunRefused(reasons)
 
 
 def _make_trace(
@@ -284,9 +298,7 @@ def _make_trace(
     start, end = find_stroke(motion, spans, run, config.arm)
     in_stroke = (time >= start) & (time <= end)
     if not in_stroke.any():
-        raise ValueError(
-            "the force log has no sample during the stroke; do the two logs belong to one run?"
-        )
+        raise Refused("no-force-in-stroke")
     x, z, angle = motion.at(time)
     why = _row_status(config, motion, time, readings.saturated)
     moving = _within(time, spans)
@@ -304,10 +316,7 @@ def _make_trace(
         middle = float(readings.time[in_stroke].mean())
         zero = find_zero(readings.time, readings.force, resting, moving, middle, drift)
     if zero is None:
-        raise ValueError(
-            "no zero: the intruder is never at rest in air for half a second; where the zero is "
-            "known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config"
-        )
+        raise Refused("no-zero")
     # no rest shows what moves the zero back and forth between it and the stroke
     zero = replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
     force = readings.force - zero.force
@@ -328,11 +337,11 @@ def _make_trace(
     cut = start <= motion.time[1] or end >= motion.time[-2]
     # a log that begins in air should also end after the stroke; others hold nothing but the stroke
     if cut and config.zero.method == "air" and zero_log is None:
-        flags.append("the motion log begins or ends within the stroke")
+        flags.append(remark("motion-log-cut"))
     flags += _repeating(run, ~new_readings(readings.channels)[in_stroke])
     stuck = int(np.count_nonzero(readings.saturated & in_stroke))
     if stuck:
-        flags.append(f"transducer saturated in {stuck} samples of the stroke")
+        flags.append(remark("stroke-saturated", count=stuck))
     return Trace(
         run, readings.time, phase, x, z, angle, force, why,
         zero.variance, zero.dof, clock, tuple(flags), (force_log.rows, motion_log.rows),
@@ -419,14 +428,12 @@ def without_repeats(config: Config, log: Log) -> Log:
     return log.take(new_readings(np.stack([log.columns[name] for name in _CHANNELS])), REPEATED)
 
 
-def _repeating(run: Run, again: np.ndarray) -> list[str]:
+def _repeating(run: Run, again: np.ndarray) -> list[Remark]:
     """Notice a logger that writes each reading of a slower transducer several times."""
     # the force of a horizontal run may be steady; of others it grows
     if run.direction == "horizontal" or again.mean() < _MOST_REPEATED:
         return []
-    why = "the transducer is slower than its logger, and errors come out too small"
-    share = f"{again.mean():.0%} of the samples of the stroke repeat the reading before"
-    return [f"{share}: {why} unless transducer.repeats is drop"]
+    return [remark("readings-repeated", share=again.mean())]
 
 
 def find_clock(
@@ -442,11 +449,7 @@ def find_clock(
     time = readings.time
     if method == "estimate":
         if run.direction != "intrusion" or run.gamma_deg != 90:
-            raise ValueError(
-                f"clock.method estimate: found a run in direction {run.direction} along gamma "
-                f"{run.gamma_deg:g} deg; allowed: intrusion straight down, where the force grows with "
-                "depth. Others need a sync line or one clock"
-            )
+            raise Refused("no-push-to-match", direction=run.direction, gamma=run.gamma_deg)
         good, settings = ~readings.saturated, config.clock
         alignment = estimate_clocks(
             time[good], readings.force[0, good], motion.time, -motion.z,
@@ -454,10 +457,7 @@ def find_clock(
         )  # fmt: skip
         return alignment.clock, alignment
     if readings.arm_moving is None:
-        raise ValueError(
-            "the force log has no column arm_moving; clock.method sync_line needs it, allowed "
-            "without: estimate, same_clock"
-        )
+        raise Refused("no-sync-line")
     seen = moving_spans(time, readings.arm_moving, 0.5)
     seen = whole_spans(seen, float(time[0]), float(time[-1]))
     # the speed is known from the second sample to the last but one; no spans in fewer than three
@@ -479,10 +479,7 @@ def place_surface(
     plate = config.intruders[run.intruder]
     flat = run.kind == "plate" and abs(run.beta_deg) <= _FLAT_DEG
     if run.direction != "intrusion" or plate.shape == "leg" or not flat:
-        raise ValueError(
-            "surface.method find works for flat plates pushed down, which meet the surface all at "
-            f"once (beta within {_FLAT_DEG:g} deg of 0); this run needs surface_z_mm"
-        )
+        raise Refused("surface-not-stated", most=_FLAT_DEG)
     time, depth, lift = _common(motion, time, lift)
     window, noise = config.surface.window_cm, config.transducer.precision_N
     toe = plate.thickness_cm / 2
@@ -492,10 +489,7 @@ def place_surface(
         speed = float(np.abs(np.gradient(depth, time))[near].mean())
         surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
     if surface.se_cm > config.surface.max_se_cm:
-        raise ValueError(
-            f"surface not found well enough: its standard error is {surface.se_cm:.2f} cm; allowed: "
-            f"{config.surface.max_se_cm:g} cm"
-        )
+        raise Refused("surface-uncertain", se=surface.se_cm, most=config.surface.max_se_cm)
     return replace(motion, z=motion.z + surface.depth_cm), surface
 
 
@@ -513,7 +507,7 @@ def find_compliance(campaign: Campaign, like: Run) -> Compliance:
     )  # fmt: skip
     (_, pair), *_ = load_pairs(campaign, [run])
     if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
-        raise InputError(f"rigid_contact: {'; '.join(pair.problems)}")
+        raise InputError(f"rigid_contact: {say(pair.problems)}")
     try:
         readings = read_force(config, without_repeats(config, pair.force))
         motion = read_motion(config, run, pair.motion)
@@ -553,39 +547,38 @@ def _within(time: FloatArray, spans: FloatArray) -> np.ndarray:
     return moving
 
 
-def _damage(config: Config, run: Run, force: Log, motion: Log) -> list[str]:
-    """Name the rows that were lost from each log, and why."""
+def _damage(config: Config, run: Run, force: Log, motion: Log) -> list[Remark]:
+    """Flag the rows that were lost from each log, and why."""
     lost = [
         {reason: count for reason, count in (*log.dropped.items(), *log.missing.items())
          if reason != REPEATED}
         for log in (force, motion)
     ]  # fmt: skip
     parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
-    told = []
+    flags = []
     for own, other, log, part in zip(lost, lost[::-1], (force, motion), parts, strict=True):
         for reason, count in own.items():
             # of one table a line, unlike a cell, is lost to both logs
             whole = one_table(config, run) and reason not in OF_CELLS
             both = whole and other.get(reason) == count
-            told.append(f"{count} rows of {log.path.name}{'' if both else part}: {reason}")
-    return list(dict.fromkeys(told))
+            file = log.path.name + ("" if both else part)
+            code = dropped_rows(reason).code
+            flags.append(remark(code, count=count, file=file, why=reason))
+    return list(dict.fromkeys(flags))
 
 
-def _flags(config: Config, stroke_time: FloatArray, missing_s: float, drift: float) -> list[str]:
+def _flags(config: Config, stroke_time: FloatArray, missing_s: float, drift: float) -> list[Remark]:
     longest = config.clock.max_gap_s
     flags = []
     missed = np.diff(gaps(stroke_time, longest), axis=1)
     if missed.size == 1:
-        flags.append(f"gap of {missed[0, 0]:.2f} s in the force log during the stroke")
+        flags.append(remark("gap", seconds=missed[0, 0]))
     elif missed.size:
-        flags.append(
-            f"{missed.size} gaps in the force log during the stroke, {missed.sum():.2f} s in all, the "
-            f"longest of {missed.max():.2f} s"
-        )
+        flags.append(remark("gaps", count=missed.size, seconds=missed.sum(), longest=missed.max()))
     if missing_s > longest:
-        flags.append(f"force log lacks {missing_s:.2f} s of the stroke")
+        flags.append(remark("force-log-short", seconds=missing_s))
     if math.isfinite(drift) and drift > config.transducer.max_drift_N:
-        flags.append(f"zero drifted by {drift:.2f} N")
+        flags.append(remark("zero-drifted", newtons=drift))
     return flags
 
 
@@ -594,23 +587,25 @@ def _account(ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Tr
     _account_left_out(ledger, run, run.force_log, force)
     if motion is not None:
         _account_left_out(ledger, run, run.motion_log, motion)
-        path = f"path; {trace.note}" if trace.note else "path"
-        ledger.add(run, run.motion_log, USED, path, motion.size)
+        ledger.add(run, run.motion_log, USED, motion.size, remark("path"), *trace.note)
     good = trace.why == RowStatus.GOOD
     outside = np.where(good, _STATUS_OF_PHASE[trace.phase], trace.why)
     handed_on = (trace.phase == _STROKE) & good
-    ledger.add_rows(run, outside[~handed_on], "zero of the transducer")
+    ledger.add_rows(run, outside[~handed_on], "zero")
 
 
 def _account_left_out(ledger: Ledger, run: Run, file: str, log: Log) -> None:
     """Put damaged lines into the ledger, and what the instrument counted and the file lacks."""
     for fate, counts in ((DROPPED, log.dropped), (LOST, log.missing)):
         for reason, rows in counts.items():
-            ledger.add(run, file, fate, reason, rows)
+            ledger.add(run, file, fate, rows, dropped_rows(reason))
 
 
-def _account_refused(ledger: Ledger, run: Run, file: str, log: Log | LogError, reason: str) -> None:
-    ledger.add(run, file, DROPPED, reason, log.rows if isinstance(log, LogError) else log.size)
+def _account_refused(
+    ledger: Ledger, run: Run, file: str, log: Log | LogError, reasons: Sequence[Remark]
+) -> None:
+    rows = log.rows if isinstance(log, LogError) else log.size
+    ledger.add(run, file, DROPPED, rows, *reasons)
     if isinstance(log, Log):
         _account_left_out(ledger, run, file, log)
 
@@ -629,5 +624,5 @@ def account_unclaimed(campaign: Campaign) -> Ledger:
         if one_table(campaign.config, run) and counts[0] == counts[1]:
             counts.pop()
         for file, rows in zip(files, counts, strict=False):
-            ledger.add(run, file, DROPPED, "in-air run that no leg run names as its tare", rows)
+            ledger.add(run, file, DROPPED, rows, remark("unclaimed"))
     return ledger

@@ -1,15 +1,16 @@
-"""Why a row of a log is not used, and the ledger that accounts for every row."""
+"""Which rows of a log are not used, and the ledger that accounts for every row."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit.errors import RftfitError
+from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Sequence
@@ -20,66 +21,62 @@ if TYPE_CHECKING:
 
 
 class RowStatus(IntEnum):
-    """Why a row must not be used, and its text in the ledger; small enough to be kept for every sample."""
+    """Why a row must not be used; small enough to be kept for every sample."""
 
-    text: str
+    GOOD = 0
+    MOTION_GAP = 1
+    NO_MOTION = 2
+    SATURATED = 3
+    UNTARED = 4
+    APPROACH = 5
+    PAUSE = 6
+    ELSEWHERE = 7
+    ABOVE = 8
+    BOTTOM = 9
+    WALL = 10
+    STARTUP = 11
+    NONLINEAR = 12
+    YIELDED = 13
+    TOO_DEEP = 14
+    TOO_SHALLOW = 15
 
-    def __new__(cls, code: int, text: str = "") -> Self:
-        """Make a member of its number and its text."""
-        member = int.__new__(cls, code)
-        member._value_ = code
-        member.text = text
-        return member
-
-    GOOD = 0, ""
-    MOTION_GAP = 1, "gap in the motion log"
-    NO_MOTION = 2, "outside the motion log"
-    SATURATED = 3, "transducer saturated"
-    NO_TARE = 4, "outside the tare's range"
-    APPROACH = 5, "approach"
-    PAUSE = 6, "pause at the surface"
-    ELSEWHERE = 7, "before or after the stroke"
-    ABOVE = 8, "outside the window: plate not wholly submerged"
-    BOTTOM = 9, "outside the window: too near the bottom"
-    WALL = 10, "outside the window: too near a wall"
-    STARTUP = 11, "outside the window: start of the stroke, force still building up"
-    NONLINEAR = 12, "outside the window: beyond the linear regime"
-    YIELDED = 13, "force beyond that of the push against something rigid: depth not known"
-    TOO_DEEP = 14, "outside the window: deeper than fit.max_depth_cm of the config"
-    TOO_SHALLOW = 15, "outside the window: above fit.submergence_cm of the config"
+    @property
+    def code(self) -> str:
+        """Its code in the ledger."""
+        return self.name.lower().replace("_", "-")
 
 
 USED, DROPPED, LOST = "used", "dropped", "lost"
-COLUMNS = ["run_id", "medium", "kind", "file", "fate", "reason", "rows"]
+COLUMNS = ["run_id", "medium", "kind", "file", "fate", *REASON, "rows"]
 _FAULT = "this is a fault of the program, please report it"
 
 
 @dataclass
 class Ledger:
-    """Number of rows by run_id, medium, kind, file, fate and reason."""
+    """Number of rows by run_id, medium, kind, file, fate and remarks."""
 
-    counts: dict[tuple[str, str, str, str, str, str], int] = field(
+    counts: dict[tuple[str, str, str, str, str, tuple[Remark, ...]], int] = field(
         default_factory=lambda: defaultdict(int)
     )
 
-    def add(self, run: Run, file: str, fate: str, reason: str, rows: int) -> None:
+    def add(self, run: Run, file: str, fate: str, rows: int, *reason: Remark) -> None:
         """Count `rows` lines of one file, 0 of a missing one; `LOST`: the instrument alone counted them."""
         self.counts[run.run_id, run.medium, run.kind, file, fate, reason] += int(rows)
 
     def add_rows(self, run: Run, why: np.ndarray, used_as: str) -> None:
-        """Count the rows of a force log by the `RowStatus` of each; `used_as` is the use of good rows."""
-        for code, count in enumerate(np.bincount(why)):
+        """Count the rows of a force log by the `RowStatus` of each; `used_as` codes the use of good rows."""
+        for number, count in enumerate(np.bincount(why)):
             if count:
-                status = RowStatus(code)
-                fate = USED if status is RowStatus.GOOD else DROPPED
-                self.add(run, run.force_log, fate, status.text or used_as, count)
+                status = RowStatus(number)
+                fate, code = (DROPPED, status.code) if number else (USED, used_as)
+                self.add(run, run.force_log, fate, count, remark(code))
 
     def table(self) -> pd.DataFrame:
         """Return the counts as a sorted table with the columns `COLUMNS`."""
         import pandas as pd
 
-        rows = [(*key, count) for key, count in sorted(self.counts.items())]
-        return pd.DataFrame(rows, columns=COLUMNS)
+        rows = ((*key, *reason_cells(why), n) for (*key, why), n in self.counts.items())
+        return pd.DataFrame(sorted(rows), columns=COLUMNS)
 
 
 def join(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:

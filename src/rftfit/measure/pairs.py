@@ -14,6 +14,7 @@ from rftfit.campaign.config import ForceLog
 from rftfit.campaign.problems import unknown_word
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.registry import source_reader
+from rftfit.measure.flags import BACKWARDS, DUPLICATE, Refused, Remark, quoted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -39,9 +40,9 @@ TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 360
 def factor(table: dict[str, float], found: str, declared: str, what: str) -> float:
     """Return the factor to N, cm, rad or s, if log and config agree on the unit of a quantity `what`."""
     if found != declared:
-        raise ValueError(f"{what} in {found or 'no unit'}, but the config says {declared}")
+        raise Refused("other-unit", quantity=what, found=found or "no unit", declared=declared)
     if found not in table:
-        raise ValueError(f"{what} in {found}; allowed: {', '.join(table)}")
+        raise Refused("unknown-unit", quantity=what, found=found, allowed=", ".join(table))
     return table[found]
 
 
@@ -189,10 +190,6 @@ def completed(log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0
     return replace(log, columns=order, units=found, notes=tuple(notes))
 
 
-DUPLICATE = "duplicated row"
-BACKWARDS = "time runs backwards"
-
-
 def clean(log: Log) -> Log:
     """Drop duplicated rows and rows whose time does not increase, and count them."""
     time = log.columns["time"]
@@ -250,11 +247,11 @@ class Pair:
     zero: Log | LogError | None = None
 
     @property
-    def problems(self) -> list[str]:
+    def problems(self) -> list[Remark]:
         """What is wrong with unusable logs."""
         logs = (self.force, self.motion, self.zero)
         # one file that holds both says it once
-        return list(dict.fromkeys(str(log) for log in logs if isinstance(log, LogError)))
+        return list(dict.fromkeys(quoted(log) for log in logs if isinstance(log, LogError)))
 
 
 def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Pair]]:

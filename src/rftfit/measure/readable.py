@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.problems import Place, Problem
 from rftfit.measure.fits import fit_medium
+from rftfit.measure.flags import Remark, flags_of, reason_of
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.tare import TARE_KINDS, tare_medium
 
@@ -23,8 +23,6 @@ LARGEST_BYTES = 20_000_000
 """Larger logs are left to the run itself."""
 
 _AT_A_TIME = 256
-
-_NUMBERS = re.compile(r"\d+(?:[.,]\d+)*")
 
 
 @dataclass
@@ -54,32 +52,32 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
     }
     runs = [run for run in every if not {run.run_id, run.tare_run} & large]
     found.passed_over = len(every) - len(runs)
-    reasons: dict[str, str] = {}
-    flags: dict[str, str] = {}
+    reasons: dict[str, tuple[Remark, ...]] = {}
+    flags: dict[str, tuple[Remark, ...]] = {}
     for part in _portions(runs):
         samples, status, _ = ingest_medium(replace(campaign, runs=part), medium)
         tared, tares, _ = tare_medium(replace(campaign, runs=part), medium, samples, status)
         fits, *_ = fit_medium(replace(campaign, runs=part), medium, status, tared, tares)
         for table in (status, tares, fits):
-            reasons |= dict(zip(table["run_id"], table["reason"], strict=True))
-        flags |= dict(zip(status["run_id"], status["flags"], strict=True))
+            reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
+        flags |= {row["run_id"]: flags_of(row) for row in status.to_dict("records")}
     # of the others the sheet has said so
     told = [run for run in runs if not run.excluded and None not in sizes[run.run_id]]
     found.runs = len(told)
-    refused: dict[str, dict[Run, str]] = defaultdict(dict)
-    doubted: dict[str, dict[Run, str]] = defaultdict(dict)
+    refused: dict[str, dict[Run, Remark]] = defaultdict(dict)
+    doubted: dict[str, dict[Run, Remark]] = defaultdict(dict)
     for run in told:
-        if reason := reasons[run.run_id]:
-            refused[_sort(run, reason)][run] = reason
-        for flag in filter(None, flags[run.run_id].split("; ")):
-            doubted[_sort(run, flag)].setdefault(run, flag)
+        for reason in reasons[run.run_id]:
+            refused[reason.code][run] = reason
+        for flag in flags[run.run_id]:
+            doubted[flag.code].setdefault(run, flag)
     lost = {run for members in refused.values() for run in members}
     wanted = [run for run in told if run.kind not in TARE_KINDS] or told
     severity: Severity = "error" if lost.issuperset(wanted) else "warning"
     for kinds, code, what in ((refused, "refused", "dropped"), (doubted, "flagged", "flagged")):
         for members in kinds.values():
             place = _said(medium, list(members), len(told), f"would be {what}")
-            text = next(iter(members.values()))
+            text = str(next(iter(members.values())))
             found.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
         severity = "warning"
     return found
@@ -103,13 +101,6 @@ def _size(campaign: Campaign, name: str) -> int | None:
         return (campaign.raw / name).stat().st_size
     except OSError:
         return None
-
-
-def _sort(run: Run, reason: str) -> str:
-    """A reason without what differs from run to run: names and numbers."""
-    for name in (run.run_id, run.force_log, run.motion_log, run.tare_run):
-        reason = reason.replace(name, "")
-    return _NUMBERS.sub("#", reason)
 
 
 def _said(medium: str, members: list[Run], of: int, what: str) -> Place:

@@ -10,6 +10,7 @@ import numpy as np
 
 from rftfit.conventions import direction, intrusion_angle
 from rftfit.measure.clocks import moving_spans
+from rftfit.measure.flags import Refused
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -77,10 +78,9 @@ def find_stroke(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[
     if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:
         return _uneven_push(motion)
     if (lowest := float(motion.z.min())) > -UNDERGROUND_CM:
-        why = f"surface not reached: the lowest point of the path is z = {lowest:+.2f} cm"
-        if motion.z[0] < min(lowest + 0.1, motion.z.max() - 1):
-            why += ", where it begins; z points up (factor: -1 where the log counts downward)"
-        raise ValueError(why)
+        upside_down = motion.z[0] < min(lowest + 0.1, motion.z.max() - 1)
+        code = "upside-down" if upside_down else "surface-not-reached"
+        raise Refused(code, lowest=lowest)
     start, end = _longest_along(motion, spans, run, arm)
     _check_plate(motion, start, end, run, arm)
     return start, end
@@ -107,16 +107,15 @@ def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tup
             along.append((underground, float(start), float(end)))
     if not seen:
         fastest = motion.fastest_below()
-        raise ValueError(
-            f"the arm never moved straight for {SHORTEST_CM:g} cm below the surface, at half of "
-            f"arm.speed_cm_per_s ({arm.speed_cm_per_s:g} cm/s) or faster; its speed there was "
-            f"{fastest:.3g} cm/s at most"
-        )
+        raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
         way = math.degrees(float(intrusion_angle(wanted_x, wanted_z)))
-        raise ValueError(
-            f"below the surface the arm moved along gamma = {', '.join(seen)} deg; the "
-            f"sheet's {run.direction} at gamma {run.gamma_deg:g} is along {way:.1f} deg"
+        raise Refused(
+            "other-direction",
+            seen=", ".join(seen),
+            direction=run.direction,
+            gamma=run.gamma_deg,
+            way=way,
         )
     longest = max(along, key=lambda one: one[0])
     if run.stroke is None:
@@ -124,7 +123,7 @@ def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tup
     # in the order of time; a stretch much shorter than the others is no stroke
     strokes = [one for one in along if one[0] > _STROKE_SHARE * longest[0]]
     if run.stroke > len(strokes):
-        raise ValueError(f"the sheet asks for stroke {run.stroke}; the log holds {len(strokes)}")
+        raise Refused("no-such-stroke", wanted=run.stroke, found=len(strokes))
     return strokes[run.stroke - 1][1:]
 
 
@@ -175,13 +174,11 @@ def _uneven_push(motion: Motion) -> tuple[float, float]:
     lowest = float(motion.z.min())
     above = np.flatnonzero(motion.z > 0)
     if lowest > -5 * BOTTOM_CM or not above.size:
-        raise ValueError(
-            f"the path from {motion.z.max():+.2f} to {lowest:+.2f} cm does not cross the surface"
-        )
+        raise Refused("surface-not-crossed", highest=motion.z.max(), lowest=lowest)
     end = int(np.argmax(motion.z <= lowest + BOTTOM_CM))
     before = above[above < end]
     if not before.size:
-        raise ValueError("the arm log begins below the surface")
+        raise Refused("begins-below")
     return float(motion.time[before[-1]]), float(motion.time[end])
 
 
@@ -191,15 +188,11 @@ def _check_plate(motion: Motion, start: float, end: float, run: Run, arm: Arm) -
     beta = math.degrees(float(np.median(motion.angle[inside])))
     off = (beta - run.beta_deg + 90) % 180 - 90
     if abs(off) > arm.angle_tolerance_deg:
-        raise ValueError(
-            f"the arm log shows the plate at beta = {beta:.1f} deg, the sheet says {run.beta_deg:g}"
-        )
+        raise Refused("other-angle", found=beta, stated=run.beta_deg)
     if run.direction == "horizontal":
         depth = -float(np.median(motion.z[inside]))
         if abs(depth - run.depth_cm) > DEPTH_TOLERANCE_CM:
-            raise ValueError(
-                f"the arm log shows a depth of {depth:.2f} cm, the sheet says {run.depth_cm:g}"
-            )
+            raise Refused("other-depth", found=depth, stated=run.depth_cm)
 
 
 def _rotation(motion: Motion, spans: FloatArray) -> tuple[float, float]:
@@ -207,10 +200,7 @@ def _rotation(motion: Motion, spans: FloatArray) -> tuple[float, float]:
     turns = [float(np.diff(np.interp(span, motion.time, motion.angle))[0]) for span in spans]
     if not turns or max(turns, key=abs) < 0 or max(turns) < math.radians(10):
         seen = ", ".join(f"{math.degrees(turn):+.0f}" for turn in turns) or "nothing"
-        raise ValueError(
-            f"the leg turned by {seen} deg; a rotation turns it by +10 deg or more in one stretch, "
-            "from negative theta to positive"
-        )
+        raise Refused("no-rotation", seen=seen)
     start, end = spans[int(np.argmax(turns))]
     return float(start), float(end)
 

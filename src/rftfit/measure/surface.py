@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.flags import Refused
 from rftfit.measure.slopes import student_quantile, weighted_sum_variance
 
 if TYPE_CHECKING:
@@ -24,9 +25,6 @@ _T = 5.0
 _PASSES = 5
 _LARGEST_AIR = 0.15
 _GRID = 120
-_NOT_IN_AIR = (
-    "surface not found: the force grows from the first reading on; the log must begin in air"
-)
 
 
 @dataclass(frozen=True)
@@ -83,10 +81,7 @@ def find_surface(
         ]
     best = fits[1]
     if best is None:
-        raise ValueError(
-            f"surface not found: fewer than {_MIN_BELOW} readings within {window_cm:g} cm below the "
-            f"depth at which the force begins, or {_MIN_AIR} above it"
-        )
+        raise Refused("few-near-surface", below=_MIN_BELOW, window=window_cm, above=_MIN_AIR)
     _check_growth(best, window_cm, noise)
     others = [fit.depth_cm for fit in fits if fit is not None]
     spread = float(np.var(others, ddof=1)) if len(others) > 1 else 0.0
@@ -96,20 +91,16 @@ def find_surface(
 def _onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float, float]:
     """Depth from which on the force stays above its noise in air, and that noise."""
     if depth.size < _MIN_AIR + _MIN_BELOW:
-        raise ValueError(f"surface not found: {depth.size} readings on the way down")
+        raise Refused("few-on-the-way-down", found=depth.size)
     begin = force[: max(_MIN_AIR, depth.size // 10)]
     air = float(np.median(begin))
     trend = np.polyval(np.polyfit(np.arange(begin.size), begin, 1), np.arange(begin.size))
     noise = max(noise_N, 1.483 * float(np.median(np.abs(begin - trend))))
     if force[-1] - air < _RISE_TO_NOISE * noise:
-        raise ValueError(
-            f"surface not found: the force grows by {force[-1] - air:.2f} N on the way down, with a "
-            f"noise of {noise:.2f} N: the intruder met no ground, or the sign of z (factor) or of the "
-            "force (transducer.axes) is turned"
-        )
+        raise Refused("no-ground", newtons=force[-1] - air, noise=noise)
     quiet = np.flatnonzero(force < air + 4 * noise)
     if quiet.size < _MIN_AIR:
-        raise ValueError(_NOT_IN_AIR)
+        raise Refused("not-in-air")
     return float(depth[quiet[-1]]), noise
 
 
@@ -152,28 +143,27 @@ def _check_growth(found: Surface, window_cm: float, noise: float) -> None:
     """Refuse a growth that is small, uncertain, or that begins in air already."""
     growth = found.growth_N_per_cm
     rise = float(found.fitted.max() - found.air_N)
-    below = f"surface not found: below {found.depth_cm:.2f} cm the force"
     if growth <= 0:
-        raise ValueError(f"{below} does not grow at first")
+        raise Refused("no-growth", depth=found.depth_cm)
     if rise < _RISE_TO_NOISE * noise:
-        raise ValueError(
-            f"{below} grows by {rise:.2f} N within {window_cm:g} cm; needed: {_RISE_TO_NOISE:g} times "
-            f"its noise of {noise:.2f} N"
+        raise Refused(
+            "faint-growth",
+            depth=found.depth_cm,
+            newtons=rise,
+            window=window_cm,
+            times=_RISE_TO_NOISE,
+            noise=noise,
         )
     if growth < _T * found.growth_se:
-        raise ValueError(
-            f"{below} grows by {growth:.1f} N/cm with a standard error of {found.growth_se:.1f} "
-            f"N/cm; needed: {_T:g} times its error"
+        raise Refused(
+            "uncertain-growth", depth=found.depth_cm, growth=growth, se=found.growth_se, times=_T
         )
     air = found.depth < found.depth_cm
     if np.count_nonzero(air) < _MIN_AIR:
-        raise ValueError(_NOT_IN_AIR)
+        raise Refused("not-in-air")
     in_air = float(np.polyfit(found.depth[air], found.force[air], 1)[0])
     if in_air > _LARGEST_AIR * growth:
-        raise ValueError(
-            f"surface not found: above {found.depth_cm:.2f} cm the force grows too, by {in_air:.1f} "
-            f"N/cm against {growth:.1f} N/cm below; the log must begin in air"
-        )
+        raise Refused("grows-in-air", depth=found.depth_cm, above=in_air, below=growth)
 
 
 def _design(depth: FloatArray, place: float | FloatArray) -> FloatArray:
@@ -217,19 +207,17 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
     standard deviation of one reading.
     """
     if force.size < _MIN_READINGS:
-        raise ValueError(f"{force.size} readings are too few; {_MIN_READINGS} at least")
+        raise Refused("few-rigid", found=force.size, wanted=_MIN_READINGS)
     lift = force - float(np.median(force[: max(8, force.size // 20)]))
     peak = int(np.argmax(lift))
     depth, lift = depth[: peak + 1], lift[: peak + 1]
     if lift[-1] < _CONTACT_TO_NOISE * noise_N:
-        raise ValueError(
-            f"the force rises by {lift[-1]:.2f} N only, with a noise of {noise_N:g} N: no contact"
-        )
+        raise Refused("no-contact", newtons=lift[-1], noise=noise_N)
     free = np.flatnonzero(lift < 5 * noise_N)
     touching = slice(int(free[-1]) + 1, None) if free.size else slice(0, None)
     depth, lift = depth[touching], lift[touching]
     if lift.size < _MIN_READINGS:
-        raise ValueError(f"{lift.size} readings in contact are too few; {_MIN_READINGS} at least")
+        raise Refused("few-in-contact", found=lift.size, wanted=_MIN_READINGS)
     edges = np.linspace(0, lift[-1], _LEVELS + 1)
     place = np.clip(np.digitize(lift, edges) - 1, 0, _LEVELS - 1)
     filled = np.unique(place)

@@ -10,6 +10,7 @@ import numpy as np
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import CURVATURE, ROD, STARTUP, TARE
 from rftfit.measure.fits import FIT_COLUMNS, filed_under
+from rftfit.measure.flags import flag_columns, reason_columns, remark
 from rftfit.measure.ingest import PHASES, RUN_COLUMNS, samples_table
 from rftfit.measure.ledger import USED, Ledger, RowStatus
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
@@ -60,7 +61,7 @@ def fit_alpha_table(
         row = dict.fromkeys(FIT_COLUMNS, math.nan) | {
             "run_id": run.run_id, "medium": medium, "beta_deg": beta, "gamma_deg": gamma,
             "direction": run.direction, "mirrored": False, "tare_run": "", "n_points": 0,
-            "flags": "", "note": "", "reason": "",
+            **flag_columns([]), "note": "", **reason_columns([]),
             "lever_per_cm": 0.0,  # the error of the surface is in what the table states
         }  # fmt: skip
         runs = int(numbers.get("n", 0))
@@ -73,6 +74,6 @@ def fit_alpha_table(
             row |= {column(c, end): value for end, value in values.items()}
             row[f"alpha_{c}_dof"] = dof
         rows.append(row)
-        ledger.add(run, run.force_log, USED, "slope", 1)
+        ledger.add(run, run.force_log, USED, 1, remark("slope"))
     windows = pd.DataFrame({"run_id": tared["run_id"], "why": tared["why"]})
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.measure.flags import REASON, Remark, reason_cells, reason_of, remark
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.strokes import join_runs, strokes
 
@@ -19,12 +20,11 @@ if TYPE_CHECKING:
     from rftfit.measure.strokes import Samples
 
 
-NO_TARE_FLAG = "no tare subtracted: force on rod and mount is in it"
 TARE_KINDS = ("rod", "leg_air")
 _TARED_COLUMNS = ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N", "tare_z_N",
                   "tare_x_N", "why")  # fmt: skip
 _TARE_COLUMNS = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "force_rms_N",
-                 "tare_rms_N", "reason"]  # fmt: skip
+                 "tare_rms_N", *REASON]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def tare_medium(
 
     ledger = Ledger()
     found = strokes(traces)
-    why_refused = dict(zip(status["run_id"], status["reason"], strict=True))
+    refused = {row["run_id"]: reason_of(row) for row in status.to_dict("records")}
     runs = {run.run_id: run for run in campaign.runs_of(medium)}
     tares = {
         name: _tare_of(runs[name], stroke, ledger)
@@ -90,15 +90,15 @@ def tare_medium(
     }
     parts: dict[str, dict[str, np.ndarray]] = {}
     rows = [
-        (name, "", abscissa_of(runs[name]), *[np.nan] * 4, tare)
+        (name, "", abscissa_of(runs[name]), *[np.nan] * 4, *reason_cells([tare]))
         for name, tare in tares.items()
-        if isinstance(tare, str)
+        if isinstance(tare, Remark)
     ]
     for name, stroke in found.items():
         run = runs[name]
         if run.kind in TARE_KINDS:
             continue
-        tare, reason = tares.get(run.tare_run), ""
+        tare, reason = tares.get(run.tare_run), tuple[Remark, ...]()
         valid = (np.nan, np.nan)
         if isinstance(tare, Tare):
             valid = (tare.position[0], tare.position[-1])
@@ -108,13 +108,15 @@ def tare_medium(
         ):
             parts[name] = _columns(stroke, stroke.force, np.zeros_like(stroke.force), stroke.why)
         else:
-            reason = _why_no_tare(run, tare, why_refused)
+            why = _why_no_tare(run, tare, refused.get(run.tare_run, ()))
+            reason = (remark("tare-missing", why=why),)
             good = int(np.count_nonzero(stroke.why == RowStatus.GOOD))
-            ledger.add(run, run.force_log, DROPPED, reason, good)
+            ledger.add(run, run.force_log, DROPPED, good, *reason)
         if run.kind == "leg" and name in parts:
             reason = _why_no_curve(parts[name]["why"])
         sizes = _sizes(parts[name]) if name in parts else (np.nan, np.nan)
-        rows.append((name, run.tare_run, abscissa_of(run), *valid, *sizes, reason))
+        words = reason_cells(reason)
+        rows.append((name, run.tare_run, abscissa_of(run), *valid, *sizes, *words))
     return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=_TARE_COLUMNS), ledger
 
 
@@ -129,41 +131,41 @@ def _sizes(part: dict[str, np.ndarray]) -> tuple[float, float]:
     return float(np.sqrt(np.mean((force + tare) ** 2))), float(np.sqrt(np.mean(tare**2)))
 
 
-def _tare_of(run: Run, stroke: Samples, ledger: Ledger) -> Tare | str:
+def _tare_of(run: Run, stroke: Samples, ledger: Ledger) -> Tare | Remark:
     """Make a tare of a run, or say why it is none."""
     good = stroke.why == RowStatus.GOOD
     abscissa, found = abscissa_of(run), int(np.count_nonzero(good))
     if found < 2:
-        reason = f"tare {run.run_id}: {found} samples are no tare"
-        ledger.add(run, run.force_log, DROPPED, reason, found)
+        reason = remark("tare-empty", tare=run.run_id, count=found)
+        ledger.add(run, run.force_log, DROPPED, found, reason)
         return reason
-    ledger.add(run, run.force_log, USED, "tare", found)
+    ledger.add(run, run.force_log, USED, found, remark("tare"))
     return Tare.from_samples(abscissa, stroke.position(abscissa)[good], stroke.force[:, good])
 
 
-def _why_no_curve(why: np.ndarray) -> str:
-    """Say why the tared stroke of a leg has no sample to use; empty if it has."""
+def _why_no_curve(why: np.ndarray) -> tuple[Remark, ...]:
+    """Why the tared stroke of a leg has no sample to use; empty if it has."""
     counts = np.bincount(why, minlength=1)
     if counts[RowStatus.GOOD]:
-        return ""
-    return f"no sample of the stroke can be used: {RowStatus(int(counts.argmax())).text}"
+        return ()
+    return (remark("no-sample", why=remark(RowStatus(int(counts.argmax())).code)),)
 
 
-def _why_no_tare(run: Run, reason: str | None, why_refused: dict[str, str]) -> str:
-    """Say why a run has no tare; `reason`: why the one that it names is none, if it has a stroke."""
+def _why_no_tare(run: Run, tare: Remark | None, refused: tuple[Remark, ...]) -> Remark:
+    """Why a run has no tare; `tare`: why the one that it names is none, if it has a stroke."""
     if not run.tare_run:
-        return "no tare: the run sheet names none"
-    if reason is not None:
-        return f"no tare: {reason}"
-    why = why_refused.get(run.tare_run) or "it has no stroke"
-    return f"no tare: {run.tare_run} cannot be used: {why}"
+        return remark("tare-not-named")
+    if tare is not None:
+        return tare
+    why = refused[0] if refused else remark("no-stroke")
+    return remark("tare-unusable", tare=run.tare_run, why=why)
 
 
 def _tared(run: Run, stroke: Samples, tare: Tare, ledger: Ledger) -> dict[str, np.ndarray]:
     """Granular force of a stroke; rows the tare does not cover are marked and counted."""
     tare_force = tare.at(stroke.position(tare.abscissa))
     untared = (stroke.why == RowStatus.GOOD) & np.isnan(tare_force[0])
-    why = np.where(untared, np.int8(RowStatus.NO_TARE), stroke.why)
+    why = np.where(untared, np.int8(RowStatus.UNTARED), stroke.why)
     ledger.add_rows(run, why[untared], "")
     return _columns(stroke, stroke.force - tare_force, tare_force, why)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from rftfit.campaign.config import Leg
 from rftfit.measure.fits import half_extent
+from rftfit.measure.flags import Refused
 from rftfit.measure.slopes import weighted_sum_variance
 
 if TYPE_CHECKING:
@@ -93,9 +94,7 @@ def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Ze
     `force`: shape (2, n), N. Since then the zero may have drifted, for `age_min` at most.
     """
     if force.shape[1] < _FEWEST:
-        raise ValueError(
-            f"the zero log has {force.shape[1]} readings; at least {_FEWEST} are needed"
-        )
+        raise Refused("short-zero-log", found=force.shape[1], wanted=_FEWEST)
     mean, variance, dof = _mean(force)
     unseen = (drift_N_per_min * age_min) ** 2 / 3
     return Zero(mean[:, None], variance + unseen, dof, math.nan)

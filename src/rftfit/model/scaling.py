@@ -13,6 +13,7 @@ import numpy as np
 
 from rftfit.measure.alpha import both, cell_at, column, directions, flagged
 from rftfit.measure.checks import usable
+from rftfit.measure.flags import Remark, quoted, remark, say
 from rftfit.measure.slopes import student_quantile
 from rftfit.model.draws import draws_of, errors_behind, errors_known, interval_of_sum, typical_dof
 from rftfit.model.fourier import (
@@ -149,12 +150,6 @@ def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float
     return alpha, float(np.maximum(se, wide))
 
 
-PRINTED_NOTE = (
-    "fewer than two laboratory media with a usable grid: scaled with the published five media"
-)
-"""Reason in the tables of a campaign whose natural sands are scaled with the printed tables."""
-
-
 @dataclass(frozen=True)
 class Reference:
     """The media that a further medium is scaled from.
@@ -188,9 +183,9 @@ class Reference:
     printed: bool = False
 
     @property
-    def note(self) -> str:
-        """What a table of a campaign says of it; empty for the campaign's own media."""
-        return PRINTED_NOTE if self.printed else ""
+    def remarks(self) -> tuple[Remark, ...]:
+        """What a table of a campaign says of it; nothing for the campaign's own media."""
+        return (remark("published-media"),) if self.printed else ()
 
 
 def reference_from(
@@ -445,7 +440,7 @@ class MediumFit:
     """Coefficients of one medium by one method, N/cm^3, shape (9,); its draws are made when they are asked for.
 
     `full` has all nine terms; `used` those that are kept (refitted without the others), 0 elsewhere, NaN
-    where there are none, and then `reason` says why; `without_flagged` is `used` had the flagged cells
+    where there are none, and then `why` says it; `without_flagged` is `used` had the flagged cells
     been left out. `alpha_z`: measured alpha_z(0, 90 deg), N/cm^3.
     """
 
@@ -457,8 +452,13 @@ class MediumFit:
     alpha_z: float
     table: pd.DataFrame = field(repr=False)
     config: Config = field(repr=False)
-    reason: str = ""
+    why: tuple[Remark, ...] = ()
     without_flagged: FloatArray = field(default_factory=lambda: np.full(len(TERMS), np.nan))
+
+    @property
+    def reason(self) -> str:
+        """Why it has no numbers, in words; empty where it has."""
+        return say(self.why)
 
     @property
     def counts(self) -> bool:
@@ -537,21 +537,19 @@ def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     if config.fit.flagged == "leave_out":
         alpha = bare[0], bare[1]
     full = used = without = np.full(len(TERMS), np.nan)
-    keep, reason = np.ones(len(TERMS), dtype=bool), ""
+    keep, why = np.ones(len(TERMS), dtype=bool), tuple[Remark, ...]()
     try:
         full = _transform(method, angles, alpha, None)
         if not np.isfinite(full).all():
             empty = int(np.count_nonzero(np.isnan(alpha[0])))
-            reason = (
-                f"{empty} of {alpha[0].size} cells have no alpha; the transform needs all of them"
-            )
+            why = (remark("empty-cells", found=empty, wanted=alpha[0].size),)
             full = used
         elif not vertical_penetration(full):
             full = used
-            reason = "the fit has an alpha_z(0, 90 deg) of 0, by which nothing can be scaled"
+            why = (remark("zero-push"),)
     except ValueError as error:
-        reason = str(error)
-    if not reason:
+        why = (quoted(error, "no-fit"),)
+    if not why:
         keep = kept_terms(full, config.fourier.threshold)
         if method == AS_PRINTED:
             keep = as_array(coefficients(_published_as(table, config))) != 0
@@ -562,7 +560,7 @@ def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     cell = cell_at(table, 0, 90)
     measured = np.nan if cell is None else float(cell[column("z")])
     return MediumFit(
-        str(table["medium"].iloc[0]), method, full, keep, used, measured, table, config, reason,
+        str(table["medium"].iloc[0]), method, full, keep, used, measured, table, config, why,
         without,
     )  # fmt: skip
 

@@ -20,8 +20,8 @@ from rftfit.figures.style import number
 from rftfit.figures.traces import alpha_of
 from rftfit.measure.alpha import cell_at
 from rftfit.measure.checks import UNUSABLE
-from rftfit.measure.fits import flags_of_all
-from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.measure.fits import shared_flags
+from rftfit.measure.flags import codes_of, remark
 from rftfit.page.cells import records
 from rftfit.robot.speeds import share_within
 
@@ -52,7 +52,8 @@ def findings(results: Results) -> list[Finding]:
 
 def usable(results: Results, media: Iterable[str]) -> list[str]:
     """Those of the media that fail no check that makes them unusable."""
-    return [name for name in media if not results.marks.get(name, "").startswith(UNUSABLE)]
+    marks = {name: codes_of(results.marks.get(name, ())) for name in media}
+    return [name for name, codes in marks.items() if UNUSABLE not in codes.split()]
 
 
 def _doubts(results: Results) -> Iterable[Finding]:
@@ -61,7 +62,7 @@ def _doubts(results: Results) -> Iterable[Finding]:
     bad = [results.campaign.titles[name] for name in results.media if name not in good]
     if bad:
         yield Finding(f"Not usable, by checks that need no model: {_listed(bad)}.", "believed")
-    bare = [one.title for one in results if NO_TARE_FLAG in flags_of_all(one.fits)]
+    bare = [one.title for one in results if remark("no-tare") in shared_flags(one.fits)]
     if bare:
         yield Finding(
             f"No tare was subtracted in {_listed(bare)}: the force on rod and mount is in every number of it.",

@@ -12,14 +12,15 @@ import numpy as np
 from rftfit.figures.captions import PROFILES, name_of
 from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
 from rftfit.measure.alpha import column
-from rftfit.measure.checks import UNUSABLE
-from rftfit.measure.fits import flags_of_all, without
+from rftfit.measure.fits import own_flags, shared_flags
+from rftfit.measure.flags import Remark, reason_of, say
 from rftfit.model.fourier import TERMS
 from rftfit.model.outlines import leg_outline
 from rftfit.model.planning import Rig
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 from rftfit.model.scaling import GENERIC, Reference, published, reference_from, routine, routines
 from rftfit.model.shapes import LEAST_PERCENT, NOT_ALIKE, USUAL_PERCENT, grid
+from rftfit.page.findings import usable
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:
@@ -86,8 +87,9 @@ def references(results: Results) -> list[Reference]:
     """What a further medium is scaled from: this campaign's media, where there are two; the printed ones."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
-    unusable = [results.marks.get(name, "").startswith(UNUSABLE) for name in table["medium"]]
-    good = np.isfinite(table["chi"].to_numpy(float)) & ~np.array(unusable, dtype=bool)
+    good = np.isfinite(table["chi"].to_numpy(float)) & table["medium"].isin(
+        usable(results, table["medium"])
+    )
     rows = table[(table["method"] == method) & good]
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
     values = {medium: kept_coefficients(results, medium) for medium in (GENERIC, *chi)}
@@ -119,9 +121,9 @@ def live_data(results: Results) -> dict[str, Any]:
             medium: {name: _parameters(one) for name, one in profiles(results, medium).items()}
             for medium in results.media
         },
-        "alpha": {one.name: _cells(one.alpha, flags_of_all(one.fits)) for one in results},
+        "alpha": {one.name: _cells(one.alpha, shared_flags(one.fits)) for one in results},
         "maps": {
-            one.name: _cells(whole.assign(reason="map: " + whole["source"], flags=""), ())
+            one.name: _cells(whole.assign(reason="map: " + whole["source"]), ())
             for one in results
             if len(whole := results.table(f"maps/{one.name}.csv"))
         },
@@ -222,10 +224,10 @@ def _leg(leg: Leg) -> dict[str, Any]:
     }
 
 
-def _cells(table: pd.DataFrame, told: Sequence[str]) -> dict[str, Any]:
+def _cells(table: pd.DataFrame, shared: Sequence[Remark]) -> dict[str, Any]:
     """Measured cells of one medium as a map, with intervals and why one is empty.
 
-    Scattered directions are shown as what is interpolated between them, and as points. `told`: flags
+    Scattered directions are shown as what is interpolated between them, and as points. `shared`: flags
     that the page says once.
     """
     notes: dict[str, str] = {}
@@ -235,7 +237,7 @@ def _cells(table: pd.DataFrame, told: Sequence[str]) -> dict[str, Any]:
         for c, end in product("zx", ("", "_lo", "_hi")):
             beta_deg, gamma_deg, values[c + end] = pivot(table, column(c, end))
         for row in table.to_dict("records"):
-            if note := "; ".join(filter(None, (row["reason"], without(row["flags"], told)))):
+            if note := say([*reason_of(row), *own_flags(row, shared)]):
                 # a plate at -90 degrees is the one at 90
                 lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
                 column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()

@@ -9,8 +9,8 @@ from rftfit.campaign.config import Leg, Plate
 from rftfit.figures.captions import lift_errors, name_of, of_method
 from rftfit.figures.style import number
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
+from rftfit.measure.flags import flagged_with
 from rftfit.measure.slopes import CURVED_P, FEWEST
-from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
 from rftfit.model.prediction import beyond_measured
@@ -240,7 +240,7 @@ def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: 
         table = table[table["reason"] == ""]
     if table.empty:
         return f"{done}."
-    bare = table["flags"].str.contains(NO_TARE_FLAG, regex=False)
+    bare = flagged_with(table, "no-tare")
     runs = table.loc[bare, "run_id"].nunique()
     if bare.all():
         return f"{nothing}."

@@ -6,20 +6,10 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rftfit.measure.checks import (
-    ACCEPTED,
-    CHECKS,
-    DOUBTFUL,
-    FAILED,
-    GIVES_BACK,
-    NO_SCALE,
-    NOT_CHECKED,
-    PASSED,
-    UNUSABLE,
-)
-from rftfit.measure.fits import flags_of_all, without
+from rftfit.measure.checks import ACCEPTED, CHECKS, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
+from rftfit.measure.fits import own_flags, shared_flags
+from rftfit.measure.flags import Remark, about, remark, say
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
-from rftfit.measure.tare import NO_TARE_FLAG
 from rftfit.page.cells import records
 
 if TYPE_CHECKING:
@@ -30,36 +20,22 @@ SOUND, NOTHING = "sound", "no result"
 
 USED_AS = {
     "plate": "slope",
-    "leg": "leg curve",
+    "leg": "leg-curve",
     "rod": "tare",
     "leg_air": "tare",
-    "robot": "mean speed",
+    "robot": "mean-speed",
 }
-"""What rows of each kind of run are used for, as the ledger says it."""
+"""What rows of each kind of run are used for, as the codes of the ledger."""
 
-_EXPECTED = {
-    why.text
-    for why in RowStatus
-    if why not in (RowStatus.GOOD, RowStatus.SATURATED, RowStatus.MOTION_GAP)
-}
+_STATUSES = {why.code for why in RowStatus}
+_EXPECTED = _STATUSES - {RowStatus.SATURATED.code, RowStatus.MOTION_GAP.code}
 """Reasons for which rows of every good run are dropped."""
 
 _GRAVEST_FIRST = (
-    GIVES_BACK,
-    "saturated",
-    "motion log begins or ends",
-    "lacks",
-    "cut in mid-row",
-    "gap",
-    "time runs backwards",
-    "NaN or infinite",
-    "duplicated",
-    " depths",
-    "not linear",
-    "different plates",
-    "zero drifted",
-)
-"""Parts of the flags that stages write."""
+    "gives-back", "stroke-saturated", "motion-log-cut", "force-log-short", "cut-rows", "gap", "gaps",
+    "time-backwards", "not-finite", "duplicated-rows", "few-depths", "not-linear", "pooled-plates",
+    "zero-drifted",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -82,7 +58,7 @@ class Outcome:
 def outcome_of_runs(results: Results) -> Outcome:
     """Tell runs that gave a slope, a leg curve, a tare or a speed from those that gave nothing."""
     ledger = results.table("ledger.csv")
-    wanted = ledger["reason"] == ledger["kind"].map(USED_AS)
+    wanted = ledger["reason_code"] == ledger["kind"].map(USED_AS)
     good = set(ledger.loc[(ledger["fate"] == USED) & wanted & (ledger["rows"] > 0), "run_id"])
     outcome = Outcome(Counter(), [])
     for run_id, rows in ledger.groupby("run_id", sort=True):
@@ -90,9 +66,10 @@ def outcome_of_runs(results: Results) -> Outcome:
         if run_id in good:
             outcome.used[medium] += 1
             continue
-        reasons = list(dict.fromkeys(rows.loc[rows["fate"] == DROPPED, "reason"]))
-        special = [reason for reason in reasons if reason not in _EXPECTED]
-        why = "; ".join(special or reasons) or "no row was used; the ledger gives no reason"
+        lost = rows[rows["fate"] == DROPPED]
+        special = lost[~lost["reason_code"].isin(_EXPECTED)]
+        reasons = dict.fromkeys((lost if special.empty else special)["reason"])
+        why = "; ".join(reasons) or "no row was used; the ledger gives no reason"
         outcome.dropped.append(
             {
                 "run_id": run_id,
@@ -111,10 +88,13 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
     Returns ``fate, reason, runs, rows``, the largest number of rows first within each fate.
     """
     ledger = results.table("ledger.csv")
-    special = (ledger["fate"] == DROPPED) & ~ledger["reason"].isin([why.text for why in RowStatus])
-    # a note about the clocks may follow what the rows were used for
-    reason = ledger["reason"].str.split(";").str[0].mask(special, "the whole run, or damaged rows")
-    table = ledger.assign(reason=reason).groupby(["fate", "reason"])
+    special = (ledger["fate"] == DROPPED) & ~ledger["reason_code"].isin(_STATUSES)
+    reason = ledger["reason"].mask(special, "the whole run, or damaged rows")
+    # a note about the clocks may follow the path
+    noted = ledger["reason_code"].isin(["path", "path clock-hours"])
+    table = ledger.assign(reason=reason.mask(noted, str(remark("path")))).groupby(
+        ["fate", "reason"]
+    )
     sums = table.agg(runs=("run_id", "nunique"), rows=("rows", "sum")).reset_index()
     return records(sums.sort_values(["fate", "rows"], ascending=[False, False]))
 
@@ -122,23 +102,23 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
 def gravest_doubt(results: Results, medium: str) -> tuple[str, int]:
     """Find the gravest doubt about what is in use of one medium, and count runs and cells with one."""
     own = results[medium]
-    told = flags_of_all(own.fits)
+    shared = shared_flags(own.fits)
     doubts = [
-        (str(run), f"{run}: {rest}")
+        (row["run_id"], about(row["run_id"], flags))
         for table in (own.runs, own.fits)
-        for run, flags in zip(table["run_id"], table["flags"], strict=True)
-        if (rest := without(flags, told))
+        for row in table.to_dict("records")
+        if (flags := own_flags(row, shared))
     ]
     # flags of a cell that name a run are told of the run already
-    runs = set(own.fits["run_id"])
-    of_cells = (flag for flags in own.alpha["flags"] for flag in without(flags, told).split("; "))
-    doubts += [(flag, flag) for flag in of_cells if flag and flag.partition(": ")[0] not in runs]
+    of_cells = (flag for row in own.alpha.to_dict("records") for flag in own_flags(row, shared))
+    doubts += [(str(flag), [flag]) for flag in of_cells if not flag.run_id]
     empty = int(own.alpha["alpha_z_N_per_cm3"].isna().sum())
     if empty and own.settings.role == "laboratory":
         return f"{empty} of {len(own.alpha)} cells have no alpha", len(doubts) + empty
     if not doubts:
         return "", 0
-    return min((flag for _, flag in doubts), key=_rank), len({who for who, _ in doubts})
+    gravest = min((flags for _, flags in doubts), key=_rank)
+    return say(gravest), len({who for who, _ in doubts})
 
 
 def verdict_of(results: Results, medium: str) -> tuple[str, str]:
@@ -153,8 +133,8 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
         return DOUBTFUL, f"fails {failed}, which the config accepts"
     if not results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
         return NOTHING, "no run gave a slope"
-    if NO_TARE_FLAG in flags_of_all(results[medium].fits):
-        return DOUBTFUL, NO_TARE_FLAG
+    if (flag := remark("no-tare")) in shared_flags(results[medium].fits):
+        return DOUBTFUL, str(flag)
     return SOUND, ""
 
 
@@ -175,9 +155,11 @@ def believed(results: Results) -> dict[str, Any]:
         ],
         "passed": [CHECKS[check][1] for check in dict.fromkeys(good["check"])],
         "unchecked": unchecked,
-        "no_scale": (table["sentence"] == NO_SCALE).any(),
+        # of what is not checked only an open scale has a sentence
+        "no_scale": ((table["verdict"] == NOT_CHECKED) & (table["sentence"] != "")).any(),
     }
 
 
-def _rank(flag: str) -> int:
-    return next((i for i, part in enumerate(_GRAVEST_FIRST) if part in flag), len(_GRAVEST_FIRST))
+def _rank(flags: list[Remark]) -> int:
+    codes = {flag.code for flag in flags}
+    return next((i for i, code in enumerate(_GRAVEST_FIRST) if code in codes), len(_GRAVEST_FIRST))

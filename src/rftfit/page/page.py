@@ -15,7 +15,7 @@ from rftfit.campaign.config import Leg
 from rftfit.compare.sensitivity import shapes, told
 from rftfit.figures.registry import figures, greek
 from rftfit.figures.style import FORMATS, level, size_of_preview
-from rftfit.measure.fits import flags_of_all, said_of_all
+from rftfit.measure.fits import describe_shared_flags, shared_flags
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
 from rftfit.model.shapes import LEAST_PERCENT, USUAL_PERCENT
@@ -144,7 +144,7 @@ def context(results: Results) -> dict[str, Any]:
         "of_all": [
             (one.title, ". ".join(words))
             for one in results
-            if (words := said_of_all(flags_of_all(one.fits)))
+            if (words := describe_shared_flags(shared_flags(one.fits)))
         ],
         "usual_percent": f"{USUAL_PERCENT:g}",
         "least_percent": f"{LEAST_PERCENT:g}",

@@ -11,9 +11,10 @@ from markupsafe import Markup
 from rftfit.compare.published import EVIDENCE, SAME, VERDICTS
 from rftfit.figures.captions import PROFILES, lift_errors, name_of, percent, span
 from rftfit.figures.style import number
-from rftfit.measure.fits import flags_of_all, without
+from rftfit.measure.fits import shared_flags
+from rftfit.measure.flags import codes_of
 from rftfit.model.fourier import TERMS
-from rftfit.model.scaling import GENERIC, PRINTED_NOTE, routines
+from rftfit.model.scaling import GENERIC, routines
 from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, share, text_column
 from rftfit.page.findings import misfits
 from rftfit.page.outcome import NOTHING, SOUND, gravest_doubt, rows_by_reason, verdict_of
@@ -291,10 +292,13 @@ def sands(results: Results) -> Table:
 
 
 def _untold(results: Results, name: str) -> list[dict[str, Any]]:
-    """Rows of a table, their reasons without what the page says once."""
-    told = {one.name: (PRINTED_NOTE, *flags_of_all(one.fits)) for one in results}
+    """Rows of a table, without the reasons that the page says once."""
+    once = {one.name: codes_of(shared_flags(one.fits)).split() for one in results}
     rows = records(results.table(name))
-    return [row | {"reason": without(row["reason"], told.get(row["medium"], ()))} for row in rows]
+    for row in rows:
+        if {*row["reason_code"].split()} <= {"published-media", *once.get(row["medium"], ())}:
+            row["reason"] = ""
+    return rows
 
 
 def corrections(results: Results) -> Table:

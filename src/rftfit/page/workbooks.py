@@ -13,6 +13,7 @@ from rftfit import reference
 from rftfit.figures.captions import half_width
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import level
+from rftfit.measure.flags import say
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
 
@@ -155,7 +156,7 @@ def alpha_workbook(results: Results) -> bytes:
         sheet.set_column(0, 0, 24)
         sheet.set_column(1, 20, 10)
         book.text(sheet, 0, 0, medium.title, "title")
-        book.text(sheet, 1, 0, results.marks.get(medium.name, ""))
+        book.text(sheet, 1, 0, say(results.marks.get(medium.name, ())))
         row, table = 2, medium.alpha
         for c in "zx":
             head = f"alpha_{c} (N/cm^3)"

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
 from rftfit.robot.run import Condition
@@ -40,16 +41,13 @@ COARSER = 4
 
 WIDTH_COLUMNS = [
     "medium", "profile", "quantity", "curvature_times_R", "frequency_Hz", "half_width", "draws",
-    "reason",
+    *REASON,
 ]  # fmt: skip
 """Columns of the table of half widths; quantity `SPEED` (cm/s) or `BEST` (R'/r)."""
 
 SPEED, BEST = "speed", "best curvature"
 
 _KEYS = {SPEED: ["profile", "curvature_times_R", "frequency_Hz"], BEST: ["profile", "frequency_Hz"]}
-
-_OTHER_ARC = "with the arc of the legs off by its error there is no steady speed"
-_AT_END = "the fastest curvature lies at the end of those that were tried"
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,12 @@ class Width:
 
     half: float
     draws: int
-    reason: str = ""
+    why: tuple[Remark, ...] = ()
+
+    @property
+    def cells(self) -> tuple[object, ...]:
+        """Cells of the table of half widths."""
+        return self.half, self.draws, *reason_cells(self.why)
 
 
 def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
@@ -116,10 +119,10 @@ def half_width(values: FloatArray, own: float, confidence: float) -> Width:
     from scipy.special import stdtrit
 
     if not math.isfinite(own):
-        return Width(math.nan, values.size, "the profile itself has no steady speed")
+        return Width(math.nan, values.size, (remark("no-speed"),))
     lost = int(np.isnan(values).sum())
     if lost or not values.size:
-        return Width(math.nan, values.size, f"{lost} of {values.size} draws have no steady speed")
+        return Width(math.nan, values.size, (remark("draws-lost", lost=lost, draws=values.size),))
     spread = math.sqrt(float(((values - own) ** 2).mean()))
     return Width(float(stdtrit(values.size, 0.5 + confidence / 2)) * spread, values.size)
 
@@ -146,10 +149,9 @@ def speed_widths(
     other = [bent(condition, arc_percent / 100) for condition in conditions]
     moved = speeds_of(longer, [profile], other, threads)[0] - found[0]
     wide = float(student_quantile(confidence, GIVEN_DOF))
+    arc = (remark("arc-lost"),)
     return [
-        Width(
-            math.hypot(one.half, wide * off), one.draws, one.reason or _OTHER_ARC * math.isnan(off)
-        )
+        Width(math.hypot(one.half, wide * off), one.draws, one.why or arc * math.isnan(off))
         for one, off in zip(widths, moved.tolist(), strict=True)
     ]
 
@@ -177,7 +179,7 @@ def best_width(
     longer = coarser(robot)
     own, *others = (optimum(longer, one, threads)[0] for one in (profile, *draws))
     if own in (BEST_CURVATURES[0], BEST_CURVATURES[-1]):
-        return Width(math.nan, len(others), _AT_END)
+        return Width(math.nan, len(others), (remark("best-at-end"),))
     return half_width(np.array(others), own, confidence)
 
 
@@ -206,10 +208,10 @@ def widths(
         draws = each_draw(stack, DRAWS)
         found = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
         rows += [
-            (name, SPEED, at.curvature_times_R, at.frequency_Hz, w.half, w.draws, w.reason)
+            (name, SPEED, at.curvature_times_R, at.frequency_Hz, *w.cells)
             for at, w in zip(conditions, found, strict=True)
         ]
         many = each_draw(stack, BEST_DRAWS)
         best = best_width(robot, bare, many, confidence, threads)
-        rows.append((name, BEST, math.nan, BEST_AT_HZ, best.half, best.draws, best.reason))
+        rows.append((name, BEST, math.nan, BEST_AT_HZ, *best.cells))
     return pd.DataFrame(rows, columns=WIDTH_COLUMNS[1:])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from rftfit.measure.flags import Remark, remark, say
 from rftfit.robot.body import assemble
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ class Assessment:
     """Whether a run is steady, why not (or that it is not regular), and how many last strides count."""
 
     outcome: Outcome
-    reason: str = ""
+    why: tuple[Remark, ...] = ()
     averaged: int = 0
 
 
@@ -103,12 +104,12 @@ def fallen(parts: Parts, ends: FloatArray, numerics: Numerics) -> Assessment | N
     """Say that the robot has fallen over or sunk, from the states (n + 1, 6) between strides."""
     state, number = ends[-1], len(ends) - 1
     if not np.isfinite(state).all():
-        return Assessment("not steady", f"a force is unknown in stride {number}")
+        return Assessment("not steady", (remark("force-unknown", stride=number),))
     pitch = math.degrees(state[2])
     if abs(pitch) > numerics.tipped_deg:
-        return Assessment("tipped", f"pitch {-pitch:.0f} degrees after stride {number}")
+        return Assessment("tipped", (remark("tipped", pitch=-pitch, stride=number),))
     if highest_point(parts, state) < 0:
-        return Assessment("buried", f"the whole body is below the surface after stride {number}")
+        return Assessment("buried", (remark("buried", stride=number),))
     return None
 
 
@@ -147,13 +148,13 @@ def irregular(speeds: FloatArray, numerics: Numerics) -> Assessment:
     """
     third = len(speeds) // 3
     if third == 0:
-        return Assessment("not steady", f"too short: {len(speeds)} strides, at least 3 are needed")
+        return Assessment("not steady", (remark("few-strides", strides=len(speeds)),))
     middle, last = speeds[-2 * third : -third].mean(), speeds[-third:].mean()
     near = max(numerics.steady_share * abs(last), numerics.settled_cm_per_s)
-    text = f"second and last third of {len(speeds)} strides: {middle:.3g} and {last:.3g} cm/s"
+    thirds = (remark("thirds", strides=len(speeds), second=middle, last=last),)
     if abs(last - middle) <= near:
-        return Assessment("steady", f"irregular strides; {text}", 2 * third)
-    return Assessment("not steady", text)
+        return Assessment("steady", (remark("irregular"), *thirds), 2 * third)
+    return Assessment("not steady", thirds)
 
 
 FASTEST_LEG_CM_PER_S = 100.0
@@ -200,7 +201,7 @@ class RobotRun:
 
     `speed_cm_per_s`: Mean over the last strides, `averaged` in number; NaN unless steady.
     `speed_sd_cm_per_s`: Standard deviation between those strides; NaN for one stride or none.
-    `reason`: Why it is not steady, or that it is so without being regular.
+    `why`: Why it is not steady, or that it is so without being regular; `reason` says it.
     `warning`: That the legs are faster than the model holds for; else empty.
     """
 
@@ -208,12 +209,17 @@ class RobotRun:
     speed_cm_per_s: float
     speed_sd_cm_per_s: float
     outcome: Outcome
-    reason: str
+    why: tuple[Remark, ...]
     warning: str
     strides: int
     averaged: int
     stride_speeds_cm_per_s: FloatArray = field(repr=False)
     series: Series | None = field(default=None, repr=False)
+
+    @property
+    def reason(self) -> str:
+        """Why it is not steady, or that it is so without being regular, in words."""
+        return say(self.why)
 
 
 def simulate(
@@ -248,15 +254,16 @@ def simulate(
     speeds = np.diff(np.array(stepper.ends)[:, 0]) / stepper.stride_s
     found = found or irregular(speeds, numerics)
     mean = speeds[len(speeds) - found.averaged :]
-    reason = found.reason
-    if reason and profile.reason and not np.isfinite(stepper.state).all():
-        reason = f"{reason}: {profile.reason}"
+    why = found.why
+    if why and profile.reason and not np.isfinite(stepper.state).all():
+        hole = Remark("alpha-missing", words=profile.reason)
+        why = (remark("robot-lost", what=why[0], why=hole),)
     return RobotRun(
         condition,
         float(mean.mean()) if mean.size else math.nan,
         float(mean.std(ddof=1)) if mean.size > 1 else math.nan,
         found.outcome,
-        reason,
+        why,
         leg_speed_warning(parts, frequency_Hz),
         len(speeds),
         found.averaged,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.measure.flags import REASON, Remark, about, reason_cells, reason_of, remark
 from rftfit.robot.intervals import SPEED, half_widths
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 MEASURED = [
     "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_sd_Hz",
-    "speed_cm_per_s", "speed_sd_cm_per_s", "trials", "calibrated", "source", "reason",
+    "speed_cm_per_s", "speed_sd_cm_per_s", "trials", "calibrated", "source", *REASON,
 ]  # fmt: skip
 """Columns of the table of measured speeds."""
 
@@ -25,7 +26,7 @@ ERRORS = [
     "medium", "profile", "condition", "curvature_times_R", "frequency_Hz", "measured_cm_per_s",
     "measured_sd_cm_per_s", "trials", "simulated_cm_per_s", "simulated_lo_cm_per_s",
     "simulated_hi_cm_per_s", "phases_lowest_cm_per_s", "phases_highest_cm_per_s", "error_percent",
-    "calibrated", "reason",
+    "calibrated", *REASON,
 ]  # fmt: skip
 """Columns of the table of errors: lo and hi are the interval that follows from the errors of alpha,
 lowest and highest those of the starting phases."""
@@ -52,14 +53,18 @@ def measured_speeds(
             good[column].to_numpy(float) for column in ("speed_cm_per_s", "frequency_Hz")
         )
         refused = part[part["status"] != "used"]
-        reason = "; ".join(f"{row.run_id}: {row.reason}" for row in refused.itertuples())
+        reason = [
+            one
+            for row in refused.to_dict("records")
+            for one in about(row["run_id"], reason_of(row))
+        ]
         curvature = float(part["curvature_times_R"].iloc[0])
         middle = rounded(float(frequency.mean())) if frequency.size else math.nan
         rows.append(
             (
                 name, part["medium"].iloc[0], curvature, middle, spread(frequency),
                 float(speed.mean()) if speed.size else math.nan, spread(speed), len(good),
-                told_calibrated(curvature, middle, calibrated), "marker tracks", reason,
+                told_calibrated(curvature, middle, calibrated), "marker tracks", *reason_cells(reason),
             )
         )  # fmt: skip
     return pd.DataFrame(rows, columns=MEASURED)
@@ -85,7 +90,7 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
                 (
                     f"{here:+.2f}_{number}", medium, here, frequency, math.nan,
                     float(row["speed_cm_per_s"]), math.nan, 3,
-                    told_calibrated(here, frequency, calibrated), "Fig. 4C", "",
+                    told_calibrated(here, frequency, calibrated), "Fig. 4C", *reason_cells([]),
                 )
             )  # fmt: skip
     return pd.DataFrame(rows, columns=MEASURED)
@@ -110,25 +115,27 @@ def speed_errors(
         for one in measured.itertuples():
             run = by_condition.get((one.curvature_times_R, one.frequency_Hz))
             lo = hi = ours = math.nan
-            reasons = [f"not measured: {one.reason}"] if math.isnan(one.speed_cm_per_s) else []
+            reasons: list[Remark] = []
+            if math.isnan(one.speed_cm_per_s):
+                reasons = [remark("speed-unmeasured", why=next(iter(reason_of(one._asdict())), ""))]
             if run is not None:
                 ours, lo, hi = (
                     run.speed_cm_per_s, run.speed_lo_cm_per_s, run.speed_hi_cm_per_s,
                 )  # fmt: skip
-                reasons += [run.reason] if math.isnan(ours) else []
+                reasons += reason_of(run._asdict()) if math.isnan(ours) else ()
             elif not reasons:
-                reasons.append("this condition was not simulated")
+                reasons.append(remark("not-simulated"))
             error = math.nan
             if one.speed_cm_per_s > 0 and not math.isnan(ours):
                 error = 100 * (ours / one.speed_cm_per_s - 1)
             elif not reasons:
-                reasons.append("no share of a measured speed that is not positive")
+                reasons.append(remark("speed-not-positive"))
             wide = half.get((profile, one.curvature_times_R, one.frequency_Hz), math.nan)
             rows.append(
                 (
                     one.medium, profile, one.condition, one.curvature_times_R, one.frequency_Hz,
                     one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials, ours, ours - wide,
-                    ours + wide, lo, hi, error, one.calibrated, "; ".join(reasons),
+                    ours + wide, lo, hi, error, one.calibrated, *reason_cells(reasons),
                 )
             )  # fmt: skip
     return pd.DataFrame(rows, columns=ERRORS)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.measure.flags import REASON, Remark, about, reason_cells, reason_of
 from rftfit.model.planning import Target
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.run import Condition, simulate
@@ -42,7 +43,7 @@ BEST_CURVATURES = tuple(round(0.04 * index, 2) for index in range(15, 26))
 
 RUN_COLUMNS = (
     "curvature_times_R", "frequency_Hz", "phase_turns", "speed_cm_per_s", "speed_sd_cm_per_s",
-    "outcome", "reason", "warning", "strides", "averaged",
+    "outcome", *REASON, "warning", "strides", "averaged",
 )  # fmt: skip
 
 
@@ -138,7 +139,7 @@ def row_of(run: RobotRun) -> tuple[object, ...]:
     """Write a run as a row with columns `RUN_COLUMNS`."""
     return (
         run.condition.curvature_times_R, run.condition.frequency_Hz, run.condition.phase_turns,
-        run.speed_cm_per_s, run.speed_sd_cm_per_s, run.outcome, run.reason, run.warning,
+        run.speed_cm_per_s, run.speed_sd_cm_per_s, run.outcome, *reason_cells(run.why), run.warning,
         run.strides, run.averaged,
     )  # fmt: skip
 
@@ -161,15 +162,15 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     for place in sorted(groups):
         runs = groups[place]
         steady = np.array([run["speed_cm_per_s"] for run in runs if run["outcome"] == "steady"])
-        reason = "; ".join(
-            f"phase {run['phase_turns']:.3g}: {run['outcome']}, {run['reason']}"
-            for run in runs
-            if run["outcome"] != "steady"
-        )
+        lost = [run for run in runs if run["outcome"] != "steady"]
+        words = [(Remark(run["outcome"].replace(" ", "-"), words=run["outcome"]), *reason_of(run))
+                 for run in lost]  # fmt: skip
+        reason = [one for run, why in zip(lost, words, strict=True)
+                  for one in about(f"phase {run['phase_turns']:.3g}", why)]  # fmt: skip
         ends = (steady.mean(), steady.min(), steady.max()) if steady.size else (math.nan,) * 3
-        rows.append((*place, *ends, steady.size, len(runs), reason))
+        rows.append((*place, *ends, steady.size, len(runs), *reason_cells(reason)))
     names = ["curvature_times_R", "frequency_Hz", "speed_cm_per_s", "speed_lo_cm_per_s",
-             "speed_hi_cm_per_s", "phases_steady", "phases", "reason"]  # fmt: skip
+             "speed_hi_cm_per_s", "phases_steady", "phases", *REASON]  # fmt: skip
     return pd.DataFrame(rows, columns=names)
 
 

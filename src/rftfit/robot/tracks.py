@@ -16,6 +16,7 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.reading import read_model
 from rftfit.campaign.rows import Column, Schema, read_rows
 from rftfit.errors import InputError
+from rftfit.measure.flags import Remark, remark
 from rftfit.robot.config import read_robot
 
 if TYPE_CHECKING:
@@ -142,8 +143,8 @@ _TRACK = Schema(
 class TrackError(InputError):
     """A track that cannot be used: why, and data lines of the file so far as they could be counted."""
 
-    def __init__(self, reason: str, file: str = "", rows: int = 0) -> None:
-        self.reason, self.rows = reason, rows
+    def __init__(self, code: str, reason: str, file: str = "", rows: int = 0) -> None:
+        self.reason, self.rows = Remark(code, words=reason), rows
         super().__init__(f"{file}: {reason}" if file else reason)
 
 
@@ -158,7 +159,7 @@ class Track:
     x_cm: FloatArray
     z_cm: FloatArray
     rows: int
-    dropped: dict[str, int] = field(default_factory=dict)
+    dropped: dict[Remark, int] = field(default_factory=dict)
 
 
 def read_track(path: Path) -> Track:
@@ -170,12 +171,14 @@ def read_track(path: Path) -> Track:
     names = [column.name for column in _TRACK.columns]
     rows, problems = read_rows(path, _TRACK, "")
     if problems:
-        raise TrackError("; ".join(map(str, problems)), path.name, len(rows))
+        raise TrackError("track-unreadable", "; ".join(map(str, problems)), path.name, len(rows))
     good = [row for row in rows if not row.bad]
     if not good:
-        raise TrackError(f"none of the {len(rows)} rows has a time, x and z", path.name, len(rows))
+        raise TrackError(
+            "track-empty", f"none of the {len(rows)} rows has a time, x and z", path.name, len(rows)
+        )
     lacking = (next(name for name in names if name in row.bad) for row in rows if row.bad)
-    dropped = Counter(f"no number for {name}" for name in lacking)
+    dropped = Counter(remark("no-number", column=name) for name in lacking)
     time, x, z = np.array([[row.number[name] for name in names] for row in good]).T
     back = np.flatnonzero(np.diff(time) <= 0)
     if back.size:
@@ -183,6 +186,7 @@ def read_track(path: Path) -> Track:
         how = "stands still" if time[back[0] + 1] == time[back[0]] else "runs backwards"
         more = f", and {back.size - 1} times more" if back.size > 1 else ""
         raise TrackError(
+            "time-backwards",
             f"time {how} in row {row.row}: {row.text['time']} after {before.text['time']}{more}; "
             "allowed: time that grows from row to row",
             path.name,
@@ -224,7 +228,7 @@ class Pace:
     frequency_from: str
     strides: float
     velocity_cm_per_s: FloatArray
-    flags: tuple[str, ...] = ()
+    flags: tuple[Remark, ...] = ()
 
 
 def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -> Pace:
@@ -235,9 +239,11 @@ def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -
     """
     if len(track.time_s) < _FEWEST_ROWS:
         raise TrackError(
-            f"{len(track.time_s)} usable rows; a track has at least {_FEWEST_ROWS}", rows=track.rows
+            "few-rows",
+            f"{len(track.time_s)} usable rows; a track has at least {_FEWEST_ROWS}",
+            rows=track.rows,
         )
-    flags = []
+    flags: list[Remark] = []
     source = "sheet"
     if math.isnan(frequency_Hz):
         frequency_Hz, doubt = stride_frequency(track, tripods)
@@ -246,6 +252,7 @@ def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -
     strides = float(time[-1] * frequency_Hz)
     if strides < FEWEST_STRIDES - 1e-6:
         raise TrackError(
+            "few-strides",
             f"{strides:.3g} strides of {frequency_Hz:.3g} Hz in {time[-1]:.3g} s; at least "
             f"{FEWEST_STRIDES} are needed for a mean speed",
             rows=track.rows,
@@ -260,18 +267,18 @@ def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -
     half = whole // 2
     first, last = float(each[:half].mean()), float(each[-half:].mean())
     if abs(last - first) > _DRIFT_SHARE * max(abs(speed), 1.0):
-        flags.append(f"speed changes along the track from {first:.3g} to {last:.3g} cm/s")
+        flags.append(remark("speed-changes", first=first, last=last))
     return Pace(
         speed, float(each.std(ddof=1)), float(frequency_Hz), source, strides, velocity, tuple(flags)
     )
 
 
-def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, str]:
+def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remark | None]:
     """Find the stride frequency in the bobbing of the body.
 
     The highest peak of the periodogram of height (brought to even steps, which bridges small gaps;
     freed of its slow trend and of outliers); of x, likewise, where height shows no clear peak. It is
-    refined by least squares with one overtone. Returns it with a doubt, empty or why it may be wrong
+    refined by least squares with one overtone. Returns it with a doubt, if there is one, why it may be wrong
     by a factor.
     """
     time = track.time_s
@@ -297,16 +304,15 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, str]:
             continue
         bob = _refine(time, steady, float(grid[top]), 1 / (10 * duration))
         twice = int(np.argmin(np.abs(grid - 2 * bob)))
-        doubt = ""
+        doubt = None
         if tripods > 1 and grid[-1] > 2 * bob and share[twice] > _UNEVEN_SHARE * share[top]:
-            doubt = (
-                f"{name} moves at {bob:.3g} and {2 * bob:.3g} Hz: if its two halves of a stride "
-                f"differ much, the stride frequency is {bob:.3g} and not {bob / tripods:.3g} Hz; "
-                "frequency_Hz of the sheet decides"
-            )
+            stride = bob / tripods
+            doubt = remark("stride-doubled", name=name, bob=bob, twice=2 * bob, stride=stride)
         return bob / tripods, doubt
     raise TrackError(
-        "no stride frequency shows in z or x; give frequency_Hz in the sheet", rows=track.rows
+        "no-stride",
+        "no stride frequency shows in z or x; give frequency_Hz in the sheet",
+        rows=track.rows,
     )
 
 
@@ -351,20 +357,22 @@ def _mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArra
     return velocity
 
 
-def _gaps(track: Track, frequency: float) -> list[str]:
+def _gaps(track: Track, frequency: float) -> list[Remark]:
     steps = np.diff(track.time_s)
     gaps = steps[steps > _GAP_STEPS * np.median(steps)]
     if not gaps.size:
         return []
     longest = float(gaps.max())
-    text = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}, the longest {longest:.3g} s"
+    text = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
+    flag = remark("track-gaps", gaps=text, seconds=longest)
     if longest * frequency > LONGEST_GAP_STRIDES:
         raise TrackError(
-            f"{text}, {longest * frequency:.2g} of a stride; allowed: up to "
+            "track-gaps",
+            f"{flag}, {longest * frequency:.2g} of a stride; allowed: up to "
             f"{LONGEST_GAP_STRIDES:g} of one",
             rows=track.rows,
         )
-    return [text]
+    return [flag]
 
 
 # --- Everything that is wrong with a campaign's robot: its own file, its sheet, the tracks in it.

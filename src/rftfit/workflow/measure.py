@@ -8,6 +8,7 @@ from rftfit.measure.alpha import alpha_table
 from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium, leg_curves
+from rftfit.measure.flags import MARKS, reason_columns
 from rftfit.measure.ingest import account_unclaimed, ingest_medium
 from rftfit.measure.ledger import check, join
 from rftfit.measure.pairs import one_table
@@ -62,7 +63,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     found = check_medium(results.campaign, medium, tables | {"alpha": alpha})
     rows = [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
     table = pd.DataFrame(rows, columns=COLUMNS)
-    return table, marked(alpha, found, marks_of(table, config.media).get(medium, ""))
+    return table, marked(alpha, found, marks_of(table, config.media).get(medium, ()))
 
 
 def check_logs(campaign: Campaign) -> pd.DataFrame:
@@ -89,8 +90,8 @@ def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Average the tared force of every leg run of a medium over steps of theta: curves, counts."""
     runs, tared = results.table(f"runs/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     curves, book = leg_curves(results.campaign, medium, runs, tared)
-    mark = marks_of(results.table(f"checks/{medium}.csv"), results.config.media).get(medium, "")
-    return curves.assign(checks=mark), book.table()
+    mark = marks_of(results.table(f"checks/{medium}.csv"), results.config.media).get(medium, ())
+    return curves.assign(**reason_columns(mark, MARKS)), book.table()
 
 
 def ledger(results: Results) -> pd.DataFrame:

@@ -11,6 +11,7 @@ from rftfit.campaign.load import load_campaign
 from rftfit.compare.sands import by_plate, depth_exponent, size_exponent
 from rftfit.errors import InputError
 from rftfit.measure.fits import fit_medium
+from rftfit.measure.flags import FLAGS, REASON
 from rftfit.measure.ingest import ingest_traces, samples_of
 from rftfit.measure.ledger import RowStatus, check, join
 from rftfit.measure.strokes import split_runs
@@ -149,11 +150,11 @@ def _runs(campaign: Campaign, chain: _Chain) -> pd.DataFrame:
 
     `clock_s`: Motion minus force.
     """
-    status = chain.status.drop(columns=["reason", "flags", "note"])
+    status = chain.status.drop(columns=[*REASON, *FLAGS, "note"])
     found = chain.fits.merge(status, on="run_id")
     plates = [campaign.by_id[name].intruder for name in found["run_id"]]
     numbers = {name: found[column].astype(float) for name, column in _FOUND.items()}
-    return found[["reason"]].assign(name=found["run_id"], plate=plates, **numbers)
+    return found[[*REASON]].assign(name=found["run_id"], plate=plates, **numbers)
 
 
 def _plate(campaign: Campaign, name: str) -> AnyPlate:

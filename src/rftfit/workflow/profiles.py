@@ -16,6 +16,7 @@ from rftfit.compare.coefficients import (
 )
 from rftfit.errors import InputError
 from rftfit.measure.alpha import both, column, directions
+from rftfit.measure.flags import MARKS, reason_columns
 from rftfit.model.fourier import TERMS, select_bic
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
 from rftfit.model.symmetry import torus
@@ -25,10 +26,10 @@ if TYPE_CHECKING:
 
     from rftfit.results import Results
 
-SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x"), "checks"]
+SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x"), *MARKS]
 MAP_COLUMNS = [
     "medium", "beta_deg", "gamma_deg", *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi")),
-    "source", "known_media", "chance_if_it_belongs", "horizontal", "checks",
+    "source", "known_media", "chance_if_it_belongs", "horizontal", *MARKS,
 ]  # fmt: skip
 TERM_COLUMNS = ["medium", "term", "kept_by_bic", "one_of_the_nine"]
 
@@ -42,8 +43,8 @@ def symmetry(results: Results) -> pd.DataFrame:
         table = results.alpha_table(medium)
         whole = torus(*directions(table))
         alpha = whole.complete(*both(table))
-        mark = next(iter(table["checks"]), "")
-        columns = (medium, np.degrees(whole.beta), np.degrees(whole.gamma), *alpha, mark)
+        marks = (next(iter(table[name]), "") for name in MARKS)
+        columns = (medium, np.degrees(whole.beta), np.degrees(whole.gamma), *alpha, *marks)
         parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))
     nothing = pd.DataFrame(columns=SYMMETRY_COLUMNS)
     return pd.concat(parts, ignore_index=True) if parts else nothing
@@ -63,7 +64,7 @@ def maps(results: Results, medium: str) -> pd.DataFrame:
         return pd.DataFrame(columns=MAP_COLUMNS)  # the table says why it has no number
     return table.assign(
         medium=medium, known_media=found.known, chance_if_it_belongs=found.belongs,
-        horizontal=found.horizontal, checks=results.marks.get(medium, ""),
+        horizontal=found.horizontal, **reason_columns(results.marks.get(medium, ()), MARKS),
     )[MAP_COLUMNS]  # fmt: skip
 
 

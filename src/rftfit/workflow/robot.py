@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rftfit.campaign.problems import CampaignError
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError, RftfitError
+from rftfit.measure.flags import FLAGS, REASON, Remark, flag_columns, reason_cells, remark
 from rftfit.measure.ledger import COLUMNS as LEDGER_COLUMNS
 from rftfit.measure.ledger import DROPPED, USED
 from rftfit.model.profiles import Profile
@@ -47,8 +48,8 @@ if TYPE_CHECKING:
 
 TRIALS = [
     "run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_from",
-    "speed_cm_per_s", "stride_sd_cm_per_s", "strides", "rows", "rows_used", "status", "flags",
-    "reason",
+    "speed_cm_per_s", "stride_sd_cm_per_s", "strides", "rows", "rows_used", "status", *FLAGS,
+    *REASON,
 ]  # fmt: skip
 """Columns of the table of trials."""
 
@@ -104,8 +105,8 @@ def robot_measured(
         strides += [(*head, at / STRIDE_SAMPLES, speed) for at, speed in enumerate(velocity)]
         file = (folder / trial.track).relative_to(campaign.raw).as_posix()
         book += [
-            (trial.run_id, trial.medium, "robot", file, *fate, count)
-            for fate, count in sorted(counts.items())
+            (trial.run_id, trial.medium, "robot", file, fate, *reason_cells([why]), count)
+            for (fate, why), count in sorted(counts.items(), key=lambda one: [*map(str, one[0])])
         ]
     table = pd.DataFrame(rows, columns=TRIALS)
     published = campaign.config.media[section.medium].published_as
@@ -121,32 +122,31 @@ def robot_measured(
 
 def _measure(
     trial: Trial, folder: Path, tripods: int
-) -> tuple[tuple[object, ...], dict[tuple[str, str], int], list[float]]:
+) -> tuple[tuple[object, ...], dict[tuple[str, Remark], int], list[float]]:
     """Row of the table of trials, where the rows of its file went, and its mean stride if in `MOTION`."""
     nan = float("nan")
     head = (trial.run_id, trial.condition, trial.medium, trial.curvature_times_R)
-    counts: dict[tuple[str, str], int] = {}
+    counts: dict[tuple[str, Remark], int] = {}
     rows = 0
     try:
         track = read_track(folder / trial.track)
         rows = track.rows
-        counts = {(DROPPED, reason): count for reason, count in track.dropped.items()}
+        counts = {(DROPPED, why): count for why, count in track.dropped.items()}
         found = pace(track, trial.frequency_Hz, tripods)
     except TrackError as error:
         rest = (rows or error.rows) - sum(counts.values())
         counts[DROPPED, error.reason] = rest
         return (
-            *head, trial.frequency_Hz, "", nan, nan, nan, rows or error.rows, 0, "refused", "",
-            error.reason,
+            *head, trial.frequency_Hz, "", nan, nan, nan, rows or error.rows, 0, "refused",
+            *flag_columns([]).values(), *reason_cells([error.reason]),
         ), counts, []  # fmt: skip
     used = len(track.time_s)
-    counts[USED, "mean speed"] = used
+    counts[USED, remark("mean-speed")] = used
     if sum(counts.values()) != rows:
         raise RftfitError(
             f"the rows of {trial.track} do not add up: {sum(counts.values())} counted, {rows} in "
             "the file: this is a fault of the program, please report it"
         )
-    flags = "; ".join(found.flags)
     shown = any(
         abs(trial.curvature_times_R - curvature) < 1e-6
         and abs(found.frequency_Hz - frequency) < MOTION_NEAR_HZ
@@ -154,7 +154,8 @@ def _measure(
     )
     return (
         *head, found.frequency_Hz, found.frequency_from, found.speed_cm_per_s,
-        found.stride_sd_cm_per_s, found.strides, rows, used, "used", flags, "",
+        found.stride_sd_cm_per_s, found.strides, rows, used, "used",
+        *flag_columns(found.flags).values(), *reason_cells([]),
     ), counts, found.velocity_cm_per_s.tolist() if shown else []  # fmt: skip
 
 

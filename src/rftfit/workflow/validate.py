@@ -28,7 +28,7 @@ from rftfit.compare.published import (
 from rftfit.compare.robot import robot_claims
 from rftfit.compare.sands import SAND_COLUMNS, corrections, penetration_rows
 from rftfit.compare.sensitivity import leg_sensitivity
-from rftfit.measure.tare import NO_TARE_FLAG
+from rftfit.measure.flags import Remark, say, with_reasons
 from rftfit.model.scaling import published, routine
 
 if TYPE_CHECKING:
@@ -55,8 +55,8 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     compared = leg_errors(measured, everything, spread, results.config.fit.confidence, behind)
     # a curve from the published media says so in this table too
     silent = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
-    note = results.reference().note if silent.any() else ""
-    compared.loc[silent, "reason"] = _with_note(compared.loc[silent, "reason"], note)
+    note = results.reference().remarks if silent.any() else ()
+    compared = _with_note(compared, silent, note)
     shapes = leg_sensitivity(media, measured, compared)
     return results.marked(everything), results.marked(compared), shapes
 
@@ -70,10 +70,10 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     import pandas as pd
 
     table = results.table("penetration.csv")
-    method, note = results.config.fourier.method, ""
+    method, note = results.config.fourier.method, tuple[Remark, ...]()
     chi = table.loc[table["method"] == method, "chi"].dropna().to_numpy(float)
     if (table["method"] == routine(method, printed=True)).any():
-        chi, note = published(method).chi, published(method).note
+        chi, note = published(method).chi, published(method).remarks
     rows = []
     for medium in results.sands:
         tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
@@ -83,17 +83,19 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         }
         rows += penetration_rows(results.campaign, medium, tables, chi)
     tests = pd.DataFrame(rows, columns=SAND_COLUMNS)
-    tests["reason"] = _with_note(tests["reason"], note)
+    tests = _with_note(tests, True, note)
     curves = results.table("predicted.csv")
     measured = results.joined("legs/{medium}.csv", results.sands)
     tried = corrections(measured, curves[curves["profile"] == "generic"])
     return results.marked(tests), results.marked(tried)
 
 
-def _with_note(reasons: pd.Series[str], note: str) -> list[str]:
-    """Add a note to rows that have a number."""
-    numbers = ("", NO_TARE_FLAG)
-    return ["; ".join(filter(None, (one, note))) if one in numbers else one for one in reasons]
+def _with_note(
+    table: pd.DataFrame, rows: pd.Series[bool] | bool, note: tuple[Remark, ...]
+) -> pd.DataFrame:
+    """Add a remark to those rows of a table that have a number."""
+    silent = rows & table["reason_code"].isin(["", "no-tare"])
+    return with_reasons(table, (note * bool(one) for one in silent))
 
 
 def validate(results: Results) -> pd.DataFrame:
@@ -127,7 +129,7 @@ def validate(results: Results) -> pd.DataFrame:
     items = [one._replace(evidence=logs) if one.evidence == FROM_LOGS else one for one in items]
     items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
     table = pd.DataFrame(items, columns=ITEM_COLUMNS)
-    for medium, mark in results.marks.items():
+    for medium, marks in results.marks.items():
         own = table["item"].str.contains(rf"\b{re.escape(medium)}\b")
-        table.loc[own, "why"] = [f"{medium} {mark}; {why}" for why in table.loc[own, "why"]]
+        table.loc[own, "why"] = [f"{medium} {say(marks)}; {why}" for why in table.loc[own, "why"]]
     return table
