@@ -1,7 +1,7 @@
 """Run one campaign under different circumstances and compare all results: ``make samebytes``.
 
 Cores, order and line ends of the run sheet, the folder's name, locale and encoding, time zone, hash
-seed, rights of new files: none of them may change a byte of `results/` (its logs apart).
+seed, rights of new files, threads of linear algebra: none of them may change a byte of `results/` (its logs apart).
 """
 
 from __future__ import annotations
@@ -51,6 +51,8 @@ def circumstances(locales: Path) -> list[Circumstances]:
                       shuffled=True, line_end="\r\n"),
         Circumstances("`LC_ALL=C`, `PYTHONUTF8=0` (ASCII), folder with accents", "été 2013 ü",
                       environment=ASCII),
+        *(Circumstances(f"`OPENBLAS_NUM_THREADS={n}`", environment={"OPENBLAS_NUM_THREADS": n})
+          for n in ("1", "2", "4")),
         Circumstances("`LC_ALL=tr_TR.UTF-8`, `TZ=Asia/Kathmandu`",
                       environment={**made, "LC_ALL": "tr_TR.UTF-8", "TZ": "Asia/Kathmandu"}),
         Circumstances("`LC_ALL=de_DE.ISO-8859-1`, `PYTHONUTF8=0`, `TZ=America/St_Johns`",
