@@ -92,14 +92,13 @@ def draw(project: Path, root: Path, png: Path) -> None:
 
 
 def _prepare(app: Sphinx) -> None:
+    from rftfit import lab
     from rftfit.store.digests import code_digest, sha256_of
 
     png = Path(app.srcdir) / "_build" / "figures" / NAME
     made_by = png.with_suffix(".digest")
-    stages = ("rftfit.workflow.measure", "rftfit.figures.quality")
-    code = code_digest("rftfit.lab.enact", *stages) + sha256_of(
-        Path(__file__).with_name("drawings.py")
-    )
+    own = [Path(__file__).with_name("drawings.py"), *sorted(Path(lab.__file__).parent.glob("*.py"))]
+    code = " ".join([code_digest("figures"), *map(sha256_of, own)])
     if png.is_file() and made_by.is_file() and made_by.read_text(encoding="utf-8") == code:
         return
     with tempfile.TemporaryDirectory() as place:
