@@ -34,9 +34,12 @@ STEPS = {
 def timed(checkout: Path, root: Path, *words: str) -> float:
     """Wall-clock seconds of a command of a checkout; stops at a failure."""
     environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
+    # its own environment where it has one: plug-ins of Snakemake are found among what is installed
+    own = checkout / ".venv" / "bin" / "python"
+    python = str(own) if own.is_file() else sys.executable
     start = time.perf_counter()
     done = subprocess.run(
-        [sys.executable, *words], cwd=root, capture_output=True, text=True, check=False,
+        [python, *words], cwd=root, capture_output=True, text=True, check=False,
         env=environment,
     )  # fmt: skip
     took = time.perf_counter() - start
