@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from typing import TYPE_CHECKING
 
 import pytest
+from campaigns import Folder
 from dictionary_check import check_results
 
 from rftfit.campaign.load import load_campaign
@@ -14,7 +16,7 @@ from rftfit.figures.registry import figures
 from rftfit.workflow.stages import ALL, STAGES
 
 if TYPE_CHECKING:
-    from campaigns import Folder
+    from pathlib import Path
 
 pytestmark = pytest.mark.slow
 
@@ -121,3 +123,22 @@ def test_a_changed_row_of_the_sheet_reruns_its_medium_only(small: Folder) -> Non
     for stage in ("ingest", "tare", "slopes", "legs"):
         assert stale[stage] == {"yuma"}
     assert not {"fourier", "scaling", "legs_predicted", "figure", "quality"} & {*stale}
+
+
+def test_a_setting_changed_in_a_copy_without_the_memory_of_snakemake(
+    small: Folder, tmp_path: Path
+) -> None:
+    copy = Folder(tmp_path / "copy é")
+    shutil.copytree(small.root, copy.root, ignore=shutil.ignore_patterns(".snakemake"))
+    text = copy.config.read_text(encoding="utf-8")
+    copy.config.write_text(text.replace("threshold: 0.05", "threshold: 0.3"), encoding="utf-8")
+    done = copy.rftfit("run", "results/coefficients.csv", "results/penetration.csv")
+    assert done.returncode == 0, done.stderr
+    assert "settings changed since the results were made: fourier, scaling" in done.stderr
+    kept, before = (one.table("coefficients.csv")["kept"] for one in (copy, small))
+    assert kept.sum() < before.sum()
+    assert "fourier" not in copy.stale()
+    # what was not asked for waits, and nothing of it is believed
+    assert "page" in copy.stale()
+    assert copy.rftfit("verify", "results/coefficients.csv").returncode == 0
+    assert copy.rftfit("verify", "results/report.html").returncode != 0
