@@ -1,4 +1,4 @@
-"""The rig's own csv pair: a force log and a motion log (docs/architecture.md)."""
+"""The rig's own csv pair: a force log and a motion log (docs/dialects.md)."""
 
 from __future__ import annotations
 
