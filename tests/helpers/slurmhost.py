@@ -189,11 +189,15 @@ class SlurmHost:
         daemon = self.daemons.pop(node)
         daemon.kill()
         daemon.wait()
+        steps = []
         for process in psutil.Process().children(recursive=True):
             with contextlib.suppress(psutil.Error):
                 title = re.match(r"slurmstepd: \[(\d+)\.", " ".join(process.cmdline()))
                 if title and title[1] in hit:
-                    _kill_tree(process)
+                    process.suspend()
+                    steps.append(process)
+        for process in steps:
+            _kill_tree(process)
         return hit
 
     def revive_node(self, node: str) -> None:
@@ -233,6 +237,10 @@ class SlurmHost:
 
 
 def _kill_tree(process: psutil.Process) -> None:
-    for child in [*process.children(recursive=True), process]:
+    # stopped first, itself before its children: it must not report that they ended, as after a power cut
+    for one in [process, *process.children(recursive=True)]:
         with contextlib.suppress(psutil.Error):
-            child.kill()
+            one.suspend()
+    for one in [*process.children(recursive=True), process]:
+        with contextlib.suppress(psutil.Error):
+            one.kill()
