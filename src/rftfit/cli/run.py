@@ -27,6 +27,7 @@ FILES = (
     "results/report.html",
     "results/figures",
     "results/quality",
+    "results/robot_full",
     "results/alpha_tables.xlsx",
     "results/coefficients.csv",
     "results/penetration.csv",
