@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import InputError, RftfitError
-from rftfit.store.digests import digests_of_files, source_digests
+from rftfit.store.digests import digests_of_files, plugin_digest, source_digests
 from rftfit.workflow.records import Record, maker_of, read_state, split
 from rftfit.workflow.state import States, job_of, read_states
 
@@ -76,6 +76,7 @@ def do_job(states: States, reads: Sequence[str], writes: Sequence[str], threads:
     made = function(results.only(inputs), *([word] if word else []), **own)
     # code that was imported meanwhile, or a log that was read, may be another by now
     source_digests.cache_clear()
+    plugin_digest.cache_clear()
     _check_state(results.root / planned, States(states.campaign).of(rule, key))
     written = write_all(results, writes, made)
     Record(rule, key, state, digests, digests_of_files(results.root, written)).save(results.root)
