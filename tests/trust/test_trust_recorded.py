@@ -1,0 +1,153 @@
+"""What records say beside files and states: a campaign of three jobs, one made from the other."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from rftfit.store.digests import sha256_of
+from rftfit.workflow.records import Record, Recorded, record_holds
+from rftfit.workflow.state import state_file
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+CHAIN = (("tare", "sand"), ("slopes", "sand"), ("provenance", ""))
+STATE = {"code": "c", "rows": "r"}
+
+
+class Now:
+    """States as they are now; the campaign has the jobs of `CHAIN` and one of ``rftfit sweep``."""
+
+    def __init__(self, root: Path) -> None:
+        self.campaign, self.state = SimpleNamespace(root=root), dict(STATE)
+
+    def of(self, rule: str, key: str) -> dict[str, str]:
+        return self.state if (rule, key) == CHAIN[1] else STATE
+
+    def has(self, rule: str, key: str) -> bool:
+        return (rule, key) in (*CHAIN, ("robot_full_speeds", ""))
+
+    def on_demand(self, name: str) -> bool:
+        return name == "robot_full_speeds"
+
+
+def result(rule: str) -> str:
+    return f"results/{rule}/sand.csv"
+
+
+@pytest.fixture
+def now(tmp_path: Path) -> Now:
+    """All three jobs done; a state of a medium of before, and one of the sweep, lie there too."""
+    before: dict[str, str] = {}
+    for rule, key in CHAIN:
+        path = tmp_path / result(rule)
+        path.parent.mkdir(parents=True)
+        path.write_text(rule, encoding="utf-8")
+        made = {result(rule): sha256_of(path)}
+        record = Record(rule, key, STATE, before, made)
+        record.save(tmp_path)
+        plan(tmp_path, record.name)
+        before = made
+    for name in ("tare/dune", "robot_full_speeds"):
+        plan(tmp_path, name)
+    return Now(tmp_path)
+
+
+def plan(root: Path, name: str) -> None:
+    path = root / state_file(name)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(STATE), encoding="utf-8")
+
+
+def found(now: Now, *targets: str) -> list[tuple[str, str, str]]:
+    states: Any = now
+    return [(one.job, one.sort, one.what) for one in Recorded(states).findings_of(targets)]
+
+
+def edit(now: Now) -> None:
+    (now.campaign.root / result("tare")).write_text("edited", encoding="utf-8")
+
+
+def lose(now: Now) -> None:
+    (now.campaign.root / result("slopes")).unlink()
+
+
+def change(now: Now) -> None:
+    now.state = {"code": "other", "rows": "r", "logs": "l"}
+
+
+def forget(now: Now) -> None:
+    (now.campaign.root / "results/records/tare/sand.json").unlink()
+
+
+@pytest.mark.parametrize(
+    ("happens", "wanted"),
+    [
+        (lambda _: None, []),
+        (edit, [("tare/sand", "edited", result("tare")), ("slopes/sand", "input", result("tare"))]),
+        (lose, [("slopes/sand", "missing", result("slopes")), ("provenance", "input", result("slopes"))]),
+        (change, [("slopes/sand", "changed", "code"), ("slopes/sand", "changed", "logs")]),
+        (forget, [("tare/sand", "new", ""), ("slopes/sand", "input", result("tare"))]),
+    ],
+)  # fmt: skip
+def test_findings(
+    now: Now, happens: Callable[[Now], None], wanted: list[tuple[str, str, str]]
+) -> None:
+    happens(now)
+    assert found(now) == wanted
+
+
+def test_findings_of_targets(now: Now) -> None:
+    change(now)
+    assert found(now, result("tare")) == []
+    assert [one[1] for one in found(now, result("slopes"))] == ["changed", "changed"]
+    # which jobs a result needs that was never made, nobody knows
+    assert {one[0] for one in found(now, "results/never.csv")} == {"slopes/sand"}
+    now.state = dict(STATE)
+    assert found(now, "results/never.csv") == [("provenance", "new", "")]
+
+
+def test_what_a_result_is_made_from_and_what_is_nobodys(now: Now) -> None:
+    states: Any = now
+    recorded = Recorded(states)
+    assert [*recorded.all] == ["tare/sand", "slopes/sand", "robot_full_speeds", "provenance"]
+    assert [*recorded.results()] == ["provenance", "slopes/sand", "tare/sand"]
+    assert [*recorded.results(recorded.all["slopes/sand"])] == ["slopes/sand", "tare/sand"]
+    for name in ("mine.txt", "logs/tare.log"):
+        path = now.campaign.root / "results" / name
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+    assert recorded.others() == ["results/mine.txt"]
+
+
+def test_a_job_that_is_not_as_recorded_loses_its_state_file(now: Now) -> None:
+    states: Any = now
+    edit(now)
+    recorded = Recorded(states)
+    recorded.plan_again(recorded.findings_of())
+    there = {name: (now.campaign.root / state_file(name)).is_file() for name in recorded.all}
+    assert there == {
+        "tare/sand": False, "slopes/sand": False, "robot_full_speeds": True, "provenance": True
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("happens", [None, edit, lose, forget])
+def test_whether_a_record_holds(now: Now, happens: Callable[[Now], None] | None) -> None:
+    root = now.campaign.root
+    jobs = {
+        "slopes": ([result("tare"), state_file("slopes/sand")], [result("slopes")]),
+        "tare": ([state_file("tare/sand")], [result("tare")]),
+    }
+    if happens:
+        happens(now)
+    holds = {rule: record_holds(root, *files) for rule, files in jobs.items()}
+    broken: dict[Any, set[str]] = {edit: {"tare", "slopes"}, lose: {"slopes"}, forget: {"tare"}}
+    assert {rule for rule, one in holds.items() if not one} == broken.get(happens, set())
+    assert not record_holds(root, jobs["tare"][0], [result("tare"), "results/more.csv"])
+    (root / state_file("tare/sand")).write_text('{"code": "other"}', encoding="utf-8")
+    assert not record_holds(root, *jobs["tare"])
