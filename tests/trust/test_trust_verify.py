@@ -224,11 +224,13 @@ def test_edits_and_damage_are_made_again(checked: Checked) -> None:
     (results / "coefficients.csv").write_bytes(b"\xef\xbb\xbf" + saved.encode())
     flipped = ("traces/yuma.parquet", "tared/poppy_LP.parquet", "windows/yuma.parquet",
                "fits/yuma.csv", "ledger/tare/poppy_LP.csv", "fourier/media.csv", "report.html",
-               "quality/yuma.png", "alpha_tables.xlsx", "provenance.json")  # fmt: skip
+               "quality/yuma.png", "alpha_tables.xlsx", "provenance.json",
+               "state/scaling.json", "state/page.json", "records/maps/yuma.json")  # fmt: skip
     for name in flipped:
         path = results / name
         content = bytearray(path.read_bytes())
-        content[len(content) // 2] ^= 1
+        # states and records are text: a byte that is none
+        content[len(content) // 2] ^= 1 if "." + name.rpartition(".")[2] != ".json" else 128
         path.write_bytes(content)
     (results / "runs" / "yuma.csv").unlink()
     assert checked.verify("results/report.html").returncode != 0

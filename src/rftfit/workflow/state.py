@@ -17,7 +17,7 @@ from rftfit.campaign.load import Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
-from rftfit.store import write_text
+from rftfit.store import write_bytes
 from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest
 from rftfit.workflow.stages import ALL, EVERY, FIGURE_RULES, LAST, OWN, STAGES, Stage
 
@@ -128,11 +128,12 @@ class States:
 
         def state(wildcards: Mapping[str, str]) -> str:
             key = next(iter(dict(wildcards).values()), "")
-            text = json.dumps(self.of(rule, key), indent=1, sort_keys=True) + "\n"
+            data = (json.dumps(self.of(rule, key), indent=1, sort_keys=True) + "\n").encode()
             name = state_file(job_name(rule, key))
             path = self.campaign.root / name
-            if not path.is_file() or path.read_text(encoding="utf-8") != text:
-                write_text(path, text)
+            # bytes: a damaged file may be no text
+            if not path.is_file() or path.read_bytes() != data:
+                write_bytes(path, data)
             return name
 
         return state
