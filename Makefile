@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep docs test lint gallery fuzz accessible mutants killed fulldisk samebytes matrix falsealarms mutations reallogs cluster scale disturbed benchmark lock clean FORCE
+.PHONY: help env run sweep docs test pages lint gallery fuzz accessible mutants killed fulldisk samebytes matrix falsealarms mutations reallogs cluster scale disturbed benchmark lock clean FORCE
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -47,8 +47,11 @@ sweep: env ## run the paper's whole sweep of the robot; stop it at will, it goes
 	@$(BIN)/rftfit reenact --if-missing
 	@$(BIN)/rftfit sweep $(ARGS)
 
-test: env ## run the whole test suite
-	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(ARGS)
+test: env ## run the tests
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not page" $(ARGS)
+
+pages: env ## follow every page of the documentation, command by command
+	@$(BIN)/python -m pytest -n 2 -m page $(ARGS)
 
 lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/ruff check

@@ -25,7 +25,7 @@ PUBLICATION = (
 )
 
 
-LONGEST = ("test_trust_stranger.py", "test_workflow_whole.py", "test_docs.py")
+LONGEST = ("test_trust_stranger.py", "test_workflow_whole.py")
 """The first one makes the small campaign; so long the second one measures the whole demonstration."""
 
 

@@ -83,6 +83,8 @@ def test_configuration_is_valid(block: Block, base: dict[str, Any]) -> None:
     check_values(block, base)
 
 
+@pytest.mark.page
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash on this machine")
 @pytest.mark.parametrize("page", RUN)
 def test_a_page_runs_from_top_to_bottom(page: str, tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (root / "config").mkdir()
     shutil.copy(ROOT / "config" / "config.yaml", root / "config" / "config.yaml")
     config = str(root / "config" / "config.yaml")
-    assert main(["reenact", "--config", config, "--media", "yuma", "--workers", "1"]) == 0
+    assert main(["reenact", "--config", config, "--media", "yuma"]) == 0
     return root
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from .conftest import Said
 
-QUICK = ("reenact", "--media", "yuma", "--workers", "1")
+QUICK = ("reenact", "--media", "yuma")
 LOG = "yuma/yuma_bp00_g90_in_force.csv"
 
 
@@ -47,7 +47,7 @@ def test_again_with_another_seed_and_medium(rftfit: Callable[..., Said], campaig
     assert contents(raw) == before
     assert rftfit(*QUICK, "--seed", "7").code == 0
     assert contents(raw)[LOG] != before[LOG]
-    said = rftfit("reenact", "--media", "palms29", "--workers", "1")
+    said = rftfit("reenact", "--media", "palms29")
     assert said.code == 0
     assert sorted(path.name for path in raw.iterdir()) == [MARKER, "air", "palms29", "runs.csv"]
     assert "8 runs, 17 files, " in said.out
@@ -200,7 +200,7 @@ def test_stopped_half_way(
 
     before = contents(campaign)
     with monkeypatch.context() as patch:
-        patch.setattr("rftfit.lab.enact.write_all", stop)
+        patch.setattr("rftfit.lab.enact.run_logs", stop)
         assert rftfit(*QUICK).code == 130
     assert sorted(contents(campaign / "raw/paper")) == [MARKER, LOG]
     assert rftfit(*QUICK, "--if-missing").code == 0

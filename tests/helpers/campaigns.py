@@ -17,6 +17,7 @@ import pandas as pd
 import pytest
 import yaml
 from jobs import run_rules
+from matplotlib.text import Text
 from text_boxes import text_faults
 
 from rftfit.campaign.config import Config
@@ -60,15 +61,16 @@ class Folder:
         last: str = "provenance",
         made: Folder | None = None,
         *,
-        drawn: Sequence[str] | None = None,
+        checked: Sequence[str] | None = None,
     ) -> None:
         """Do the jobs up to a rule in this process: the same results, without starting Python for each.
 
-        All figures are put together; those of the names `drawn`, or all, are drawn once, as svg.
-        What is not drawn is that of `made`, or empty.
+        All figures are put together. With `made`, each is drawn as svg, and its other files are those
+        of `made`; else its svg holds its words alone and the others nothing. Of the names `checked`,
+        or of all, the places of words are checked.
         """
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(style, "save", partial(_sketch, self, made, drawn))
+            patch.setattr(style, "save", partial(_sketch, self, made, checked))
             run_rules(self.config, last=last)
 
     def rftfit(self, *words: str) -> subprocess.CompletedProcess[str]:
@@ -121,19 +123,21 @@ class Folder:
 def _sketch(
     folder: Folder,
     made: Folder | None,
-    drawn: Sequence[str] | None,
+    checked: Sequence[str] | None,
     figure: Figure,
     base: Path,
     about: str,
 ) -> None:
-    wanted = drawn is None or base.name in drawn
+    if checked is None or base.name in checked:
+        assert text_faults(figure) == [], base.name
+    words = "\n".join([about, *(text.get_text() for text in figure.findobj(Text))])
     for ending in style.FORMATS:
         target = base.with_name(f"{base.name}.{ending}")
-        content = style.content(figure, ending, about) if wanted and ending == "svg" else b""
-        if content:
-            found = text_faults(figure)
-            assert found == [], f"{base.name}: {found}"
-        if made is not None and ending != "svg":
+        if made is None:
+            content = words.encode() if ending == "svg" else b""
+        elif ending == "svg":
+            content = style.content(figure, ending, about)
+        else:
             content = (made.root / target.relative_to(folder.root)).read_bytes()
         write_bytes(target, content)
 

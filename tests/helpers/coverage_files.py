@@ -51,7 +51,7 @@ def written(folder: Path, sizes: Sizes, number: int, seed: int, draws: int) -> P
     path.parent.mkdir(parents=True)
     path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
     reenact(
-        Config.model_validate(values), raw, raw / "runs.csv", seed=seed + number, workers=1,
+        Config.model_validate(values), raw, raw / "runs.csv", seed=seed + number,
         disturb=[f"{name}={size}" for name, size in sizes.items()],
     )  # fmt: skip
     return path

@@ -199,7 +199,7 @@ class Lab:
         self.raw = folder / "raw" / "paper"
         self.config.parent.mkdir()
         self.config.write_text(CONFIG_TEXT, encoding="utf-8")
-        reenact(paper(), self.raw, self.raw / "runs.csv", media=WHOLE, workers=2)
+        reenact(paper(), self.raw, self.raw / "runs.csv", media=WHOLE)
         self.before = digests(folder / "raw")
         for path in [*self.raw.rglob("*"), self.raw]:
             path.chmod(0o555 if path.is_dir() else 0o444)

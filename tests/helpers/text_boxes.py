@@ -30,10 +30,7 @@ _LEADING = 0.18
 
 
 def text_faults(figure: Figure) -> list[str]:
-    """Say of every text whether it leaves the figure or lies over another one; empty if none does.
-
-    `figure`: As it was last drawn, which was as svg (legends and labels find their places then).
-    """
+    """Say of every text whether it leaves the figure or lies over another one; empty if none does."""
     usual, figure.dpi = figure.dpi, _SVG_DPI
     try:
         return _faults(figure)
@@ -44,10 +41,8 @@ def text_faults(figure: Figure) -> list[str]:
 def _faults(figure: Figure) -> list[str]:
     svg: Any = RendererSVG
     renderer = svg(*figure.bbox.size, io.StringIO(), image_dpi=_SVG_DPI)
-    if any(text.get_position()[1] > 1 for text in figure.texts):
-        # it was saved with what stands above it, and so drawn at another place
-        with style.styled(), renderer._draw_disabled():
-            figure.draw(renderer)
+    with style.styled(), renderer._draw_disabled():
+        figure.draw(renderer)  # legends and labels find their places
     texts = list(_drawn(figure))
     boxes = np.array([text.get_window_extent(renderer).extents for text in texts]).reshape(-1, 4)
     pixels = _EDGE_CM / 2.54 * figure.dpi
@@ -101,7 +96,6 @@ def main(campaigns: list[str]) -> int:
                     continue
                 made = one.draw(results, *filter(None, [medium]))
                 for page in made if isinstance(made, list) else [made]:
-                    style.content(page, "svg")
                     for fault in text_faults(page):
                         count += 1
                         print(f"{folder}: {one.file(medium)}: {fault}")

@@ -337,12 +337,12 @@ def test_draws_know_nothing_of_each_other(config: Config, runs: dict[str, Run]) 
 def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
     few = [(0.0, 90.0), (30.0, 45.0), (30.0, -45.0), (90.0, 0.0)]
     written = []
-    for number, (media, workers, asked) in enumerate([
-        (["poppy_LP", "poppy_CP", "glass3mm_CP"], 2, ["real-lab", "turn=2"]),
-        (["glass3mm_CP"], 1, ["turn=2", "real-lab"]), (["glass3mm_CP"], 1, []),
+    for number, (media, asked) in enumerate([
+        (["poppy_LP", "poppy_CP", "glass3mm_CP"], ["real-lab", "turn=2"]),
+        (["glass3mm_CP"], ["turn=2", "real-lab"]), (["glass3mm_CP"], []),
     ]):  # fmt: skip
         raw = tmp_path / str(number)
-        reenact(config, raw, raw / "runs.csv", media=media, directions=few, workers=workers,
+        reenact(config, raw, raw / "runs.csv", media=media, directions=few,
                 disturb=asked, seed=3)  # fmt: skip
         written.append({path.relative_to(raw).as_posix(): path.read_bytes()
                         for path in raw.rglob("*_force.csv")})  # fmt: skip

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import errno
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from rftfit.errors import InputError, OutputError, RftfitError
-from rftfit.lab import enact
+from rftfit.errors import InputError, OutputError
 from rftfit.lab.marker import remove
 from rftfit.lab.plan import plan_runs, plate_of
 from rftfit.lab.rig import resolve
@@ -38,10 +36,3 @@ def test_a_log_that_cannot_be_removed(monkeypatch: pytest.MonkeyPatch, tmp_path:
     monkeypatch.setattr(Path, "unlink", refuse)
     with pytest.raises(OutputError, match=r"a.csv: cannot be removed: Permission denied"):
         remove(tmp_path / "a.csv")
-
-
-def test_a_writer_that_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    done = SimpleNamespace(returncode=-9, stdout=b"", stderr=b"no room\nMemoryError\n")
-    monkeypatch.setattr("subprocess.run", lambda *_, **__: done)
-    with pytest.raises(RftfitError, match="writing the logs stopped: MemoryError"):
-        enact._elsewhere(enact.Job(SimpleNamespace(), Path("raw"), 1, ()))  # type: ignore[arg-type]

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import io
-import subprocess
-import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +17,8 @@ from rftfit.lab.plan import plan_runs
 from rftfit.lab.rig import FAULTS
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rftfit.campaign.config import Config
     from rftfit.lab.plan import Run
 
@@ -46,9 +45,9 @@ def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
     few: Any = {"media": ["poppy_LP"], "directions": FEW}
     planned, whole = len(plan_runs(config, **few)), len(plan_runs(config))
     assert whole == 933
-    summary = reenact(config, one, one / "runs.csv", workers=1, **few)
-    reenact(config, two, two / "runs.csv", workers=2, **few)
-    reenact(config, part, part / "runs.csv", media=["yuma"], workers=1)
+    summary = reenact(config, one, one / "runs.csv", **few)
+    reenact(config, two, two / "runs.csv", **few)
+    reenact(config, part, part / "runs.csv", media=["yuma"])
     said = (one / MARKER).read_text(encoding="utf-8")
     assert "seed 2013, media: poppy_LP, faults: none, grid: " in said
     assert f"{(one / 'runs.csv').stat().st_size} runs.csv\n" in said
@@ -94,28 +93,11 @@ def test_form_of_the_logs(config: Config, runs: dict[str, Run]) -> None:
     assert np.abs(motion["angle_deg"] - 30).max() < 0.15
 
 
-def test_unguarded_script(tmp_path: Path) -> None:
-    script = tmp_path / "script.py"
-    config = Path(__file__).parents[2] / "config" / "config.yaml"
-    script.write_text(
-        "import yaml\nfrom pathlib import Path\nfrom rftfit.campaign.config import Config\n"
-        f"from rftfit.lab.enact import reenact\nconfig = Config(**yaml.safe_load(open({str(config)!r})))\n"
-        f"raw = Path({str(tmp_path / 'raw')!r})\n"
-        "print(reenact(config, raw, raw / 'runs.csv', media=['yuma', 'palms29', 'palms29_sieved'],"
-        " workers=2).n_files)\n",
-        encoding="utf-8",
-    )
-    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == ["37"]
-
-
 def test_folder_that_cannot_be_written(config: Config, tmp_path: Path) -> None:
     blocked = tmp_path / "raw"
     blocked.write_text("a file, no folder", encoding="utf-8")
-    for workers in (1, 2):
-        with pytest.raises(OutputError, match="cannot write"):
-            reenact(config, blocked, tmp_path / "runs.csv", media=["poppy_LP"], workers=workers)
+    with pytest.raises(OutputError, match="cannot write"):
+        reenact(config, blocked, tmp_path / "runs.csv", media=["poppy_LP"])
     assert not (tmp_path / "runs.csv").exists()
 
 
@@ -144,15 +126,15 @@ def test_default_runs_exist(runs: dict[str, Run]) -> None:
 
 def test_faults_in_a_campaign(config: Config, tmp_path: Path) -> None:
     whole, broken = tmp_path / "whole", tmp_path / "broken"
-    reenact(config, whole, whole / "runs.csv", media=SANDS, workers=1)
-    reenact(config, broken, broken / "runs.csv", media=SANDS, workers=1)
+    reenact(config, whole, whole / "runs.csv", media=SANDS)
+    reenact(config, broken, broken / "runs.csv", media=SANDS)
     asked = [
         "missing_tare",
         "missing_log:palms29_c_leg",
         "wrong_medium_tare:palms29_bp00_g90_in",
         "gap:yuma_flat_leg",
     ]
-    summary = reenact(config, broken, broken / "runs.csv", media=SANDS, faults=asked, workers=1)
+    summary = reenact(config, broken, broken / "runs.csv", media=SANDS, faults=asked)
     before, after = _contents(whole), _contents(broken)
     assert set(before) - set(after) == {
         "yuma/yuma_bp00_g90_in_rod_force.csv",

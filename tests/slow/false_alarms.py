@@ -56,7 +56,7 @@ def one_campaign(folder: Path, seed: int) -> tuple[str, list[str]]:
     directions = FEW if grid == "few" else directions_of(GRIDS[grid], seed)
     reenact(
         Config.model_validate(values), raw, raw / "runs.csv", seed=seed, protocol=protocol,
-        directions=directions, spread=spread, tare=case.tare, legs=False, workers=1,
+        directions=directions, spread=spread, tare=case.tare, legs=False,
     )  # fmt: skip
     rows = check_logs(load_campaign(config)).to_dict("records")
     what = f"{medium}, {grid}, {protocol}, spread {spread:g}{' (stated)' if stated else ''}"

@@ -194,7 +194,7 @@ def test_tare_of_another_medium_is_stopped_before_anything_is_read(tmp_path: Pat
     config.write_text(Room(tmp_path).config, encoding="utf-8")
     raw = tmp_path / "raw" / "paper"
     media = ["yuma", "palms29"]
-    reenact(paper(), raw, raw / "runs.csv", media=media, faults=["wrong_medium_tare"], workers=1)
+    reenact(paper(), raw, raw / "runs.csv", media=media, faults=["wrong_medium_tare"])
     with pytest.raises(CampaignError) as caught:
         load_campaign(config)
     text = str(caught.value)

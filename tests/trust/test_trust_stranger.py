@@ -98,7 +98,7 @@ def test_no_command_executes_what_lies_in_the_folder(
         assert done.returncode == code, (words, done.stdout + done.stderr)
         return done.stdout
 
-    safe("reenact", "--media", "yuma", "--workers", "2")
+    safe("reenact", "--media", "yuma")
     shutil.rmtree(root / "raw")
     shutil.copytree(small.root / "raw", root / "raw")
     safe("check")

@@ -28,7 +28,7 @@ def scattered(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     root = tmp_path_factory.mktemp("scattered") / "campaign"
     cells = directions_of("scattered:40", 2013)
     folder = make_campaign(root, ("poppy_LP",), plates_only=True, directions=cells)
-    folder.run_here(drawn=())
+    folder.run_here(checked=())
     return folder
 
 

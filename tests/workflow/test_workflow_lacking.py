@@ -48,9 +48,9 @@ def allow_no_tare(root: Path) -> None:
     path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
 
 
-def run(folder: Folder, drawn: tuple[str, ...] | None = None) -> str:
+def run(folder: Folder, checked: tuple[str, ...] | None = None) -> str:
     """Run, verify, and return the page on one line."""
-    folder.run_here(drawn=drawn)
+    folder.run_here(checked=checked)
     done = folder.rftfit("verify")
     assert done.returncode == 0, done.stdout + done.stderr
     return " ".join((folder.root / "results" / "report.html").read_text(encoding="utf-8").split())

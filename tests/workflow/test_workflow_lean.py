@@ -44,7 +44,7 @@ def rftfit(folder: Folder, *words: str) -> str:
 
 
 def run_twice(folder: Folder) -> None:
-    folder.run_here(drawn=())
+    folder.run_here(checked=())
     before = folder.digests()
     assert "Nothing to do" in rftfit(folder, "run")
     assert folder.digests() == before

@@ -175,7 +175,7 @@ def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
     folder = make_campaign(
         tmp_path / "faults", ("poppy_LP",), faults, plates_only=True, directions=FEW
     )
-    folder.run_here(drawn=())
+    folder.run_here(checked=())
     fits = folder.table("fits/poppy_LP.csv").set_index("run_id")
     words = {
         "poppy_LP_bp30_g90_in": "saturated",

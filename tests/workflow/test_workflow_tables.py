@@ -31,7 +31,7 @@ def alpha(tmp_path_factory: pytest.TempPathFactory) -> Folder:
         load("table_s5").to_csv(source, index=False)
     assert main(["init", str(root), "--alpha-table", str(source)]) == 0
     folder = Folder(root)
-    folder.run_here(drawn=())
+    folder.run_here(checked=())
     return folder
 
 
@@ -118,7 +118,7 @@ def test_stress_on_another_grid(tmp_path: Path) -> None:
     text = text.replace(sand, f"{sand}, linear_to_cm: 4")
     config.write_text(text, encoding="utf-8")
     folder = Folder(tmp_path / "c")
-    folder.run_here(drawn=())
+    folder.run_here(checked=())
     table = folder.table("alpha/sand.csv")
     assert len(table) == len(truth) == 42
     inside = []
@@ -148,7 +148,7 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path: Pa
     )
     assert main(["init", str(root), "--stress-table", str(table)]) == 0
     folder = Folder(root)
-    folder.run_here(drawn=())
+    folder.run_here(checked=())
     cells = folder.table("alpha/sand.csv").set_index(["beta_deg", "gamma_deg"])
     one, two, none = (cells.loc[cell] for cell in ((0, 90), (30, 90), (0, 45)))
     assert one["alpha_z_N_per_cm3"] == pytest.approx(1.2 / 3)

@@ -83,9 +83,6 @@ def reenact(
         bool, typer.Option("--no-tare", help="Without runs of rod and mount alone or legs in air.")
     ] = False,
     no_legs: Annotated[bool, typer.Option("--no-legs", help="Without legs.")] = False,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes that write at once; default: all cores.")
-    ] = None,
 ) -> None:
     """Write the logs that the paper's lab would have recorded, and their run sheet.
 
@@ -104,7 +101,6 @@ def reenact(
     from rftfit.lab.plan import directions_of, media_of
     from rftfit.lab.protocols import PROTOCOLS
     from rftfit.lab.rig import resolve
-    from rftfit.store.environment import usable_cores
 
     places = read_layout(config)
     # the sheet is written last and cleared first, so where it is, the logs are
@@ -151,7 +147,6 @@ def reenact(
         places.config, places.raw, places.sheet,
         seed=seed, media=media, directions=directions, faults=faults, spread=spread,
         disturb=disturbances, protocol=protocol, tare=tare, legs=legs,
-        workers=workers or usable_cores(),
     )  # fmt: skip
     say(
         f"{count(done.n_runs, 'run')}, {count(done.n_files, 'file')}, {megabytes(done.bytes)}, "

@@ -1,21 +1,12 @@
-"""Re-enact the campaign: write every log and the run sheet.
-
-Also a program of its own, which writes the logs of a pickled job: so several work at once.
-"""
+"""Re-enact the campaign: write every log and the run sheet."""
 
 from __future__ import annotations
 
-import os
-import pickle
-import subprocess
-import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rftfit import __version__
-from rftfit.errors import RftfitError
 from rftfit.lab.dialects import WRITERS, dialect_of
 from rftfit.lab.disturb import NOTHING, described, sizes_of
 from rftfit.lab.marker import remove, write_marker
@@ -25,7 +16,6 @@ from rftfit.lab.rig import Fault, damage_bytes, damage_recording, record, resolv
 from rftfit.lab.tracks import track_files
 from rftfit.lab.write import force_columns, head_of, motion_columns, sheet_text
 from rftfit.store import write_bytes, write_text
-from rftfit.store.environment import child_environment
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,19 +37,6 @@ class Summary:
     faults: tuple[Fault, ...] = ()
 
 
-@dataclass(frozen=True)
-class Job:
-    """Runs to write, each with the names of its faults; its random numbers depend on seed and run_id alone."""
-
-    config: Config
-    raw: Path
-    seed: int
-    runs: tuple[tuple[Run, tuple[str, ...]], ...]
-    spread: float = 0.0
-    protocol: str = PAPER
-    sizes: Sizes = field(default_factory=dict)
-
-
 def reenact(
     config: Config,
     raw: Path,
@@ -69,7 +46,6 @@ def reenact(
     media: Sequence[str] | None = None,
     directions: Sequence[tuple[float, float]] | None = None,
     faults: Sequence[str] = (),
-    workers: int = 2,
     spread: float = 0.0,
     disturb: Sequence[str] = (),
     protocol: str = PAPER,
@@ -80,7 +56,7 @@ def reenact(
 
     The granular force in them is the published measurement: Table S5 times depth times area for plates,
     Figs. S5 and S12 for legs, Fig. S11 for sand penetration. The same seed gives the same bytes, run by
-    run, whatever `media`, `workers` and order.
+    run, whatever `media` and order.
 
     `directions`: (beta, gamma) of the plates, deg; default: of the paper. `spread`: Standard deviation of
     alpha from one prepared bed to the next, N/cm^3; without it Table S5 comes back as it is. `faults`,
@@ -92,8 +68,6 @@ def reenact(
     runs = planned(config, media, directions, protocol, tare=tare, legs=legs)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     damaged = {run.run_id: tuple(f.name for f in found if f.changed == run.run_id) for run in runs}
-    with_faults = tuple((run, damaged[run.run_id]) for run in runs)
-    job = Job(config, raw, seed, with_faults, spread, protocol, sizes)
     logs = [
         raw / name for run in runs for name in (run.force_log, run.motion_log, run.zero_log) if name
     ]
@@ -111,7 +85,15 @@ def reenact(
     made_by = ", ".join(f"{name}: {fact}" for name, fact in facts.items() if fact)
     made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, {made_by}"
     write_marker(raw, [*logs, sheet], made_by, complete=False)
-    n_files, n_bytes = write_all(job, workers)
+    n_files = n_bytes = 0
+    for run in runs:
+        written = run_logs(run, config, seed, damaged[run.run_id], spread, protocol, sizes)
+        for name, content in written.items():
+            if content is None:
+                remove(raw / name)
+                continue
+            write_bytes(raw / name, content)
+            n_files, n_bytes = n_files + 1, n_bytes + len(content)
     for name, text in tracks.items():
         write_text(raw / name, text)
         n_files, n_bytes = n_files + 1, n_bytes + len(text.encode())
@@ -141,52 +123,6 @@ def planned(
     check_protocol(protocol, config, runs)
     suffix = WRITERS[dialect_of(config)].suffix
     return [replace(run, suffix=suffix) for run in with_files(runs, protocol)]
-
-
-def write_all(job: Job, workers: int) -> tuple[int, int]:
-    """Write the logs of a job and count files and bytes, which do not depend on the number of workers."""
-    workers = max(1, min(workers, len(job.runs) // 20))
-    if workers == 1 or not sys.executable:
-        return write_runs(job)
-    shares = [replace(job, runs=job.runs[number::workers]) for number in range(workers)]
-    with ThreadPoolExecutor(workers) as pool:
-        counts = list(pool.map(_elsewhere, shares))
-    return sum(files for files, _ in counts), sum(size for _, size in counts)
-
-
-def _elsewhere(job: Job) -> tuple[int, int]:
-    """Do a job in a Python of its own: multiprocessing would import the caller's script or fork threads."""
-    environment = child_environment(PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
-    done = subprocess.run(
-        [sys.executable, "-m", "rftfit.lab.enact"],
-        input=pickle.dumps(job),
-        capture_output=True,
-        env=environment,
-        check=False,
-    )
-    if done.returncode:
-        said = done.stderr.decode(errors="replace").strip().splitlines()
-        raise RftfitError(f"writing the logs stopped: {said[-1] if said else done.returncode}")
-    result = pickle.loads(done.stdout)
-    if isinstance(result, RftfitError):
-        raise result
-    files, size = result
-    return int(files), int(size)
-
-
-def write_runs(job: Job) -> tuple[int, int]:
-    """Write the logs of a job; the number of files and their bytes."""
-    files = size = 0
-    for run, faults in job.runs:
-        logs = run_logs(run, job.config, job.seed, faults, job.spread, job.protocol, job.sizes)
-        for name, content in logs.items():
-            if content is None:
-                remove(job.raw / name)
-                continue
-            write_bytes(job.raw / name, content)
-            files += 1
-            size += len(content)
-    return files, size
 
 
 def run_logs(
@@ -227,18 +163,3 @@ def run_logs(
         logs[run.zero_log] = written(force_columns(unloaded, unit), head)
     logs[run.force_log] = damage_bytes(faults, written(forces, head), dialect)
     return logs | ({run.motion_log: None} if "missing_tare" in faults else {})
-
-
-def main() -> None:
-    """Read a pickled job from standard input, do it, write the pickled counts (or the error)."""
-    job = pickle.load(sys.stdin.buffer)
-    result: tuple[int, int] | RftfitError
-    try:
-        result = write_runs(job)
-    except RftfitError as error:
-        result = error
-    sys.stdout.buffer.write(pickle.dumps(result))
-
-
-if __name__ == "__main__":
-    main()

@@ -312,17 +312,24 @@ def advance(
             _on_members(pack, blocks, group, hips, now, at + rate * ahead, rate, w, each)
             if every > 0 and k % every == 0 and stage == 0:
                 row = samples[k // every]
-                row[:6], row[6], row[7:] = state, at, 0.0
+                for j in range(row.size):
+                    row[j] = state[j] if j < 6 else 0.0
+                row[6] = at
                 for m in range(len(hips)):
                     row[7] += each[m, 2]
                     # about the hip: what the medium does on the leg, and the drive has to overcome
                     row[8] += hips[m, 2] * each[m, 3]
                     row[SAMPLE_HEAD + 2 * group[m]] += each[m, 0]
                     row[SAMPLE_HEAD + 2 * group[m] + 1] += each[m, 1]
-            slope[:3] = now[3:]
-            slope[3] = each[:, 1].sum() * inertia[0]
-            slope[4] = each[:, 0].sum() * inertia[0] - inertia[2]
-            slope[5] = each[:, 2].sum() * inertia[1]
+            force_z, force_x, moment = 0.0, 0.0, 0.0
+            for m in range(len(hips)):
+                force_z, force_x = force_z + each[m, 0], force_x + each[m, 1]
+                moment += each[m, 2]
+            for j in range(3):
+                slope[j] = now[3 + j]
+            slope[3] = force_x * inertia[0]
+            slope[4] = force_z * inertia[0] - inertia[2]
+            slope[5] = moment * inertia[1]
             for j in range(6):
                 share = 1.0 if stage in (0, 3) else 2.0
                 total[j] = share * slope[j] + (total[j] if stage > 0 else 0.0)
