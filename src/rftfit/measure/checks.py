@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast, get_args
 
 import numpy as np
 
-from rftfit.campaign.config import CheckName
+from rftfit.campaign.config import UNIT_AREA, CheckName
 from rftfit.measure.alpha import both, cell_at, column
 from rftfit.measure.errors import AS_PREPARED, OF_CELL
 from rftfit.measure.fits import is_symmetric
@@ -471,32 +471,47 @@ def check_rods(tares: pd.DataFrame, sheet: Mapping[str, Run]) -> Check:
 
 
 def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tuple[str, ...]]:
-    """Runs of a medium that have the readings of another one, in a file of another name, with these.
+    """Runs of a medium whose readings can be compared, each with those that have the same ones.
 
-    Rods may be copies: a tare that serves several runs is no repeat.
+    Neither strokes of one log are copies nor rods: a tare that serves several runs is no repeat. The
+    runs of a table are all in one file.
     """
     groups: dict[str, list[str]] = {}
     for name, digest in zip(runs["run_id"], runs["readings"], strict=True):
         if digest and sheet[name].kind in ("plate", "leg"):
             groups.setdefault(digest, []).append(name)
+
+    def copies(one: Run, other: Run) -> bool:
+        of_table = one.intruder == UNIT_AREA
+        return one is not other and (of_table or one.force_log != other.force_log)
+
     return {
-        name: tuple(other for other in group if other != name)
+        name: tuple(other for other in group if copies(sheet[name], sheet[other]))
         for group in groups.values()
-        if len({sheet[name].force_log for name in group}) > 1
         for name in group
     }
 
 
 def check_logs(sheet: Mapping[str, Run], logs: Mapping[str, tuple[str, ...]]) -> Check:
     """Whether two runs have the same readings under two names; `logs`: Of `same_readings`."""
-    copies = [name for name in sheet if name in logs]
+    of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
+    if not logs:
+        why = "no run has enough readings to tell a copy by"
+        return Check(
+            "same_logs",
+            NOT_CHECKED,
+            f"{why}: a table of alpha, or of few depths" if of_table else why,
+        )
+    what = "run" if of_table else "log"
+    copies = [name for name in sheet if logs.get(name)]
     if not copies:
-        return Check("same_logs", PASSED, "no log is there twice", "each log once")
+        return Check("same_logs", PASSED, f"no {what} is there twice", f"each {what} once")
     first = copies[0]
     found = f"{len(copies)} runs have the readings of others: {first} and {', '.join(logs[first])}"
-    said = f"Copies of a log are no repeats ({found}): look at force_log of these runs, and leave out the copies."
+    where = "at these runs in the table" if of_table else "at force_log of these runs"
+    said = f"Copies of a {what} are no repeats ({found}): look {where}, and leave out the copies."
     flags = [remark("same-readings", run_id=name, runs=", ".join(logs[name])) for name in copies]
-    return _judged("same_logs", False, found, "each log once", said, *flags)
+    return _judged("same_logs", False, found, f"each {what} once", said, *flags)
 
 
 # --- What the strokes show: surface, clocks, curvature, steadiness.
