@@ -361,10 +361,10 @@ def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config: Config) -> 
     table.loc[table["beta_deg"] != 0, names] = np.nan
     few = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
     assert (few.medium, few.method) == ("poppy_LP", "lsq")
-    assert "12 measured cells do not tell 5 terms apart" in few.reason
+    assert "12 measured directions do not tell 5 terms apart" in few.reason
     table[names] = np.nan
     none = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
-    assert none.reason == "0 measured cells are too few for 5 terms"
+    assert none.reason == "0 measured directions are too few for 5 terms"
 
 
 def test_few_degrees_of_freedom_of_alpha_are_those_of_its_coefficients(
