@@ -412,6 +412,16 @@ def test_bic_leaves_out_what_is_not_there() -> None:
     assert kept[true == 0].sum() <= 0.15 * 4 * 20
 
 
+def test_bic_takes_both_sides_as_measured() -> None:
+    """What mirror images differ by is scatter, which a mean of both would hide."""
+    true = fourier.as_array(TABLE_S2["poppy_CP"]).copy()
+    true[1] = 1e-6
+    alpha_z, alpha_x = fourier.evaluate(true, BETA, GAMMA)
+    alpha_z += np.where(np.isclose(np.abs(GAMMA), np.pi / 2), 0.02 * np.sign(BETA), 0.0)
+    kept = select_bic(BETA, GAMMA, alpha_z, alpha_x)
+    assert (kept["A10"], kept["B01"]) == (False, True)
+
+
 def test_bic_with_missing_cells_and_an_exact_table() -> None:
     true = fourier.as_array(TABLE_S2["poppy_CP"])
     alpha_z, alpha_x = fourier.evaluate(true, BETA, GAMMA)
