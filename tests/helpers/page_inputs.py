@@ -258,6 +258,8 @@ def write_robot(results: Results) -> None:
     write(results, "robot/speed.csv", speeds)
     write(results, "robot/errors.csv", speed_errors(measured, pd.concat(simulated)))
     write(results, "robot/optimum.csv", optima(speeds))
+    write(results, "robot/measured.csv", measured)
+    write(results, "robot/tracks.csv", pd.DataFrame())
     path = results.root / "results" / "robot" / "frames.json"
     path.write_text(json.dumps(FRAMES), encoding="utf-8")
 
