@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import rftfit
@@ -36,8 +37,8 @@ def settings_digest(config: Config) -> str:
     return digest_of(config.model_dump(mode="json"))
 
 
-def references() -> list[str]:
-    """List the references that `paragraphs` cites by number, in that order."""
+def references(told: Iterable[str]) -> list[tuple[int, str]]:
+    """List the references that some paragraphs cite, with their numbers."""
     text = f"""
 C. Li, T. Zhang, D. I. Goldman, A terradynamics of legged locomotion on granular media, \
 Science 339, 1408-1412 (2013), doi:10.1126/science.1229163
@@ -52,7 +53,9 @@ doi:10.1038/s41586-020-2649-2
 P. Virtanen et al., SciPy 1.0: fundamental algorithms for scientific computing in Python, \
 Nature Methods 17, 261-272 (2020), doi:10.1038/s41592-019-0686-2
 """
-    return text.strip().split("\n")
+    cited = {int(number) for number in re.findall(r"ref\. (\d)", " ".join(told))}
+    every = enumerate(text.strip().split("\n"), 1)
+    return [(number, line) for number, line in every if number in cited]
 
 
 def paragraphs(results: Results, outcome: Outcome) -> list[str]:
@@ -374,11 +377,9 @@ def _trial(results: Results) -> str:
             f"Forces on {which} were predicted by summing alpha |z| dA over {ELEMENTS} elements a leg, as far as they "
             f"are below the surface, with {listed(f'{_SOURCES[name]} ({media})' for name, media in sources.items())}."
         )
-        errors = config.errors
         if predicted["force_z_lo_N"].notna().any():
             told.append(
-                f"Intervals hold the errors of alpha and those of the legs, {errors.hip_cm:g} cm of the height of the axle "
-                f"and {errors.arc_percent:g} % of the arc."
+                "Intervals hold the errors of alpha, of the height of the axle and of the arc of the legs."
             )
         told += [_peaks(results, name) for name in ("table", "map")]
         varied = results.table("leg_sensitivity.csv")
@@ -428,12 +429,12 @@ def _robot(results: Results) -> str:
     )
     known = measured[measured["speed_cm_per_s"].notna()]
     if len(known):
-        tracks = set(known["source"]) == {"marker tracks"}
-        told += f" Its speeds in {len(known)} conditions " + (
-            f"were {_came(results).removesuffix(',')}, from marker tracks."
-            if tracks
-            else "are those of ref. 1."
-        )
+        source = "those of ref. 1"
+        if set(known["source"]) == {"marker tracks"}:
+            source = "from marker tracks"
+            if results.campaign.reenacted:
+                source += " that were re-enacted from published speeds"
+        told += f" The speeds that it is compared with, in {len(known)} conditions, are {source}."
     if fitted := int((known["calibrated"] == "yes").sum()):
         told += f" Its unknown lengths were found from {fitted} of them."
     return told

@@ -184,8 +184,8 @@ def context(results: Results) -> dict[str, Any]:
         "dropped": tables.dropped(results, outcome),
         "runs_used": outcome.runs_used,
         "rows_of_logs": tables.rows_of_logs(results),
-        "methods": paragraphs(results, outcome),
-        "references": references(),
+        "methods": (methods := paragraphs(results, outcome)),
+        "references": references(methods),
         "versions": versions(),
         "settings": settings_digest(config),
     }
