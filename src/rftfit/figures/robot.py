@@ -9,7 +9,7 @@ import numpy as np
 from rftfit.figures import captions, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, greek, only_if
-from rftfit.robot.speeds import share_within
+from rftfit.robot.speeds import held_from_alpha, share_within
 from rftfit.robot.sweep import MOTION, MOTION_NEAR_HZ
 
 if TYPE_CHECKING:
@@ -78,7 +78,9 @@ def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
     told = {}
     for name, part in errors.groupby("profile", sort=False):
         (near, of), (far, _) = (share_within(part, percent) for percent in (20, 35))
-        half = (part["simulated_hi_cm_per_s"] - part["simulated_lo_cm_per_s"]) / 2
+        half = (
+            part["simulated_from_alpha_hi_cm_per_s"] - part["simulated_from_alpha_lo_cm_per_s"]
+        ) / 2
         new = part[part["calibrated"] == "no"]
         (new_near, new_of), (new_far, _) = (share_within(new, percent) for percent in (20, 35))
         told[str(name)] = (
@@ -88,8 +90,11 @@ def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
         )
         if half.notna().any():
             median, most = (captions.quantile(half, share, 2) for share in (0.5, 1))
-            told[str(name)] += f"; intervals of \N{PLUS-MINUS SIGN} {median} cm/s in the median, "
-            told[str(name)] += f"at most \N{PLUS-MINUS SIGN} {most} cm/s"
+            told[str(name)] += (
+                f"; the errors of alpha alone leave \N{PLUS-MINUS SIGN} {median} cm/s "
+            )
+            told[str(name)] += f"in the median, {most} cm/s at most, which holds "
+            told[str(name)] += "{} of {} measured speeds".format(*held_from_alpha(part))
     once = errors.drop_duplicates("condition")
     return {
         "robot_medium": results.campaign.titles[results.campaign.robot_medium],
@@ -112,8 +117,8 @@ def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
 Measured on {robot_medium}.
 Lines are simulated with the measured table, points measured: mean and standard deviation of trials. Rings: the \
 runs whose motion is drawn over time.
-Shaded bars are the {level} intervals of the simulated speed that follow from the intervals of alpha. They hold \
-neither the robot's unknown lengths nor what the model leaves out.
+Shaded bars are what the errors of alpha and of the legs' arc leave open ({level}), and no intervals of the speed: \
+neither the robot's unknown lengths nor what the model leaves out is in them.
 Hollow points ({calibrated} of {conditions}) are those that the lengths were found from.
 Good: lines through the filled points.
 Simulated on the {table}.""",
@@ -229,7 +234,7 @@ def _frequency_panel(
         axes.plot(x, y, color=colour, linewidth=1.0, zorder=2)
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         own = errors[np.isclose(errors["curvature_times_R"], curvature)]
-        ends = own["simulated_lo_cm_per_s"], own["simulated_hi_cm_per_s"]
+        ends = own["simulated_from_alpha_lo_cm_per_s"], own["simulated_from_alpha_hi_cm_per_s"]
         axes.vlines(own["frequency_Hz"], *ends, color=colour, linewidth=3.2, alpha=0.35, zorder=1.5)
         for told, fill in (("no", colour), ("yes", "white")):
             points = own[own["calibrated"] == told]
@@ -343,7 +348,7 @@ def _speed_entries(
     if (errors["calibrated"] == "yes").any():
         entries["measured, calibrated on"] = style.dots("black", 3.4, markerfacecolor="white")
     entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
-    entries["interval of a simulated speed"] = style.band()
+    entries["left open by the errors of alpha"] = style.band()
     return entries
 
 
@@ -352,11 +357,13 @@ def _curvature_numbers(results: Results, sweep: str) -> dict[str, str]:
     for name, part in results.table(f"{sweep}/optimum.csv").groupby("profile", sort=False):
         top = part.iloc[int(part["frequency_Hz"].to_numpy(float).argmax())]
         reading = captions.span(top["reading_lo"], top["reading_hi"], 2)
-        ends = captions.span(top["best_curvature_lo"], top["best_curvature_hi"], 3)
+        ends = captions.span(
+            top["best_curvature_from_alpha_lo"], top["best_curvature_from_alpha_hi"], 3
+        )
         told.append(
             f"{captions.name_of(str(name))}, {style.number(top['frequency_Hz'], 1)} Hz: fastest at R'/r "
             f"{style.number(top['best_curvature_times_R'], 2)} (read within {reading}"
-            + (f"; interval from that of alpha {ends}" if ends else "")
+            + (f"; by the errors of alpha alone {ends}" if ends else "")
             + f") with {style.number(top['speed_cm_per_s'], 1)} cm/s"
             + (", which the robot was calibrated on" if top["calibrated"] == "yes" else "")
         )
