@@ -225,7 +225,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     if run.direction == "horizontal":
         startup = unfinished_start(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
     if config.table and (depth.size < FEWEST or not (np.diff(depth) > 0).all()):
-        slope, exact = _of_table(fit_few(depth, stress[:, usable]), depth, stress[:, usable])
+        slope, exact = _of_table(fit_few(depth, stress[:, usable]), depth, stress[:, usable], run)
         return RunFit(
             beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why=why,
             flags=stroke.flags + exact,
@@ -236,7 +236,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     )  # fmt: skip
     flags = stroke.flags + _linearity_flags(run, slope, float(depth.max()), plate, config)
     if config.table:
-        slope, exact = _of_table(slope, depth, stress[:, usable])
+        slope, exact = _of_table(slope, depth, stress[:, usable], run)
         flags += exact
     rod = np.zeros(2)
     if stroke.tare is not None:
@@ -249,11 +249,13 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
 
 
 def _of_table(
-    slope: Slope, depth: FloatArray, stress: FloatArray
+    slope: Slope, depth: FloatArray, stress: FloatArray, run: Run
 ) -> tuple[Slope, tuple[Remark, ...]]:
-    """Take the error off a slope whose stress was calculated: no scatter is known; 0 is 0 by symmetry."""
+    """Take the error off a slope whose stress was calculated: no scatter is known."""
     off = np.abs(stress - slope.alpha[:, None] * depth).max(axis=1)
-    exact = (off <= _EXACT * np.abs(stress).max(axis=1)) & (slope.alpha != 0) & (depth.size > 1)
+    exact = (off <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
+    # a plate that is level or upright has no horizontal stress on a vertical path
+    exact[1] &= slope.alpha[1] != 0 or bool(run.beta_deg % 90 or run.gamma_deg % 180 != 90)
     if not exact.any():
         return slope, ()
     return replace(slope, se=np.where(exact, np.nan, slope.se)), (remark("no-scatter"),)
