@@ -40,7 +40,7 @@ def robot_facts(results: Results) -> dict[str, Any]:
     return {
         "measured": errors["measured_cm_per_s"].notna().any(),
         "calibrated": (errors["calibrated"] == "yes").any(),
-        "intervals": errors["simulated_lo_cm_per_s"].notna().any(),
+        "intervals": errors["simulated_from_alpha_lo_cm_per_s"].notna().any(),
         "on": name_of(_frames(results).get("profile", "table")),
     }
 
