@@ -132,8 +132,8 @@ def _speed_numbers(results: Results, sweep: str) -> Words | None:
 Points: measured on {robot_medium} in {conditions} conditions. Good: lines through the points.
 {trials}Their bars: standard deviation of trials.
 {rings}Rings: the runs whose motion is drawn over time.
-{intervals}Shaded bars are what the errors of alpha and of the legs' arc leave open ({level}), and no intervals of the speed: \
-neither other lengths of the robot nor what the model leaves out is in them.
+{intervals}Shaded bars: what the errors of alpha and of the legs' arc leave open ({level}), and no intervals of the speed. \
+Neither other lengths of the robot nor what the model leaves out is in them.
 Hollow points ({calibrated} of {conditions}) are those that the robot's unknown lengths were found from.
 Simulated on the {table}.""",
     numbers=_speed_numbers,
