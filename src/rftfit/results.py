@@ -392,6 +392,11 @@ class Medium:
         return self.results.alpha_table(self.name)
 
     @property
+    def alpha_at_depth(self) -> pd.DataFrame:
+        """Stress over depth at `fit.depths_cm` by a power of depth, with intervals; no rows where stress is a line."""
+        return self.results.table(f"alpha_at_depth/{self.name}.csv")
+
+    @property
     def fits(self) -> pd.DataFrame:
         """Slope of every plate run."""
         return self.results.table(f"fits/{self.name}.csv")

@@ -26,6 +26,7 @@ from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import surface_error
 from rftfit.measure.fits import curved
 from rftfit.measure.flags import flag_columns, remark
+from rftfit.measure.laws import by_law, power_fit
 from rftfit.measure.slopes import Slope, fit_slope, unfinished_start, zero_intercept
 from rftfit.measure.zero import find_zero
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
@@ -148,9 +149,12 @@ def rod_stress(run: Plan, medium: str) -> FloatArray:
 
 def measure(
     run: Plan, campaigns: int, random: np.random.Generator, medium: str, sizes: Sizes,
-    odd: np.random.Generator, session: FloatArray, slow_noise_N: float = 0.0,
+    odd: np.random.Generator, session: FloatArray, slow_noise_N: float = 0.0, at_cm: float | None = None,
 ) -> Slope:  # fmt: skip
-    """Simulate and fit one run in every campaign; all z, then all x, shape (2 campaigns,)."""
+    """Simulate and fit one run in every campaign; all z, then all x, shape (2 campaigns,).
+
+    `at_cm`: Where alpha is wanted by a power of depth, not by the line.
+    """
     k, n = 2 * campaigns, run.depth.size
     parts = [one_log(random, k, n, sizes, odd, slow_noise_N) for _ in ("run", "tare")]
     alpha = np.repeat(run.alpha, campaigns)
@@ -176,7 +180,12 @@ def measure(
     variance = np.stack([part[1] for part in parts])
     dof = np.stack([np.full(k, part[2]) for part in parts])
     if not run.level:
-        return fit_slope(run.depth, stress, variance, dof, depth_sd)
+        slope = fit_slope(run.depth, stress, variance, dof, depth_sd)
+        if at_cm is None:
+            return slope
+        return by_law(
+            slope, {"power": [power_fit(run.depth, one, at_cm) for one in stress]}, "power"
+        )
     steady = run.travel >= SKIP_CM
     startup = unfinished_start(run.travel, stress, steady, SKIP_CM)
     # the arm's log has its noise in the depth of a horizontal run too
@@ -201,24 +210,22 @@ EXACT = Errors(
 """Stated to be none."""
 
 
-def lever_of(run: Plan) -> float:
-    """As that of a slope."""
-    return float(run.depth.sum() / (run.depth @ run.depth))
-
-
 @dataclass(frozen=True)
 class Ensemble:
     """What every run of many campaigns gave.
 
-    `found`: By name in `COLUMNS`, shape (runs, 2, campaigns), z and x. `sizes`: Of the disturbances.
-    `session`: shape (campaigns,); Error of the surface common to the runs of a campaign, cm.
+    `found`: By name in `COLUMNS`, shape (runs, 2, campaigns), z and x. `levers`: Of the runs, 1/cm. `sizes`:
+    Of the disturbances. `session`: shape (campaigns,); Error of the surface common to the runs of a campaign,
+    cm. `at_cm`: Depth of alpha by a power of depth; None for that by the line.
     """
 
     medium: str
     runs: list[Plan]
     found: dict[str, FloatArray]
+    levers: list[float]
     sizes: Sizes
     session: FloatArray
+    at_cm: float | None = None
 
     def as_medium(self, medium: str) -> Ensemble:
         """Give another medium's truth the errors of this one, each campaign those of the next.
@@ -261,7 +268,7 @@ class Ensemble:
                 "direction": [run.direction for run in kept],
                 "mirrored": [run.gamma_deg < 0 for run in kept],
                 "tare_run": [f"{run.run_id}_rod" for run in kept],
-                "lever_per_cm": [lever_of(run) for run in kept],
+                "lever_per_cm": [lever for lever, keep in zip(self.levers, there, strict=True) if keep],
                 "depth_from_cm": [run.depth.min() for run in kept],
                 "depth_to_cm": [run.depth.max() for run in kept],
                 "reason": "",
@@ -303,26 +310,29 @@ class Ensemble:
         for fits in self.fits(seed, run_to_run, repeats, repeated):
             offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
             surface = surface_error(offset, se, errors)
-            yield alpha_table(fits, self.medium, 0.95, 3, errors, PAPER, surface)
+            yield alpha_table(fits, self.medium, 0.95, 3, errors, PAPER, surface, self.at_cm)
 
 
 def simulate(
-    medium: str, campaigns: int, seed: int, sizes: Sizes = NOTHING, slow_noise_N: float = 0.0
-) -> Ensemble:
-    """Simulate and measure every run of so many campaigns, cells at gamma = +-90 three times.
+    medium: str, campaigns: int, seed: int, sizes: Sizes = NOTHING, slow_noise_N: float = 0.0,
+    at_cm: float | None = None, repeats: int = REPEATS,
+) -> Ensemble:  # fmt: skip
+    """Simulate and measure every run of so many campaigns, cells at gamma = +-90 `repeats` times.
 
     `sizes`: Of the disturbances; all else is the same with and without them. `slow_noise_N`: What is
-    stated of it.
+    stated of it. `at_cm`: As of `measure`.
     """
     random = np.random.default_rng([seed, *medium.encode()])
     odd = np.random.default_rng([seed, 1, *medium.encode()])
     session = session_cm(sizes, odd, campaigns)
-    runs = plan(medium, REPEATS)
+    runs = plan(medium, repeats)
     slopes = [
-        measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N) for run in runs
+        measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N, at_cm)
+        for run in runs
     ]
     found = {
         name: np.stack([getattr(slope, name).reshape(2, campaigns) for slope in slopes])
         for name in COLUMNS
     }
-    return Ensemble(medium, runs, found, sizes, session)
+    levers = [slope.lever for slope in slopes]
+    return Ensemble(medium, runs, found, levers, sizes, session, at_cm)

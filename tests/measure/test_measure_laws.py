@@ -83,10 +83,14 @@ def test_a_component_that_is_not_felt_has_no_power() -> None:
 
 
 def test_a_stress_that_is_no_power_has_no_exponent() -> None:
+    """Its alpha is that of the tangent to the powers at p = 1, by plain least squares."""
+    tangent = np.stack([DEPTH, DEPTH * np.log(DEPTH / 5.0)], axis=1)
     for stress in (np.exp(-2 * DEPTH), np.exp(3 * DEPTH)):
         found = other_laws(DEPTH, stress[None], 5.0)
         assert found is not None
         assert np.isnan(found["power"][0].exponent)
+        (alpha, _), *_ = np.linalg.lstsq(tangent, stress, rcond=None)
+        assert found["power"][0].alpha == pytest.approx(alpha, rel=1e-6)
 
 
 @pytest.mark.parametrize("law", ["free_intercept", "power"])
@@ -105,7 +109,11 @@ def test_errors_of_zero_and_tare_by_another_law(law: str) -> None:
     np.testing.assert_allclose(own.tare**2, own.se**2 / 2, rtol=1e-6)
     np.testing.assert_allclose(found.tare**2, own.se**2 / 2 + 0.02**2 * gain**2, rtol=1e-6)
     np.testing.assert_array_equal(found.curvature, [0])
-    assert found.lever == (0 if law == "free_intercept" else line.lever)
+    # a surface that lies deeper by 0.1 mm: the line with a free intercept has found it
+    moved = other_laws(DEPTH, (0.3 * (DEPTH + 0.01) + noise)[None], 5.0)
+    assert moved is not None
+    change = 100 * (moved[law][0].alpha / found.alpha[0] - 1)
+    assert found.lever == pytest.approx(0 if law == "free_intercept" else change, rel=0.02)
     # of a single zero, that of the run, nothing is the tare's
     alone = fit_slope(DEPTH, stress, zero[:1], np.full((1, 1), 30.0))
     assert by_law(alone, laws, law).tare == 0  # type: ignore[arg-type]

@@ -66,6 +66,7 @@ rule checks:
     output:
         checks="results/checks/{medium}.csv",
         alpha="results/alpha/{medium}.csv",
+        at_depth="results/alpha_at_depth/{medium}.csv",
     log:
         "results/logs/checks/{medium}.log",
     conda:

@@ -453,6 +453,11 @@ class Fit(Model):
     law_depth_cm: Positive = key(
         5.0, "depth at which the stress by the other laws is compared with that by Eq. 1, cm"
     )
+    depths_cm: tuple[Positive, ...] = key(
+        (2.5, 5.0, 7.0),
+        "depths at which alpha is also given, by a power of depth, where stress is found to be curved, cm",
+        strict=False, min_length=1,
+    )  # fmt: skip
     flagged: Literal["keep", "leave_out"] = key(
         "keep",
         "cells flagged as not linear, or of too few depths, in the nine-term fits: keep, with the larger "

@@ -46,6 +46,7 @@ from rftfit.measure.flags import (
     reason_of,
     remark,
 )
+from rftfit.measure.laws import power_fit
 from rftfit.measure.slopes import combine_dof
 
 if TYPE_CHECKING:
@@ -80,6 +81,7 @@ def alpha_table(
     errors: Errors | None = None,
     grid: Grid | None = None,
     surface: SurfaceError | None = None,
+    at_cm: float | None = None,
 ) -> pd.DataFrame:
     """Combine the fits of one medium into its cells, one row each.
 
@@ -89,6 +91,9 @@ def alpha_table(
     the depths of its runs, of which it should have `depths` (design section 2). The interval holds every
     error of `SOURCES`, which have columns of their own; column `spread` says where that of the beds comes
     from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none.
+
+    `at_cm`: Depth at which the fits are stress over depth by a power of depth (`rftfit.measure.depths`). A
+    horizontal cell is then that power through its means, and a cell whose window does not hold the depth is NaN.
     """
     import pandas as pd
 
@@ -108,7 +113,7 @@ def alpha_table(
     spread = dict(zip(COMPONENTS, found, strict=True))
     shared = shared_flags(fits)
     cells = [
-        _cell(here, gamma == 0, depths, shared)
+        _cell(here, gamma == 0, depths, shared, at_cm)
         for here, (_, gamma) in zip(own, directions, strict=True)
     ]
     parts = _errors(cells, directions, errors, surface or SurfaceError(), spread, confidence)
@@ -175,12 +180,14 @@ def _by_depth(runs: list[Row]) -> list[list[Row]]:
 class _Cell:
     """The runs of one direction that give its alpha: the sum of `share` times that of each run.
 
-    `level`: whether their means at several depths are fitted, as in horizontal runs. `told`: other columns.
+    `level`: whether their means at several depths are fitted, as in horizontal runs; `line`: by a line through
+    zero. `told`: other columns.
     """
 
     runs: list[Row]
     share: FloatArray
     level: bool
+    line: bool
     told: dict[str, float | int | str]
 
     def sum(self, name: str) -> float:
@@ -197,7 +204,9 @@ _BEDS = [f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS]
 _TOLD = ["depth_from_cm", "depth_to_cm", "n_runs", "run_ids", "tare_runs", "spread", *FLAGS, *MARKS, *REASON]  # fmt: skip
 
 
-def _cell(runs: list[Row], horizontal: bool, depths: int, shared: tuple[Remark, ...]) -> _Cell:
+def _cell(
+    runs: list[Row], horizontal: bool, depths: int, shared: tuple[Remark, ...], at_cm: float | None
+) -> _Cell:
     good = [run for run in runs if math.isfinite(run[column("z")])]
     # a table may hold the stress at all depths of a level motion as one run
     horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
@@ -219,15 +228,23 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, shared: tuple[Remark, 
         used = []
     elif good and n_depths < depths:
         flags.append(remark("few-depths", found=n_depths, wanted=depths))
+    from_to = [[run.get(f"depth_{end}_cm", math.nan) for run in used] for end in ("from", "to")]
+    top, deep = min(from_to[0], default=math.nan), max(from_to[1], default=math.nan)
+    if used and at_cm and not top - SAME_DEPTH_CM <= at_cm <= deep + SAME_DEPTH_CM:
+        reasons.append(remark("outside-window", at=at_cm, top=top, deep=deep))
+        used = []
     share = np.full(len(used), 1 / max(len(used), 1))
     if horizontal:
         depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used])
         share = depth**2 / max(float(depth @ depth), 1e-9)
+        if used and at_cm:
+            alpha = np.array([[run[column(c)] for run in used] for c in COMPONENTS])
+            larger = alpha[int(np.square(alpha).sum(axis=1).argmax())]
+            share = depth * power_fit(depth, larger * depth, at_cm).gain
     tares = dict.fromkeys(str(run.get("tare_run", "")) for run in used)
-    from_to = [[run.get(f"depth_{end}_cm", math.nan) for run in used] for end in ("from", "to")]
-    return _Cell(used, share, horizontal, {
-        "depth_from_cm": min(from_to[0], default=math.nan),
-        "depth_to_cm": max(from_to[1], default=math.nan),
+    return _Cell(used, share, horizontal, at_cm is None, {
+        "depth_from_cm": top,
+        "depth_to_cm": deep,
         "n_runs": len(good),
         "run_ids": " ".join(run["run_id"] for run in good),
         "tare_runs": " ".join(filter(None, tares)),
@@ -306,7 +323,7 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict
 
 def _over_depths(cell: _Cell, alpha: FloatArray, se: FloatArray, spread: Spread) -> float:
     """By how much the deepest level runs leave the line through zero, where that is no scatter."""
-    if not cell.level or alpha.size < 3:
+    if not (cell.level and cell.line) or alpha.size < 3:
         return 0.0
     mean = float(cell.share @ alpha)
     off, noise = alpha - mean, np.hypot(se, spread.part(mean).sd)

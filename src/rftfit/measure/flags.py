@@ -183,6 +183,7 @@ SENTENCES = {
     # why a cell has no alpha
     "no-run": "no run",
     "too-few-depths": "only {found} of {wanted} depths",
+    "outside-window": "{at:g} cm is outside of its window, {top:.1f} to {deep:.1f} cm (fit.depths_cm)",
     # why there is no fit, no zeta, no comparison
     "no-push": "no run at (0, 90) deg, a level plate straight down",
     "empty-cells": ("{found} of {wanted} cells have no alpha; the transform needs all of them"),

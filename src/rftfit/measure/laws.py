@@ -33,6 +33,7 @@ class Fitted:
     design: FloatArray
     rest: FloatArray
     exponent: float = 1.0
+    lever: float = 0.0  # a line's own intercept has found the surface
 
 
 Laws = dict[str, list[Fitted]]
@@ -53,27 +54,31 @@ def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | No
         Fitted(float(start / at_cm + rise), gain, line, one - start - rise * depth)
         for start, rise, one in zip(intercept, slope, stress, strict=True)
     ]
-    return {"free_intercept": lines, "power": [_power(depth, one, at_cm) for one in stress]}
+    return {"free_intercept": lines, "power": [power_fit(depth, one, at_cm) for one in stress]}
 
 
-def _power(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
-    """Fit stress = alpha at (depth / at)^p by Gauss and Newton."""
-    log, p, step = np.log(np.maximum(depth, 1e-6) / at_cm), 1.0, 0.0
+def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
+    """Fit stress = alpha at (depth / at)^p by Gauss and Newton; where no power fits, by its tangent at p = 1."""
+    above = np.maximum(depth, 1e-6)
+    log, p, fits = np.log(above / at_cm), 1.0, True
     shape, bent, _ = rows = np.stack([log, log, stress])
-    for _ in range(_STEPS):
+    for left in range(_STEPS, -1, -1):
         np.multiply(np.exp(p * log, out=shape), log, out=bent)
         (square, across, with_shape), (_, of_log, with_log) = (rows[:2] @ rows.T).tolist()
         size, alone = with_shape / square, of_log - across**2 / square
+        more = (with_log - size * across) / alone
         # a component that is not felt has no exponent
-        step = (with_log - size * across) / (size * alone) if size else 0.0
-        if abs(step) < _SMALL or not _LEAST_P < p < _MOST_P:
+        step = more / size if size else 0.0
+        if not fits or abs(step) < _SMALL or not left:
             break
         p += min(max(step, -0.5), 0.5)
-    fits = _LEAST_P < p < _MOST_P and abs(step) < 0.1
+        if not _LEAST_P < p < _MOST_P or (left == 1 and abs(step) >= 0.1):
+            fits, p = False, 1.0
     gain = (of_log * shape - across * bent) / (square * alone * at_cm)
+    alpha = float(gain @ stress)
     return Fitted(
-        size / at_cm, gain, np.stack([shape, size * bent]), stress - size * shape,
-        p if fits else math.nan,
+        alpha, gain, np.stack([shape, size * bent]), stress - alpha * at_cm * shape - more * bent,
+        p if fits else math.nan, float(gain @ (p * size * shape / above)) / (alpha or 1.0),
     )  # fmt: skip
 
 
@@ -93,6 +98,5 @@ def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> S
         slope, alpha=alpha, se=np.sqrt(scatter + shift),
         dof=combine_dof(np.stack([scatter, shift]), np.stack([dof.astype(float), slope.dof])),
         curvature=np.zeros(alpha.size), tare=np.where(slope.tare > 0, tare, 0.0),
-        # its intercept has found the surface
-        lever=0.0 if law == "free_intercept" else slope.lever,
+        lever=laws[law][int(np.abs(alpha).argmax())].lever,
     )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING
 
@@ -10,9 +11,10 @@ from rftfit.campaign.config import Disc, Plate
 from rftfit.compare.sensitivity import ARC_STEPS_DEG
 from rftfit.figures.captions import PROFILES, lift_errors, name_of, of_method, predicted_by, tared
 from rftfit.figures.style import number
+from rftfit.measure.depths import power_of, steep_runs
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
 from rftfit.measure.flags import flagged_with
-from rftfit.measure.slopes import CURVED_P, FEWEST
+from rftfit.measure.slopes import FEWEST
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
 from rftfit.model.prediction import beyond_measured
@@ -177,11 +179,8 @@ def _law(results: Results) -> str:
     told = []
     for medium in results:
         fits = medium.fits
-        steep = fits[(fits["direction"] != "horizontal") & (fits["gamma_deg"].abs() >= 45)]
-        steep = steep[steep["exponent_z"].notna()]
-        curved = steep["nonlinear_z_p"] < CURVED_P
-        power = float(steep["exponent_z"].median()) if len(steep) else 1.0
-        if abs(power - 1) <= 0.1 or curved.mean() <= 0.5:
+        steep, power = steep_runs(fits), power_of(fits)
+        if math.isnan(power):
             continue
         top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
         # least squares of k z^p by a line through zero, over an even window

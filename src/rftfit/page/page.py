@@ -159,6 +159,7 @@ def context(results: Results) -> dict[str, Any]:
         "near": f"{WITHIN_PERCENT:g}",
         "usual_percent": f"{USUAL_PERCENT:g}",
         "least_percent": f"{LEAST_PERCENT:g}",
+        "at_depths": tables.at_depths(results),
         "spreads": tables.spreads(results),
         "coefficients": {
             name: tables.coefficients(results, name) for name in tables.methods(results)

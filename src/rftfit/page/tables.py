@@ -12,7 +12,9 @@ from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
 from rftfit.figures.captions import PROFILES, lift_errors, name_of, percent, span
 from rftfit.figures.style import number
+from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.checks import DOUBTFUL
+from rftfit.measure.depths import power_of
 from rftfit.measure.fits import shared_flags
 from rftfit.measure.flags import codes_of
 from rftfit.model.fourier import TERMS
@@ -136,6 +138,30 @@ def peaks_from(results: Results) -> tuple[list[str], list[str]]:
     known = errors[errors["peak_error_percent"].notna()]
     table, of_map = (known.loc[known["profile"] == name, "medium"] for name in ("table", "map"))
     return list(table), list(of_map[~of_map.isin(table)])
+
+
+def at_depths(results: Results) -> Table:
+    """One row a medium whose stress is curved: alpha of a level plate straight down at stated depths."""
+    depths, rows = results.config.fit.depths_cm, []
+    for medium in results:
+        row: dict[str, Any] = {"medium": medium.name, "power": power_of(medium.fits)}
+        if math.isnan(row["power"]):
+            continue
+        for at, table in medium.alpha_at_depth.groupby("depth_cm"):
+            cell = cell_at(table, 0, 90)
+            if cell is not None:
+                row |= {f"{end}{at:g}": cell[column("z", end)] for end in ("", "_lo", "_hi")}
+        rows.append(row)
+    head = ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}, at "
+    return Table(
+        "Alpha at stated depths",
+        [
+            _medium(results),
+            number_column("Power of depth", "power", 2),
+            *(number_column(head + f"{at:g} cm", f"{at:g}", ends=f"_{{}}{at:g}") for at in depths),
+        ],
+        rows,
+    )
 
 
 def coefficients(results: Results, method: str) -> Table:

@@ -23,6 +23,7 @@ NOT_SAME = 1e-5
 
 _KEYS = {
     "alpha": ("medium", "beta_deg", "gamma_deg"),
+    "alpha_at_depth": ("medium", "beta_deg", "gamma_deg", "depth_cm"),
     "coefficients": ("method", "medium", "coefficient"),
     "penetration": ("method", "medium"),
     "leg_errors": ("medium", "leg", "profile", "component"),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of
+from rftfit.measure.depths import alpha_at_depths
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium, leg_curves
 from rftfit.measure.flags import MARKS, reason_columns
@@ -49,8 +50,8 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, p
     return fits, windows, book.table()
 
 
-def checks(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Put the cells of a medium together and check them: verdicts, alpha table."""
+def checks(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Put the cells of a medium together and check them: verdicts, alpha table, alpha of stated depths."""
     import pandas as pd
 
     config = results.config
@@ -63,7 +64,10 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     found = check_medium(results.campaign, medium, tables | {"alpha": alpha})
     rows = [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
     table = pd.DataFrame(rows, columns=COLUMNS)
-    return table, marked(alpha, found, marks_of(table, config.media).get(medium, ()))
+    own = marks_of(table, config.media).get(medium, ())
+    alpha = marked(alpha, found, own)
+    at_depth = alpha_at_depths(results.campaign, medium, tables, alpha)
+    return table, alpha, at_depth if at_depth.empty else marked(at_depth, found, own)
 
 
 def check_logs(campaign: Campaign) -> pd.DataFrame:

@@ -59,8 +59,8 @@ STAGES = {
     ),
     "checks": Stage(
         f"{_MEASURE}:checks", "measure", rows=True,
-        settings=("force_log", "transducer", "arm", "surface", "fit", "errors", "grid", "table",
-                  "media"), each="medium",
+        settings=("force_log", "transducer", "arm", "surface", "container", "intruders", "fit", "errors",
+                  "grid", "table", "media"), each="medium",
     ),
     "legs": Stage(f"{_MEASURE}:legs", "measure", ("fit", "media"), rows=True, each="medium"),
     "ledger": Stage(

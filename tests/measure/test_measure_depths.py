@@ -1,0 +1,53 @@
+"""Alpha of stated depths where stress is curved: who gets it, and whether its intervals hold the force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from coverage_files import measured, written
+from coverage_levels import alpha_cells
+from curved_depths import DEPTHS_CM, forces_held
+
+from rftfit.campaign.load import load_campaign
+from rftfit.lab.disturb import power_law
+from rftfit.measure.depths import power_of
+from rftfit.page.tables import at_depths
+from rftfit.workflow import measure
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.mark.parametrize("power", [1.1, 1.3])
+def test_intervals_hold_the_force_at_stated_depths(power: float) -> None:
+    """`make curved` is the same with 400 campaigns."""
+    found = forces_held("poppy_LP", 10, 5, {"power": power})
+    assert list(found["cells"]) == [156, 132, 108]
+    assert found["inside"].between(0.92, 0.98).all()
+    assert (found["width"] < 1.3).all()
+
+
+@pytest.mark.parametrize("power", [1.0, 1.1])
+def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path: Path, power: float) -> None:
+    sizes = {"power": power} if power > 1 else {}
+    results = measured(load_campaign(written(tmp_path, sizes, 0, 3, 200)))
+    (medium,) = results.media
+    table = measure.checks(results, medium)[2]
+    results.hold(f"alpha_at_depth/{medium}.csv", table)
+    page = at_depths(results).rows
+    if power == 1:
+        assert table.empty
+        assert not page
+        return
+    assert power_of(results[medium].fits) == pytest.approx(power, abs=0.03)
+    assert len(page) == 1
+    assert set(table["reason_code"]) == {"", "outside-window"}
+    for depth in DEPTHS_CM:
+        part = table[table["depth_cm"] == depth]
+        lo, truth, hi = alpha_cells(part)
+        there = np.isfinite(lo)
+        force = truth * power_law(np.array(depth), power) / depth
+        assert ((lo <= force) & (force <= hi))[there].mean() > 0.9
+        assert page[0][f"_lo{depth:g}"] < page[0][f"{depth:g}"] < page[0][f"_hi{depth:g}"]
