@@ -66,6 +66,7 @@ rule checks:
     output:
         checks="results/checks/{medium}.csv",
         alpha="results/alpha/{medium}.csv",
+        peers="results/peers/{medium}.csv",
     log:
         "results/logs/checks/{medium}.log",
     conda:

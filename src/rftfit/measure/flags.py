@@ -47,7 +47,13 @@ SENTENCES = {
     "gives-back": "the medium gives energy back: look at the direction and the angles of this run",
     "channel-still": "channel {channel} does not move",
     "channel-clipped": "channel {channel} stops at {newtons:g} N",
+    "channel-silent": "channel {channel} feels nothing",
+    "channel-reversed": "channel {channel} has the opposite sign of what it must feel",
+    "rod-stronger": "the rod alone feels more than plate and rod",
     "same-readings": "same readings as {runs}",
+    "zero-drifts": "the zero drifts at rest before the stroke",
+    "surface-differs": "stress begins {mm:+.1f} mm off from that of the other runs",
+    "apart": "apart from the {beside} by {times:.1f} times the spread of such differences",
     "clock-hours": "clocks {hours:+d} h apart (time zone or daylight saving), put right",
     # flags of a cell
     "pooled-plates": "repeats are of different plates: {plates} (alpha may depend on the size)",

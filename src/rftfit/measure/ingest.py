@@ -82,7 +82,7 @@ RUN_COLUMNS: dict[str, object] = {
     **dict.fromkeys(("rows_force", "rows_motion"), 0),
     **dict.fromkeys(
         ("sample_step_s", "clock_offset_s", "clock_residual_s", "clock_se_s", "zero_var_z_N2",
-         "zero_var_x_N2", "zero_dof", "clock_hours", "clock_rest_s", "clock_drift",
+         "zero_var_x_N2", "zero_dof", "zero_trend_z_N", "zero_trend_x_N", "clock_hours", "clock_rest_s", "clock_drift",
          "clock_drift_se", "clock_explained", "surface_z_mm", "surface_se_mm",
          "surface_growth_N_per_cm",
          *(f"{channel}_{fact}" for channel in _CHANNELS for fact in ("low_N", "high_N", "held_N", "held"))),
@@ -113,7 +113,8 @@ class Trace:
     """One run in the lab frame, on the force log's clock; arrays of shape (n,).
 
     `time` in s; `x`, `z` of the intruder's reference point in cm; `angle` (beta or theta) in rad;
-    `force` (2, n) as z, x in N, its zero removed; `zero_variance` (2,) in N^2. `phase` is an index into
+    `force` (2, n) as z, x in N, its zero removed; `zero_variance` (2,) in N^2, `zero_trend` (2,) in N:
+    of `Zero`. `phase` is an index into
     `PHASES`, `why` a `RowStatus`, `rows` the data lines of force and motion log. `flags` do not stop the
     run; `alignment` and `surface` are there where they were looked for; `channels`: `_channel_facts`.
     """
@@ -128,6 +129,7 @@ class Trace:
     why: np.ndarray
     zero_variance: FloatArray
     zero_dof: float
+    zero_trend: tuple[float, float]
     clock: ClockFit
     flags: tuple[Remark, ...]
     rows: tuple[int, int]
@@ -202,7 +204,8 @@ def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
         "sample_step_s": step, "clock_offset_s": clock.offset_s,
         "clock_residual_s": clock.residual_s, "clock_se_s": clock.offset_se(step),
         "zero_var_z_N2": trace.zero_variance[0], "zero_var_x_N2": trace.zero_variance[1],
-        "zero_dof": trace.zero_dof,
+        "zero_dof": trace.zero_dof, "zero_trend_z_N": trace.zero_trend[0],
+        "zero_trend_x_N": trace.zero_trend[1],
     }  # fmt: skip
     if (found := trace.alignment) is not None:
         hours = clock.whole_hours
@@ -344,7 +347,7 @@ def _make_trace(
         flags.append(remark("stroke-saturated", count=stuck))
     return Trace(
         run, readings.time, phase, x, z, angle, force, why,
-        zero.variance, zero.dof, clock, tuple(flags), (force_log.rows, motion_log.rows),
+        zero.variance, zero.dof, zero.trend_N, clock, tuple(flags), (force_log.rows, motion_log.rows),
         alignment, surface, _channel_facts(readings.channels, in_stroke),
     )  # fmt: skip
 

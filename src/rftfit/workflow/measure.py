@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rftfit.compare.peers import compare_runs
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of
 from rftfit.measure.errors import errors_of
@@ -49,21 +50,22 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, p
     return fits, windows, book.table()
 
 
-def checks(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Put the cells of a medium together and check them: verdicts, alpha table."""
+def checks(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Put the cells of a medium together and check them: verdicts, alpha table, runs side by side."""
     import pandas as pd
 
     config = results.config
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
     tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
+    peers = compare_runs(tables["fits"], medium)
     errors, surface = errors_of(tables["fits"], config)
     level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
     grid = config.grid_of(medium)
     alpha = alpha_table(tables["fits"], medium, level, depths, errors, grid, surface)
-    found = check_medium(results.campaign, medium, tables | {"alpha": alpha})
+    found = check_medium(results.campaign, medium, tables | {"alpha": alpha, "peers": peers})
     rows = [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
     table = pd.DataFrame(rows, columns=COLUMNS)
-    return table, marked(alpha, found, marks_of(table, config.media).get(medium, ()))
+    return table, marked(alpha, found, marks_of(table, config.media).get(medium, ())), peers
 
 
 def check_logs(campaign: Campaign) -> pd.DataFrame:
