@@ -54,7 +54,7 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
     if known.empty:
         return pd.DataFrame(columns=COLUMNS)
     alpha = known[names].to_numpy(float).T
-    groups = _groups(known)
+    groups = directions_of(known)
     others, times, apart = _beside_repeats(alpha, groups)
     single = np.array([(groups == own).sum() < 3 for own in groups])
     said, of_map, far = _beside_map(known, alpha)
@@ -86,7 +86,19 @@ def _least(beta: FloatArray, gamma: FloatArray) -> FloatArray:
     return np.where(alike, np.sign(ratios[:, 0]) * np.abs(ratios).min(axis=1), 0.0)
 
 
-def _groups(runs: pd.DataFrame) -> FloatArray:
+def apart(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
+    """By how much each run that stands apart differs from what the others say, z and x, N/cm^3."""
+    rows = peers[peers["apart"].astype(bool)].to_dict("records")
+    return {
+        str(row["run_id"]): (
+            row["alpha_z_N_per_cm3"] - row["others_z_N_per_cm3"],
+            row["alpha_x_N_per_cm3"] - row["others_x_N_per_cm3"],
+        )
+        for row in rows
+    }
+
+
+def directions_of(runs: pd.DataFrame) -> FloatArray:
     """Number of the direction of each run; a level run also has a depth, since no depth is like another."""
     beta, gamma, depth = (
         runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
@@ -95,7 +107,7 @@ def _groups(runs: pd.DataFrame) -> FloatArray:
     near &= np.abs(gamma - gamma[:, None]) <= SAME_DIRECTION_DEG
     level = (gamma == 0) & np.isfinite(depth)
     near &= ~level[:, None] | (np.abs(depth - depth[:, None]) <= SAME_DEPTH_CM)
-    return near.argmax(axis=1).astype(float)
+    return np.asarray(near.argmax(axis=1), dtype=float)
 
 
 def _beside_repeats(

@@ -49,6 +49,7 @@ SENTENCES = {
     "channel-clipped": "channel {channel} stops at {newtons:g} N",
     "channel-silent": "channel {channel} feels nothing",
     "channel-reversed": "channel {channel} has the opposite sign of what it must feel",
+    "channel-gain": "channel {channel} has {times:.2g} times the noise and force of other runs",
     "rod-stronger": "the rod alone feels more than plate and rod",
     "same-readings": "same readings as {runs}",
     "zero-drifts": "the zero drifts at rest before the stroke",

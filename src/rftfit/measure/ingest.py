@@ -70,6 +70,7 @@ _NEAR_SURFACE_CM = 0.3
 _FLAT_DEG = 3.0
 _PAUSE_CM = 0.2
 _RAMP_S = 0.1
+_FEWEST_QUIET = 50
 
 SAMPLE_COLUMNS = (
     "time_s", "phase", "x_cm", "depth_cm", "angle_deg", "force_z_N", "force_x_N", "why"
@@ -85,7 +86,7 @@ RUN_COLUMNS: dict[str, object] = {
          "zero_var_x_N2", "zero_dof", "zero_trend_z_N", "zero_trend_x_N", "clock_hours", "clock_rest_s", "clock_drift",
          "clock_drift_se", "clock_explained", "surface_z_mm", "surface_se_mm",
          "surface_growth_N_per_cm",
-         *(f"{channel}_{fact}" for channel in _CHANNELS for fact in ("low_N", "high_N", "held_N", "held"))),
+         *(f"{channel}_{fact}" for channel in _CHANNELS for fact in ("low_N", "high_N", "held_N", "held", "noise_N"))),
         np.nan,
     ),
 }  # fmt: skip
@@ -353,7 +354,7 @@ def _make_trace(
 
 
 def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
-    """Range of each channel in the stroke, the longest stretch of equal readings, and a digest of all."""
+    """What each channel does in the stroke, its noise before and after it, and a digest of all readings."""
     moves = bool(np.ptp(channels, axis=1).any())
     facts: dict[str, object] = {
         "readings": hashlib.sha256(channels.tobytes()).hexdigest()[:16] if moves else ""
@@ -368,8 +369,17 @@ def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obj
             f"{name}_low_N": values.min(), f"{name}_high_N": values.max(),
             f"{name}_held_N": values[starts[longest]],
             f"{name}_held": lengths[longest] / values.size,
+            f"{name}_noise_N": _noise(readings[~in_stroke]),
         }  # fmt: skip
     return facts
+
+
+def _noise(readings: FloatArray) -> float:
+    """Standard deviation of readings from sample to sample, by second differences, jumps left out."""
+    steps = np.abs(np.diff(readings, 2))
+    return (
+        1.4826 * float(np.median(steps)) / math.sqrt(6) if steps.size > _FEWEST_QUIET else math.nan
+    )
 
 
 def _stated_zero(config: Config) -> Zero:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rftfit.compare.peers import compare_runs
+from rftfit.compare.peers import apart, compare_runs
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of
+from rftfit.measure.copies import copies_of, counted_once
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium, leg_curves
 from rftfit.measure.flags import MARKS, reason_columns
@@ -57,12 +58,17 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, p
     config = results.config
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
     tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
-    peers = compare_runs(tables["fits"], medium)
-    errors, surface = errors_of(tables["fits"], config)
+    sheet = {run.run_id: run for run in results.campaign.runs_of(medium)}
+    copies = copies_of(sheet, tables["runs"], tables["fits"], tables["tared"])
+    fits = tables["fits"] = counted_once(tables["fits"], copies)
+    peers = compare_runs(fits, medium)
+    errors, surface = errors_of(fits, config)
     level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
     grid = config.grid_of(medium)
-    alpha = alpha_table(tables["fits"], medium, level, depths, errors, grid, surface)
-    found = check_medium(results.campaign, medium, tables | {"alpha": alpha, "peers": peers})
+    alpha = alpha_table(fits, medium, level, depths, errors, grid, surface, apart(peers))
+    found = check_medium(
+        results.campaign, medium, tables | {"alpha": alpha, "peers": peers}, copies
+    )
     rows = [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
     table = pd.DataFrame(rows, columns=COLUMNS)
     return table, marked(alpha, found, marks_of(table, config.media).get(medium, ())), peers
