@@ -1,4 +1,4 @@
-"""Checks that need no fitted model: whether the numbers of a medium can be believed, and if not, why.
+"""Checks of a medium: whether its numbers can be believed, and if not, why.
 
 ``docs/theory/checks.md`` says what each check rests on and where its threshold is from.
 """
@@ -93,14 +93,15 @@ _MOST, _GAIN = 0.8, 1.5
 _DRIFT, _DRIFT_ALONE = 0.015, 0.15
 _TREND = 0.10
 _PULLED = 1.5
-_SAME_MODEL, _FEW_RUNS = 0.8, 3
+_FEW_RUNS = 3
 _SURE = 3.7
 """Standard errors of one of several numbers that are looked at together."""
 _SURFACE_CM, _LAG_S = 0.05, 0.03
 """Ordinary errors, that no verdict rests on: a bed levelled by a blade; filter of an amplifier."""
 _CURVED = 0.05
-_STEP_CM, _STEP, _MODES = 0.1, 6.0, 6.0
-"""Two levels: least difference, in standard errors along the sheet, in spreads of two heaps."""
+_STEP_CM, _STEP, _MODES, _LEAST_SPREAD, _HEAP = 0.1, 6.0, 6.0, 0.03, 0.15
+"""Two levels: least difference, in standard errors along the sheet, in spreads of two heaps; least spread, cm or ratio;
+least share of the runs."""
 
 
 @dataclass(frozen=True)
@@ -551,7 +552,9 @@ def _against_known(
             continue
         faint = np.abs(mount[place]) < _SILENT * size
         silent = faint & (np.abs(known[place]) >= _MUST_FEEL)
-        against = (np.sign(force[place]) != np.sign(known[place])) & strong[place] & ~faint
+        opposite = (np.sign(force[place]) != np.sign(known[place])) & ~faint
+        opposite &= np.abs(known[place]) >= _MUST_FEEL
+        against = opposite & strong[place]
         must = int((np.abs(known[place]) >= _MUST_FEEL).sum())
         whose = f"{name}, along {axis}," if not config.table else f"alpha_{axis}"
         if silent.sum() >= min(_LOGS, must) > 0:
@@ -562,7 +565,7 @@ def _against_known(
             )
             flags += [remark("channel-silent", run_id=run, channel=name) for run in runs]
         elif not mends and _LOGS <= against.sum() <= _MOST * strong[place].sum():
-            runs = table.loc[against, "run_id"]
+            runs = table.loc[opposite, "run_id"]
             causes.append(
                 f"{whose} has the opposite sign in {against.sum()} of {strong[place].sum()} runs that tell "
                 f"({rows_of(runs, sheet)}): look at its wires and at the motion of these runs"
@@ -570,7 +573,7 @@ def _against_known(
             flags += [remark("channel-reversed", run_id=run, channel=name) for run in runs]
         elif (
             quiet := _other_gain(
-                table[f"{name}_noise_N"], mount[place] / known[place], strong[place]
+                table[f"{name}_noise_N"], mount[place], known[place], strong[place]
             )
         ) is not None:
             times, other = quiet
@@ -584,20 +587,24 @@ def _against_known(
 
 
 def _other_gain(
-    noise: pd.Series[float], share: FloatArray, strong: npt.NDArray[np.bool_]
+    noise: pd.Series[float], force: FloatArray, known: FloatArray, strong: npt.NDArray[np.bool_]
 ) -> tuple[float, npt.NDArray[np.bool_]] | None:
     """Runs in which noise and force of a channel are both so many times those of the others."""
     size = noise.to_numpy(float)
     if not (size > 0).all():
         return None
-    other = step_or_heap(np.log(size))
-    if other is None or not (strong & other).any() or not (strong & ~other).any():
+    found = step_or_heap(np.log(size))
+    if found is None:
         return None
-    times, force = (
+    other = found[1]
+    if not (strong & other).any() or not (strong & ~other).any():
+        return None
+    share = np.abs(force / np.where(strong, known, 1.0))
+    times, more = (
         float(np.median(of[strong & other]) / np.median(of[strong & ~other]))
-        for of in (size, np.abs(share))
+        for of in (size, share)
     )
-    alike = force > 0 and abs(math.log(force / times)) < 0.5 * abs(math.log(times))
+    alike = more > 0 and abs(math.log(more / times)) < 0.5 * abs(math.log(times))
     return (times, other) if alike and abs(math.log(times)) > math.log(_GAIN) else None
 
 
@@ -735,7 +742,10 @@ def check_surface(
         found += f", {10 * (off - late):+.1f} mm in pulls straight up"
         allowed += f", by the surface {10 * _SURE * off_se:.1f} mm, by a lag {_SURE * late_se / speed:.2f} s"
     line = _check_linearity(known[pushes])
-    heaps = _two_levels(known[pushes], start[pushes], sheet)
+    sharp = error < _STEP_CM / 2
+    heaps = _two_levels(
+        known[sharp], start[sharp], sine[sharp], speed, sheet, line.verdict == FAILED
+    )
     if heaps is not None:
         return _judged("surface", False, found, allowed, heaps[0], *heaps[1]), line
     said = []
@@ -744,12 +754,19 @@ def check_surface(
             f"The force log is {'late' if late > 0 else 'early'} against the motion log by about "
             f"{abs(late) / speed:.1g} s ({found}): look at the clocks and filters of both."
         )
-    elif wrong and line.verdict == FAILED:
-        # a line through curved stress has a start that is no surface
-        told = "stress is curved, so where a line through it begins tells nothing of the surface"
-        return Check("surface", NOT_CHECKED, told), line
     if is_off or (wrong and not is_late):
-        said.append(_surface_or_curve(known[pushes], found))
+        misfit = known[pushes]["power_misfit_z_ratio"].dropna().to_numpy(float)
+        surface = f"the surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
+        if misfit.size and float(np.mean(misfit > 1)) < _clear_share(misfit.size):
+            # a line through curved stress has a start that is no surface
+            told = (
+                "stress looks curved, so where a line through it begins does not tell the surface"
+            )
+            if line.verdict != FAILED:
+                either = f"{line.found[0].upper()}{line.found[1:]}, or {surface}. These logs do not tell the two apart."
+                line = replace(line, verdict=FAILED, sentence=either)
+            return Check("surface", NOT_CHECKED, told), line
+        said.append(f"{surface[0].upper()}{surface[1:]}.")
     return _judged("surface", not said, found, allowed, " ".join(said)), line
 
 
@@ -774,50 +791,67 @@ def _offset_and_lag(
 
 
 def _two_levels(
-    pushes: pd.DataFrame, start: FloatArray, sheet: Mapping[str, Run]
+    strokes: pd.DataFrame,
+    start: FloatArray,
+    sine: FloatArray,
+    speed: float,
+    sheet: Mapping[str, Run],
+    curved: bool,
 ) -> tuple[str, list[Remark]] | None:
-    """Name the runs whose stress begins at another depth than that of the others; None where all are alike."""
-    names = pushes["run_id"].to_numpy()
+    """Name the runs whose surface or whose lag is not that of the others; None where all are alike."""
+    names = strokes["run_id"].to_numpy()
     order = np.argsort([sheet[name].row for name in names], kind="stable")
-    names, start = names[order], start[order]
-    # in curved stress a line begins the deeper the deeper it ends
-    deep = pushes["depth_to_cm"].to_numpy(float)[order]
-    if np.ptp(deep) > 0:
+    names, start, sine = names[order], start[order], sine[order]
+    deep = strokes["depth_to_cm"].to_numpy(float)[order]
+    if curved and np.ptp(deep) > 0:
         from scipy.stats import theilslopes
 
+        # a line through curved stress begins the deeper the deeper it ends
         start = start - theilslopes(start, deep).slope * (deep - np.median(deep))
-    other = step_or_heap(start)
-    if other is None:
+    kinds = {"surface": step_or_heap(start), "lag": step_or_heap(start / sine)}
+    found = {name: one for name, one in kinds.items() if one is not None}
+    if not found:
         return None
-    gap = float(np.median(start[other]) - np.median(start[~other]))
+    kind = max(found, key=lambda name: found[name][0])
+    other = found[kind][1]
+    values = start if kind == "surface" else start / sine
+    gap = float(np.median(values[other]) - np.median(values[~other]))
     if abs(gap) < _STEP_CM:
         return None
     runs = names[other]
-    said = (
-        f"Stress of pushes begins {10 * abs(gap):.1f} mm {'deeper' if gap > 0 else 'higher'} in {other.sum()} of "
-        f"{other.size} runs than in the others ({rows_of(runs, sheet)}): look at surface_z_mm and at the "
-        "clocks of these runs."
-    )
-    return said, [remark("surface-differs", run_id=run, mm=10 * gap) for run in runs]
+    count = f"in {other.sum()} of {other.size} runs than in the others ({rows_of(runs, sheet)})"
+    if kind == "surface":
+        way = "deeper" if gap > 0 else "higher"
+        said = f"Stress begins {10 * abs(gap):.1f} mm {way} {count}: look at surface_z_mm of these runs."
+    else:
+        way = "later" if gap > 0 else "earlier"
+        said = f"The force log is {abs(gap) / speed:.2g} s {way} {count}: look at the clocks of these runs."
+    return said, [remark(f"{kind}-differs", run_id=run, gap=10 * gap if kind == "surface" else gap / speed)
+                  for run in runs]  # fmt: skip
 
 
-def step_or_heap(values: FloatArray) -> npt.NDArray[np.bool_] | None:
+def step_or_heap(
+    values: FloatArray, floor: float = _LEAST_SPREAD
+) -> tuple[float, npt.NDArray[np.bool_]] | None:
     """Tell which of some values, in order, lie on a second level: after a step, or in a heap of their own.
 
-    The smaller part, or of two equal ones that which is farther from 0; None where there is one level.
+    The smaller part, or of two equal ones that which is farther from 0, with how clear it is; None where
+    there is one level. `floor`: No spread is taken to be less.
     """
     count = values.size
-    if count < 2 * _FEW_RUNS + 2:
+    fewest = max(_FEW_RUNS + 1, math.ceil(_HEAP * count))
+    if count < 2 * fewest:
         return None
     best: tuple[float, npt.NDArray[np.bool_]] = (0.0, np.zeros(count, dtype=bool))
     ranks = np.empty(count, dtype=int)
     ranks[np.argsort(values, kind="stable")] = np.arange(count)
     for place, least, errors in ((np.arange(count), _STEP, True), (ranks, _MODES, False)):
-        for split in range(_FEW_RUNS, count - _FEW_RUNS + 1):
+        for split in range(fewest, count - fewest + 1):
             part = place >= split
             middles = np.median(values[part]), np.median(values[~part])
             rest = np.abs(values - np.where(part, *middles))
-            spread = 1.4826 * max(float(np.median(rest[part])), float(np.median(rest[~part])))
+            middle = max(float(np.median(rest[part])), float(np.median(rest[~part])))
+            spread = max(1.4826 * middle, floor)
             scale = spread * (
                 math.sqrt(1 / part.sum() + 1 / (~part).sum()) * 1.2533 if errors else 1
             )
@@ -829,7 +863,8 @@ def step_or_heap(values: FloatArray) -> npt.NDArray[np.bool_] | None:
     part = best[1]
     sizes = part.sum(), (~part).sum()
     farther = abs(np.median(values[part])) >= abs(np.median(values[~part]))
-    return part if sizes[0] < sizes[1] or (sizes[0] == sizes[1] and farther) else ~part
+    first = sizes[0] < sizes[1] or (sizes[0] == sizes[1] and farther)
+    return best[0], part if first else ~part
 
 
 def _median(values: FloatArray) -> tuple[float, float]:
@@ -850,25 +885,17 @@ def _check_linearity(pushes: pd.DataFrame) -> Check:
         return Check("linearity", NOT_CHECKED, "too few pushes with a power of their own")
     share = float(np.mean(misfit < 1))
     found = f"stress of pushes grows as about depth^{power:.2f}, a power fits {share:.0%} of them better than a line"
-    most = max(_CURVED, _SURE * se)
-    allowed = f"depth^{1 - most:.2f} to depth^{1 + most:.2f}, or no more than {_SAME_MODEL:.0%} fitted better by a power"
+    most, clear = max(_CURVED, _SURE * se), _clear_share(misfit.size)
+    allowed = f"depth^{1 - most:.2f} to depth^{1 + most:.2f}, or less than {clear:.0%} fitted better by a power"
     said = (
         f"Stress is not proportional to depth ({found}): a line through zero depends on its window."
     )
-    return _judged("linearity", abs(power - 1) <= most or share < _SAME_MODEL, found, allowed, said)
+    return _judged("linearity", abs(power - 1) <= most or share < clear, found, allowed, said)
 
 
-def _surface_or_curve(pushes: pd.DataFrame, found: str) -> str:
-    """Say what an offset of the stress comes from: an error of the surface, or this or curvature."""
-    misfit = pushes["power_misfit_z_ratio"].dropna().to_numpy(float)
-    surface = f"the surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
-    share = float(np.mean(misfit > 1)) if misfit.size >= _FEW_RUNS else 0.5
-    if share >= _SAME_MODEL or not misfit.size:
-        return f"{surface[0].upper()}{surface[1:]}."
-    curved = (
-        f"Stress grows as about depth^{pushes['exponent_z'].median():.2f}, not in proportion to it"
-    )
-    return f"{curved}, or {surface}. These logs do not tell the two apart."
+def _clear_share(runs: int) -> float:
+    """Share of runs that has to speak for one of two models: two standard errors above a half."""
+    return min(0.5 + 1 / math.sqrt(max(runs, 1)), 0.95)
 
 
 def check_steadiness(tables: Tables) -> Check:

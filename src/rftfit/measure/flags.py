@@ -53,7 +53,8 @@ SENTENCES = {
     "rod-stronger": "the rod alone feels more than plate and rod",
     "same-readings": "same readings as {runs}",
     "zero-drifts": "the zero drifts at rest before the stroke",
-    "surface-differs": "stress begins {mm:+.1f} mm off from that of the other runs",
+    "surface-differs": "stress begins {gap:+.1f} mm off from that of the other runs",
+    "lag-differs": "the force log is {gap:+.2f} s off from those of the other runs",
     "apart": "apart from the {beside} by {times:.1f} times the spread of such differences",
     "clock-hours": "clocks {hours:+d} h apart (time zone or daylight saving), put right",
     # flags of a cell

@@ -376,10 +376,12 @@ def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obj
 
 def _noise(readings: FloatArray) -> float:
     """Standard deviation of readings from sample to sample, by second differences, jumps left out."""
-    steps = np.abs(np.diff(readings, 2))
-    return (
-        1.4826 * float(np.median(steps)) / math.sqrt(6) if steps.size > _FEWEST_QUIET else math.nan
-    )
+    steps = np.sort(np.abs(np.diff(readings, 2)))
+    if steps.size < _FEWEST_QUIET:
+        return math.nan
+    # of a normal number the smaller nine tenths have 0.789 of the root mean square of all
+    inner = steps[: round(0.9 * steps.size)]
+    return float(np.sqrt(np.mean(inner**2))) / (0.789 * math.sqrt(6))
 
 
 def _stated_zero(config: Config) -> Zero:
