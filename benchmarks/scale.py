@@ -52,13 +52,16 @@ def template(raw: Path) -> list[Any]:
     """Write the plate and rod runs of one published medium; their logs are copied later."""
     from rftfit.campaign.load import load_campaign
     from rftfit.lab import rig
-    from rftfit.lab.enact import Job, write_runs
+    from rftfit.lab.enact import run_logs
     from rftfit.lab.plan import plan_runs
+    from rftfit.store import write_bytes
 
     rig.FORCE_HZ, rig.MOTION_HZ = RATE * rig.FORCE_HZ, RATE * rig.MOTION_HZ
     config = load_campaign(CONFIG).config
     runs = [run for run in plan_runs(config, ["poppy_LP"]) if run.kind in ("plate", "rod")]
-    write_runs(Job(config, raw, 2013, tuple((run, ()) for run in runs)))
+    for run in runs:
+        for name, content in run_logs(run, config, 2013).items():
+            write_bytes(raw / name, content or b"")
     return runs
 
 

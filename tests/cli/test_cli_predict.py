@@ -404,7 +404,7 @@ def test_a_fit_that_is_missing(rftfit: Callable[..., Said], here: Path) -> None:
         said = rftfit("predict", *words)
         assert said.code == 0
         for text in (said.err, json.loads(said.out)["reason"]):
-            assert "measured cells" in text
+            assert "measured directions" in text
         assert math.isnan(read_forces(here / "forces.csv")["force_z_N"][135])
         assert "null" in said.out
 

@@ -41,3 +41,30 @@ def flat(alpha: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
     """alpha_z and alpha_x of shape (..., 7, 13) as cells, shape (..., 91)."""
     z, x = (np.asarray(part).reshape(*np.shape(part)[:-2], 91) for part in alpha)
     return z, x
+
+
+def by_hand(
+    beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
+) -> FloatArray:
+    """Unweighted least squares of the nine terms, written out: one row a direction that was measured."""
+    found = []
+    for alpha, terms in ((alpha_z, _lift), (alpha_x, _drag)):
+        rows: dict[tuple[float, float], tuple[list[float], list[float]]] = {}
+        for b, g, value in zip(beta, gamma, alpha, strict=True):
+            place = round(np.degrees(b), 6) % 180, round(np.degrees(g), 6) % 360
+            if np.isfinite(value):
+                rows.setdefault((round(place[0], 6), round(place[1], 6)), (terms(b, g), []))[
+                    1
+                ].append(value)
+        design, values = zip(*rows.values(), strict=True)
+        means = [np.mean(cells) for cells in values]
+        found.append(np.linalg.lstsq(np.array(design), np.array(means), rcond=None)[0])
+    return np.concatenate(found)
+
+
+def _lift(b: float, g: float) -> list[float]:
+    return [1, np.cos(2 * b), np.sin(2 * b + g), np.sin(g), np.sin(-2 * b + g)]
+
+
+def _drag(b: float, g: float) -> list[float]:
+    return [np.cos(2 * b + g), np.cos(g), np.cos(-2 * b + g), np.sin(2 * b)]

@@ -11,7 +11,7 @@ from foreign_logs import daq, instron, lvm, netft, rostopic
 
 from rftfit.campaign.config import ForceLog, TextFormat
 from rftfit.errors import InputError
-from rftfit.logs import rosbag, tabular, tdms
+from rftfit.logs import base, rosbag, tdms
 from rftfit.logs.base import FINITE, LogError, check_size
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect, source_reader
@@ -115,8 +115,8 @@ def test_workbooks_and_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     book, table = tmp_path / "log.xlsx", tmp_path / "log.parquet"
     pd.DataFrame([[1.0, 2.0], [3.0, 4.0]]).to_excel(book, index=False, header=False)
     refused(dialect("xlsx"), book, book.read_bytes(), "header")
-    monkeypatch.setattr(tabular, "MAX_UNPACKED", 100)
-    refused(dialect("xlsx"), book, book.read_bytes(), "too_large", "at most 0.0001 MB")
+    monkeypatch.setattr(base, "MOST_UNPACKED", 100)
+    refused(dialect("xlsx"), book, book.read_bytes(), "too_large", "allowed: 0 MB")
     pd.DataFrame({"name": ["a", "b"]}).to_parquet(table)
     refused(dialect("parquet"), table, table.read_bytes(), "header")
 

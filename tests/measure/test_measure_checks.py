@@ -445,7 +445,7 @@ def test_size_passes_what_nobody_expected_and_says_so() -> None:
 
 
 def runs(*names: str, **facts: Any) -> dict[str, Any]:
-    plate = {"kind": "plate", "tare_run": "rod", "direction": "intrusion", "force_log": ""}
+    plate = {"kind": "plate", "tare_run": "rod", "direction": "intrusion", "intruder": ""}
     return {name: SimpleNamespace(**plate | facts | {"force_log": name}) for name in names}
 
 
@@ -499,7 +499,7 @@ def test_copies_are_told_from_runs_of_one_file() -> None:
     by_id["d"].force_log = "c"
     table = pd.DataFrame({"run_id": list(by_id), "readings": ["1", "1", "2", "2", "3", "3"]})
     # c and d are one file by the sheet, the rods may be copies
-    assert same_readings(by_id, table) == {"a": ("b",), "b": ("a",)}
+    assert same_readings(by_id, table) == {"a": ("b",), "b": ("a",), "c": (), "d": ()}
     # of a log that says nothing there is no digest
     assert same_readings(by_id, table.assign(readings="")) == {}
 
@@ -691,8 +691,11 @@ def test_copies_are_listed_with_what_they_are_copies_of() -> None:
         tuple(remark("same-readings", run_id=run, runs=others)
               for run, others in (("b", "c, d"), ("c", "b, d"), ("d", "b, c"))),
     )  # fmt: skip
-    assert check_logs(runs("a"), {}) == Check(
+    assert check_logs(runs("a"), {"a": ()}) == Check(
         "same_logs", "passed", "no log is there twice", "each log once"
+    )
+    assert check_logs(runs("a"), {}) == Check(
+        "same_logs", "not checked", "no run has enough readings to tell a copy by"
     )
     # legs are runs too
     turning = runs("a", "b", kind="leg")

@@ -13,13 +13,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from light_campaign import alpha_frame
-from paper_grid import BETA, GAMMA
+from paper_grid import BETA, GAMMA, by_hand
 
 import rftfit
 from rftfit import reference
 from rftfit.errors import InputError
 from rftfit.model.draws import interval, measured_profile
-from rftfit.model.fourier import fit_lsq
 from rftfit.model.profile_file import read_content
 from rftfit.model.profile_schema import ProfileFile, main
 from rftfit.reference import MEDIA
@@ -122,15 +121,26 @@ def test_another_program_may_count_the_signs_the_other_way(written: Path, tmp_pa
     same_forces(rftfit.read_profile(written), rftfit.read_profile(tmp_path / "p.json"))
 
 
-def test_nine_terms_are_those_of_the_cells(tmp_path: Path) -> None:
-    truth = [0.2, 0.15, 0.2, 0.35, 0.06, -0.1, 0.25, 0.004, 0.1]
-    z, x = rftfit.FourierProfile(truth).alpha(BETA, GAMMA)
-    rftfit.write_profile(tmp_path / "p.json", rftfit.TableProfile(z, x, BETA, GAMMA))
-    terms = [*read(tmp_path / "p.json")["nine_terms"].values()]
-    keep = np.abs(truth) > 0.05 * truth[0]
-    assert terms[7] == 0
-    assert keep.sum() == 8
-    np.testing.assert_allclose(terms, fit_lsq(BETA, GAMMA, z, x, keep), rtol=0, atol=1e-12)
+@pytest.mark.parametrize("case", ["grid", "holes", "scattered"])
+def test_nine_terms_are_those_of_what_was_measured(case: str, tmp_path: Path) -> None:
+    """Neither what symmetry completes nor what is interpolated between the cells has a weight."""
+    random = np.random.default_rng(8)
+    truth = [0.2, 0.15, 0.2, 0.35, 0.06, -0.1, 0.25, 0.05, 0.1]
+    cells = np.array([BETA, GAMMA]) if case != "scattered" else random.uniform(-1.5, 1.5, (2, 60))
+    alpha = random.normal(rftfit.FourierProfile(truth).alpha(*cells), 0.01)
+    if case == "holes":
+        alpha[:, [0, 12, 13, 40, 90]] = np.nan
+    first, again = tmp_path / "first.json", tmp_path / "again.json"
+    table = rftfit.TableProfile(*alpha, *cells)
+    table.spread = rftfit.TableProfile(*np.stack([alpha, 1.1 * alpha, 0.9 * alpha], axis=1), *cells)
+    rftfit.write_profile(first, table)
+    wanted = by_hand(*cells, *alpha)
+    np.testing.assert_allclose([*read(first)["nine_terms"].values()], wanted, rtol=1e-6)
+    assert read(first)["zeta"]["value"] == pytest.approx(wanted[:5].sum(), rel=1e-6)
+    assert read(first)["zeta"]["hi"] == pytest.approx(1.095 * wanted[:5].sum(), rel=1e-6)
+    if case == "grid":
+        rftfit.write_profile(again, rftfit.read_profile(first))
+        np.testing.assert_allclose([*read(again)["nine_terms"].values()], wanted, rtol=1e-6)
 
 
 def test_a_measured_table_comes_back(paper_config: Config, tmp_path: Path) -> None:

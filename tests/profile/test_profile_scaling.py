@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 import pytest
-from paper_grid import BETA, GAMMA
+from paper_grid import BETA, GAMMA, by_hand
 
 from rftfit import reference
 from rftfit.compare.coefficients import penetration_row
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import codes_of, remark
 from rftfit.model import fourier
-from rftfit.model.draws import alpha_draws, interval
+from rftfit.model.draws import alpha_draws, draws_of, interval
 from rftfit.model.scaling import (
     ALL_METHODS,
     AS_PRINTED,
@@ -154,6 +154,12 @@ def test_fit_media(paper_config: Config) -> None:
         )
         if fit.method == AS_PRINTED:
             assert (fit.keep == printed).all()
+        if fit.method == "lsq" and fit.keep.all():
+            # the errors of the terms follow from the weights of the fit
+            for draw, *alpha in zip(
+                fit.draws[:3], *draws_of(fit.table, paper_config), strict=False
+            ):
+                np.testing.assert_allclose(draw, by_hand(BETA, GAMMA, *alpha), rtol=1e-6)
 
 
 def test_fit_media_with_empty_cells(paper_config: Config) -> None:
@@ -361,10 +367,10 @@ def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config: Config) -> 
     table.loc[table["beta_deg"] != 0, names] = np.nan
     few = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
     assert (few.medium, few.method) == ("poppy_LP", "lsq")
-    assert "12 measured cells do not tell 5 terms apart" in few.reason
+    assert "12 measured directions do not tell 5 terms apart" in few.reason
     table[names] = np.nan
     none = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
-    assert none.reason == "0 measured cells are too few for 5 terms"
+    assert none.reason == "0 measured directions are too few for 5 terms"
 
 
 def test_few_degrees_of_freedom_of_alpha_are_those_of_its_coefficients(

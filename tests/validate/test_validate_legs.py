@@ -203,12 +203,12 @@ def test_the_papers_statements_are_met_or_named(config: Config, predicted: pd.Da
     assert items["palms29: drop of measured c-leg peak lift by sieving, %"].verdict == "same"
     stem = "c-leg's peak lift overpredicted by the scaled generic profile, zeta ="
     for sand in slopes:
-        # 35 % rests on zeta = 0.88 alpha; by the text's 0.8 it is 23 to 25 %
-        ours = items[f"{sand}: {stem} 0.883 alpha_z (ours), %"]
+        # 35 % rests on zeta = 0.89 alpha; by the text's 0.8 it is 25 to 26 %
+        ours = items[f"{sand}: {stem} 0.889 alpha_z (ours), %"]
         texts = items[f"{sand}: {stem} 0.8 alpha_z (the text's), %"]
         assert (ours.verdict, texts.verdict) == ("same", "differs")
         assert isinstance(texts.ours, float)
-        assert 23 < texts.ours < 25
+        assert 24.5 < texts.ours < 26.5
     # both components count, as the paper's sentence has them
     within = items["c-leg: media with peak lift and thrust within 10 % (measured table)"]
     assert (within.ours, within.verdict) == (1, "differs")

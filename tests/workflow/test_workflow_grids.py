@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from campaigns import Folder, make_campaign
+from paper_grid import by_hand
 
 import rftfit
 from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import both, directions
-from rftfit.model.fourier import basis
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -59,18 +59,10 @@ def test_every_scattered_direction_is_measured(scattered: Folder) -> None:
 
 
 def test_coefficients_are_least_squares_over_the_forty(scattered: Folder) -> None:
-    """A push straight down with a level plate is its own mirror image: half the weight of others."""
     table = scattered.table("alpha/poppy_LP.csv")
-    beta, gamma = directions(table)
-    root = np.where(
-        (np.abs(np.sin(2 * beta)) < 1e-9) & (np.abs(np.cos(gamma)) < 1e-9), 1, np.sqrt(2)
-    )
-    full = [
-        np.linalg.lstsq(terms.T * root[:, None], alpha * root, rcond=None)[0]
-        for terms, alpha in zip(basis(beta, gamma), both(table), strict=True)
-    ]
+    full = by_hand(*directions(table), *both(table))
     rows = scattered.table("coefficients.csv").query("method == 'lsq' and medium == 'poppy_LP'")
-    part = np.abs(np.concatenate(full)) / abs(full[0][0])
+    part = np.abs(full) / abs(full[0])
     np.testing.assert_allclose(rows["relative_to_A00"], part, rtol=1e-4)
     assert rows["value_N_per_cm3"].notna().all()
     transform = scattered.table("coefficients.csv").query("method == 'dft-index'")

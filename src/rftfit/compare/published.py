@@ -234,14 +234,14 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
 
 
 def _uneven_steps(values: pd.DataFrame) -> list[Item]:
-    """What the transform, which takes the steps of gamma for even, makes of the two large terms."""
+    """What the transform, with steps of gamma taken for even and mirror images, makes of the two large terms."""
     known = values[values["coefficient"].isin(["A00", "B01"]) & (values["medium"] != GENERIC)]
     known = known.assign(of=known["medium"] + " " + known["coefficient"])
     both = known.pivot_table(index="of", columns="method", values="value_N_per_cm3")
     if not {"lsq", "dft-index"} <= set(both.columns):
         return []
     change = 100 * (both["lsq"] / both["dft-index"] - 1)
-    item = "uneven steps of gamma: largest change of A00 and B01 by least squares at the true angles, %"
+    item = "uneven steps and mirror images: largest change of A00 and B01 by least squares at the true angles, %"
     return [stated(item, "supplement, Fourier transform", "small errors", float(change.abs().max()),
                    INCONSISTENT, TEXT, _listed(change))]  # fmt: skip
 

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import io
+import math
+import struct
+import zipfile
+import zlib
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
@@ -11,6 +16,7 @@ from rftfit.logs.base import (
     LogError,
     RatedReader,
     check_size,
+    check_unpacked,
     file_errors,
     ns_to_s,
     package_needed,
@@ -18,7 +24,7 @@ from rftfit.logs.base import (
 from rftfit.logs.units import names_and_units, unit_word
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterable, Iterator
     from pathlib import Path
 
     from rftfit.conventions import FloatArray
@@ -29,6 +35,11 @@ MOST_COLUMNS = 64
 _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
     b"\x89HDF\r\n\x1a\n", b"\x93NUMPY", b"PK\x03\x04", b"MATLAB 5.0", b"MATLAB 7.3",
 )  # fmt: skip
+
+_DEFLATE, _CHECKSUMS = 1, 64
+"""Number of a filter of HDF5; the bytes by which checksums make a block larger."""
+_MATRIX, _PACKED = 14, 15
+"""Kinds of elements in a MATLAB 5 file."""
 
 Column = tuple[np.ndarray, str]
 """Values, of shape (n,), and the unit that the file states."""
@@ -93,16 +104,25 @@ def _columns(path: Path, head: bytes) -> Iterator[tuple[str, Column]]:
     if head.startswith(_MAT5):
         from scipy.io import loadmat
 
+        _check_mat5(path)
         # as they were saved: structs as records, nothing squeezed
         for name, value in loadmat(path).items():
             if not name.startswith("__"):
                 yield from _of_array(name, value)
-    elif head.startswith((_NPY, _NPZ)):
+    elif head.startswith(_NPY):
         with path.open("rb") as file:
-            content = np.load(file, allow_pickle=False)
-            single = isinstance(content, np.ndarray)
-            for name in [""] if single else content.files:
-                yield from _of_array(name, content if single else content[name])
+            check_unpacked(path, _npy_size(file))
+            file.seek(0)
+            yield from _of_array("", np.load(file, allow_pickle=False))
+    elif head.startswith(_NPZ):
+        with zipfile.ZipFile(path) as archive:
+            names = [name for name in archive.namelist() if name.endswith(".npy")]
+            check_unpacked(path, sum(_npy_size(archive.open(name)) for name in names))
+            for name in names:
+                # as many numbers as its header says, whatever the archive holds
+                with archive.open(name) as member:
+                    array = np.lib.format.read_array(member, allow_pickle=False)
+                yield from _of_array(name.removesuffix(".npy"), array)
     elif head.startswith((_HDF5, _MAT7)):
         yield from _of_hdf5(path)
     else:
@@ -115,22 +135,148 @@ def _of_hdf5(path: Path) -> Iterator[tuple[str, Column]]:
     except ImportError:
         what = "HDF5 files and .mat of version 7.3"
         raise package_needed(path, what, "h5py", "hdf5") from None
-    datasets: list[tuple[str, Any]] = []
+    datasets: dict[str, Any] = {}
 
     def visit(name: str, item: Any) -> None:
-        # MATLAB keeps what its references lead to in a group of its own
-        if isinstance(item, h5py.Dataset) and not name.startswith("#"):
-            datasets.append((name, item))
+        # no link to another file is followed
+        if isinstance(item, h5py.Dataset):
+            datasets[name] = item
 
     with h5py.File(path, "r") as file:
         file.visititems(visit)
-        for name, item in datasets:
-            kind = item.attrs.get("MATLAB_class", b"")
-            table = len(item.shape) == 1 or min(item.shape, default=0) in range(1, MOST_COLUMNS + 1)
-            if table and item.dtype.kind in "biufV" and kind != b"char":
-                unit = item.attrs.get("unit", item.attrs.get("units", ""))
-                text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
-                yield from _of_array(name.replace("/", "."), item[()], unit_word(text))
+        for name, item in datasets.items():
+            if others := _others(item, datasets):
+                raise LogError(
+                    "other_file",
+                    f"{path}: the values of {name!r} are in another file, {', '.join(map(repr, others))}; "
+                    "allowed: values in the log itself (external storage and virtual datasets: "
+                    "h5repack -l CONTI OLD NEW)",
+                )
+        # MATLAB keeps what its references lead to in a group of its own
+        read = [
+            (name, item)
+            for name, item in datasets.items()
+            if not name.startswith("#") and _is_table(item)
+        ]
+        check_unpacked(path, sum(_unpacked(item.shape, item.dtype) for _, item in read))
+        for name, item in read:
+            _check_chunks(path, item)
+            unit = item.attrs.get("unit", item.attrs.get("units", ""))
+            text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
+            yield from _of_array(name.replace("/", "."), item[()], unit_word(text))
+
+
+def _others(item: Any, own: Collection[str]) -> list[str]:
+    """Name what a dataset takes its values from, but for the `own` datasets of its file."""
+    found = [name for name, _, _ in item.external or ()]
+    for source in item.virtual_sources() if item.is_virtual else ():
+        # of its own file too, a path may go through a link to another one
+        if source.file_name != ".":
+            found.append(source.file_name)
+        elif source.dset_name.strip("/") not in own:
+            found.append(source.dset_name)
+    return list(dict.fromkeys(found))
+
+
+def _is_table(item: Any) -> bool:
+    shape = item.shape or ()  # None of a dataset without values
+    wide = [length for length in shape if length > 1]
+    few = len(wide) < 2 or (len(wide) == 2 and min(wide) <= MOST_COLUMNS)
+    number = item.dtype.kind in "biufV" and item.attrs.get("MATLAB_class", b"") != b"char"
+    return bool(shape) and few and number
+
+
+# --- What arrays take in memory, by what the file says of them, before they are read
+
+
+def _unpacked(shape: Iterable[int], dtype: np.dtype[Any]) -> int:
+    """Bytes of an array, as it is read and as numbers of eight bytes, whichever are more."""
+    return math.prod(map(int, shape)) * max(dtype.itemsize, 8 * _numbers(dtype))
+
+
+def _numbers(dtype: np.dtype[Any]) -> int:
+    """Numbers in one element: those of its fields."""
+    if dtype.subdtype:
+        inner, shape = dtype.subdtype
+        return math.prod(shape) * _numbers(inner)
+    return sum(_numbers(dtype[name]) for name in dtype.names) if dtype.names else 1
+
+
+def _npy_size(file: Any) -> int:
+    one = np.lib.format.read_magic(file) == (1, 0)
+    header = np.lib.format.read_array_header_1_0 if one else np.lib.format.read_array_header_2_0
+    shape, _, dtype = header(file)
+    return _unpacked(shape, dtype)
+
+
+def _check_chunks(path: Path, item: Any) -> None:
+    """Refuse a dataset with a block that unpacks to more than a block holds: the library unpacks it all."""
+    block = math.prod(item.chunks or (0,)) * item.dtype.itemsize
+    check_unpacked(path, block)
+    plan = item.id.get_create_plist()
+    filters = [plan.get_filter(number)[0] for number in range(plan.get_nfilters())]
+    for number in range(item.id.get_num_chunks() if _DEFLATE in filters else 0):
+        place = item.id.get_chunk_info(number).chunk_offset
+        left_out, content = item.id.read_direct_chunk(place)
+        if left_out >> filters.index(_DEFLATE) & 1:
+            continue
+        unpacked = zlib.decompressobj().decompress(content, block + _CHECKSUMS + 1)
+        if len(unpacked) > block + _CHECKSUMS or filters.count(_DEFLATE) > 1:
+            text = f"a block of {item.name!r} unpacks to more than its size, {block} bytes"
+            raise LogError("damaged", f"{path}: {text}")
+
+
+class _Inflated(io.RawIOBase):
+    """The next `size` bytes of a file, unpacked as they are read."""
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        self._file, self._left, self._zip = file, size, zlib.decompressobj()
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        got = b""
+        while not got and not self._zip.eof:
+            packed = self._zip.unconsumed_tail
+            if not packed:
+                packed = self._file.read(min(self._left, len(buffer)))
+                self._left -= len(packed)
+                if not packed:
+                    break
+            got = self._zip.decompress(packed, len(buffer))
+        buffer[: len(got)] = got
+        return len(got)
+
+
+def _check_mat5(path: Path) -> None:
+    """Refuse a MATLAB file by what it holds unpacked, and by the dimensions that its matrices state."""
+    with path.open("rb") as file:
+        order = "<" if file.read(128)[126:] == b"IM" else ">"
+        stated = unpacked = 0
+        while len(tag := file.read(8)) == 8:
+            kind, size = struct.unpack(f"{order}II", tag)
+            end = file.tell() + size
+            packed = kind == _PACKED
+            inside = io.BufferedReader(_Inflated(file, size)) if packed else file
+            place = 0 if packed else 1  # in a matrix: its kind, its dimensions, all else
+            while (packed or file.tell() < end) and len(tag := inside.read(8)) == 8:
+                kind, size = struct.unpack(f"{order}II", tag)
+                if kind == _MATRIX:  # those inside of a struct or cell follow as such, too
+                    place = 1
+                    continue
+                size = 0 if kind >> 16 else size + -size % 8  # four bytes stand in the tag
+                if place == 2:
+                    sizes = np.frombuffer(inside.read(min(size, 256)), f"{order}u4").tolist()
+                    stated += 8 * math.prod(sizes)
+                    size -= 4 * len(sizes)
+                    check_unpacked(path, stated)
+                place += 1
+                while size > 0 and (part := inside.read(min(size, 1 << 16))):
+                    size -= len(part)
+                    unpacked += len(part)
+                    check_unpacked(path, unpacked)
+            file.seek(end)
 
 
 def _of_array(path: str, value: Any, unit: str = "") -> Iterator[tuple[str, Column]]:

@@ -36,6 +36,9 @@ MOST_WORKERS = 4
 HEAD_BYTES = 65536
 """How much of a file a reader sees when it is asked whether it knows it."""
 
+MOST_UNPACKED = 1 << 30
+"""Bytes that a log may have when it is unpacked; a number has eight, however few the file gives it."""
+
 
 class LogError(InputError):
     """A log that cannot be used at all; the text says what was found and what is allowed.
@@ -275,6 +278,13 @@ def check_size(path: Path, most: int = 2 << 30) -> None:
     """Refuse a file of more than `most` bytes; the default is what can be read as a whole."""
     if path.stat().st_size > most:
         raise LogError("too_large", f"{path}: larger than {most >> 20} MB; split it")
+
+
+def check_unpacked(path: Path, size: float) -> None:
+    """Refuse a log whose content takes more than `MOST_UNPACKED` bytes: a small file can unpack to any size."""
+    if size > MOST_UNPACKED:
+        found = f"{size / 1e6:.0f} MB or more when unpacked; allowed: {MOST_UNPACKED / 1e6:.0f} MB"
+        raise LogError("too_large", f"{path}: {found}: export only the columns of one run")
 
 
 def number_or_zero(text: str) -> float:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.logs.base import Log, LogError, Reader, ns_to_s
+from rftfit.logs.base import Log, LogError, Reader, check_unpacked, ns_to_s
 from rftfit.logs.delimited import is_units_row
 from rftfit.logs.stamps import of_moment, seconds_of
 from rftfit.logs.text import NUMBER
@@ -25,11 +25,12 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Self
 
-MAX_UNPACKED = 4_000_000_000
 MOST_ROWS = 1_048_576
 _HEADER_ROWS = 60
 _PLAIN = frozenset({float, int})
 _ROWS_AT_A_TIME = 50_000
+_TREES, _TREE = (".rels", "styles.xml", "workbook.xml", "[Content_Types].xml"), 100
+"""Parts of a workbook that the library reads as a whole, and how many times their size that takes."""
 _NUMBERS_AT_A_TIME = 1 << 22  # so that a table of many columns takes no more memory
 
 
@@ -89,13 +90,10 @@ def _sheet_blocks(path: Path, wanted: str) -> Iterator[Log]:
     openpyxl: Any = import_module("openpyxl")
     with path.open("rb") as file:
         with zipfile.ZipFile(file) as archive:
-            unpacked = sum(info.file_size for info in archive.infolist())
-        if unpacked > MAX_UNPACKED:
-            raise LogError(
-                "too_large",
-                f"{path}: {unpacked / 1e6:.0f} MB when unpacked; at most {MAX_UNPACKED / 1e6:g} MB are "
-                "read: export it as .csv",
-            )
+            parts = archive.infolist()
+        check_unpacked(
+            path, sum(p.file_size * (_TREE if p.filename.endswith(_TREES) else 1) for p in parts)
+        )
         book = openpyxl.load_workbook(file, read_only=True, data_only=True)
         if wanted and wanted not in book.sheetnames:
             sheets = ", ".join(book.sheetnames)
@@ -145,11 +143,13 @@ def _row_blocks(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
     chosen = _number_columns(block, names)
     times = [p for p in chosen if block and not isinstance(block[0][p], float | int | None)]
     units = ["s" if place in times else unit for place, unit in enumerate(units)]
+    filled = 0
     for row in rows:
         block.append(row)
-        if len(block) >= _ROWS_AT_A_TIME:
+        filled += len(row)
+        if len(block) >= _ROWS_AT_A_TIME or filled >= _NUMBERS_AT_A_TIME:
             yield _sheet_log(path, names, units, chosen, block)
-            block = []
+            block, filled = [], 0
     log = _sheet_log(path, names, units, chosen, block)
     if log.rows:
         yield log
@@ -225,6 +225,7 @@ def _batches(path: Path) -> Iterator[Log]:
         chosen = _fields(file.schema_arrow)
         if not chosen:
             raise LogError("header", f"{path}: no column of this table holds numbers")
+        check_unpacked(path, 8 * len(chosen) * file.metadata.num_rows)
         units = dict(chosen.values())
         at_a_time = max(1, _NUMBERS_AT_A_TIME // len(chosen))
         for batch in file.iter_batches(at_a_time, columns=list(chosen)):

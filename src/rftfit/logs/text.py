@@ -26,6 +26,7 @@ from rftfit.logs.base import (
     Reader,
     add_counts,
     check_size,
+    check_unpacked,
     file_errors,
     parallel_map,
 )
@@ -134,6 +135,10 @@ def unpacking_errors(path: Path) -> Iterator[None]:
 def _chunks(path: Path) -> Iterator[bytes]:
     """Pieces of a file as UTF-8, or as they are, without a byte order mark."""
     with file_errors(path), unpacking_errors(path), opened(path) as handle:
+        if isinstance(cast("object", handle), gzip.GzipFile):
+            while handle.read(BLOCK_BYTES):
+                check_unpacked(path, handle.tell())
+            handle.seek(0)
         chunk = handle.read(BLOCK_BYTES)
         if len(chunk) == BLOCK_BYTES:
             check_size(path, MAX_BYTES)

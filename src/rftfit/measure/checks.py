@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
-from rftfit.campaign.config import CheckName
+from rftfit.campaign.config import UNIT_AREA, CheckName
 from rftfit.measure.alpha import both, cell_at, column, rows_at
 from rftfit.measure.fits import is_symmetric
 from rftfit.measure.flags import (
@@ -651,15 +651,25 @@ def check_rods(tares: pd.DataFrame, sheet: Mapping[str, Run]) -> Check:
 
 
 def check_logs(sheet: Mapping[str, Run], logs: Mapping[str, Collection[str]]) -> Check:
-    """Whether two runs have the same readings, or the same noise, under two names."""
-    copies = [name for name in sheet if name in logs]
+    """Whether two runs have the same readings, or the same noise, under two names; `logs`: Of `copies_of`."""
+    of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
+    if not logs:
+        why = "no run has enough readings to tell a copy by"
+        return Check(
+            "same_logs",
+            NOT_CHECKED,
+            f"{why}: a table of alpha, or of few depths" if of_table else why,
+        )
+    what = "run" if of_table else "log"
+    copies = [name for name in sheet if logs.get(name)]
     if not copies:
-        return Check("same_logs", PASSED, "no log is there twice", "each log once")
+        return Check("same_logs", PASSED, f"no {what} is there twice", f"each {what} once")
     first = copies[0]
     found = f"{len(copies)} runs have the readings of others: {first} and {', '.join(logs[first])}"
-    said = f"Copies of a log are no repeats ({found}): look at force_log of these runs, and leave out the copies."
+    where = "at these runs in the table" if of_table else "at force_log of these runs"
+    said = f"Copies of a {what} are no repeats ({found}): look {where}, and leave out the copies."
     flags = [remark("same-readings", run_id=name, runs=", ".join(logs[name])) for name in copies]
-    return _judged("same_logs", False, found, "each log once", said, *flags)
+    return _judged("same_logs", False, found, f"each {what} once", said, *flags)
 
 
 # --- What the strokes show: drift, surface, clocks, curvature, steadiness.

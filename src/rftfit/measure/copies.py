@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.campaign.config import UNIT_AREA
 from rftfit.measure.flags import REASON, reason_cells, remark
 from rftfit.measure.strokes import split_runs
 
@@ -27,13 +28,12 @@ _NEAR = 3
 def copies_of(
     sheet: Mapping[str, Run], runs: pd.DataFrame, fits: pd.DataFrame, tared: pd.DataFrame
 ) -> dict[str, tuple[str, ...]]:
-    """Runs of a medium that have the readings of others, or their noise, with these."""
+    """Runs of a medium that can be compared, each with those that have its readings, or its noise."""
     exact = same_readings(sheet, runs)
-    near = near_copies(_groups(fits), tared)
+    of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
+    near = {} if of_table else near_copies(_groups(fits), tared)
     return {
-        name: tuple(dict.fromkeys([*exact.get(name, ()), *near.get(name, ())]))
-        for name in sheet
-        if name in exact or name in near
+        name: tuple(dict.fromkeys([*others, *near.get(name, ())])) for name, others in exact.items()
     }
 
 
@@ -44,18 +44,23 @@ def _groups(fits: pd.DataFrame) -> list[list[str]]:
 
 
 def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tuple[str, ...]]:
-    """Runs of a medium that have the readings of another one, in a file of another name, with these.
+    """Runs of a medium whose readings can be compared, each with those that have the same ones.
 
-    Rods may be copies: a tare that serves several runs is no repeat.
+    Neither strokes of one log are copies nor rods: a tare that serves several runs is no repeat. The
+    runs of a table are all in one file.
     """
     groups: dict[str, list[str]] = {}
     for name, digest in zip(runs["run_id"], runs["readings"], strict=True):
         if digest and sheet[name].kind in ("plate", "leg"):
             groups.setdefault(digest, []).append(name)
+
+    def copies(one: Run, other: Run) -> bool:
+        of_table = one.intruder == UNIT_AREA
+        return one is not other and (of_table or one.force_log != other.force_log)
+
     return {
-        name: tuple(other for other in group if other != name)
+        name: tuple(other for other in group if copies(sheet[name], sheet[other]))
         for group in groups.values()
-        if len({sheet[name].force_log for name in group}) > 1
         for name in group
     }
 

@@ -353,12 +353,15 @@ def _make_trace(
     )  # fmt: skip
 
 
+def readings_digest(readings: FloatArray) -> str:
+    """Return what is equal in copies of a run, and in nothing else."""
+    return hashlib.sha256(readings.tobytes()).hexdigest()[:16]
+
+
 def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
     """What each channel does in the stroke, its noise before and after it, and a digest of all readings."""
     moves = bool(np.ptp(channels, axis=1).any())
-    facts: dict[str, object] = {
-        "readings": hashlib.sha256(channels.tobytes()).hexdigest()[:16] if moves else ""
-    }
+    facts: dict[str, object] = {"readings": readings_digest(channels) if moves else ""}
     for name, readings in zip(_CHANNELS, channels, strict=True):
         values = readings[in_stroke]
         changes = np.flatnonzero(values[1:] != values[:-1]) + 1

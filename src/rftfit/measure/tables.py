@@ -11,7 +11,7 @@ from rftfit.measure.alpha import column
 from rftfit.measure.errors import CURVATURE, ROD, STARTUP, TARE
 from rftfit.measure.fits import FIT_COLUMNS, filed_under
 from rftfit.measure.flags import flag_columns, reason_columns, remark
-from rftfit.measure.ingest import PHASES, RUN_COLUMNS, samples_table
+from rftfit.measure.ingest import PHASES, RUN_COLUMNS, readings_digest, samples_table
 from rftfit.measure.ledger import USED, Ledger, RowStatus
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.campaign.load import Campaign
+
+
+_FEWEST_READINGS = 8
+"""Different stresses of a run by which a copy is known: fewer, with two or three digits, may be equal by chance."""
 
 
 def ingest_table(
@@ -38,11 +42,13 @@ def ingest_table(
         if "depth_cm" not in numbers[0]:
             continue
         table = {key: np.array([row[key] for row in numbers]) for key in numbers[0]}
+        stress = np.stack([table[f"stress_{c}_N_per_cm2"] for c in "zx"])
+        if np.unique(stress[stress != 0]).size >= _FEWEST_READINGS:
+            rows[-1]["readings"] = readings_digest(np.vstack([table["depth_cm"], stress]))
         size = len(numbers)
         parts[run.run_id] = (
             np.arange(size, dtype=float), np.full(size, PHASES.index("stroke")), np.zeros(size),
-            table["depth_cm"], np.full(size, run.beta_deg), table["stress_z_N_per_cm2"],
-            table["stress_x_N_per_cm2"], np.full(size, RowStatus.GOOD, dtype=np.int8),
+            table["depth_cm"], np.full(size, run.beta_deg), *stress, np.full(size, RowStatus.GOOD, dtype=np.int8),
         )  # fmt: skip
     return samples_table(parts), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), Ledger().table()
 

@@ -65,33 +65,31 @@ def fit_lsq(
     alpha_x: FloatArray,
     keep: npt.NDArray[np.bool_] | None = None,
 ) -> FloatArray:
-    """Least squares at the true angles.
+    """Least squares at the true angles, each measured direction with one weight.
 
-    The fit is over all directions that the symmetry completes, each of them counted once: a cell
-    and its mirror image count twice together, a push straight down with a level plate is its own
-    mirror image, and the plates at beta = -90 and 90 degrees are one.
+    Cells at beta = -90 and 90 degrees are one direction, with their mean. A mirror image counts where it
+    is a cell too: the terms have its symmetry, so it would only double a weight.
 
     `beta`, `gamma`: shape (n,); rad, any directions. `alpha_z`, `alpha_x`: shape (..., n); N/cm^3, NaN
     where not measured, the same cells in every leading index. `keep`: Terms to fit; the others come
     back as 0. Returns shape (..., 9).
     """
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
-    whole = torus(beta, gamma)
+    own = torus(beta, gamma, images=False)
     result = np.zeros((*alpha_z.shape[:-1], len(TERMS)))
-    complete = whole.complete(alpha_z, alpha_x)
-    both = zip((0, 5), (alpha_z, alpha_x), complete, basis(whole.beta, whole.gamma), strict=True)
-    for first, cells, alpha, terms in both:
+    alphas = own.complete(alpha_z, alpha_x)
+    for first, alpha, terms in zip((0, 5), alphas, basis(own.beta, own.gamma), strict=True):
         used = np.flatnonzero(keep[first : first + len(terms)])
-        measured = int(np.isfinite(cells).reshape(-1, cells.shape[-1]).all(axis=0).sum())
         there = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)
+        measured = int(there.sum())
         if measured < used.size:
-            what = "cell is" if measured == 1 else "cells are"
+            what = "direction is" if measured == 1 else "directions are"
             raise ValueError(f"{measured} measured {what} too few for {used.size} terms")
         design = terms[used][:, there]
         if np.linalg.matrix_rank(design) < used.size:
             # the smallest of many solutions would pass for a measurement
             raise ValueError(
-                f"the {measured} measured cells do not tell {used.size} terms apart: "
+                f"the {measured} measured directions do not tell {used.size} terms apart: "
                 "more directions of plate and motion are needed"
             )
         solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), alpha[..., there])
@@ -186,15 +184,10 @@ def select_bic(
     Returns by name of every candidate whether it is kept; None where fewer directions were measured
     than there are candidates, which leaves nothing to choose by.
     """
-    whole = torus(beta, gamma)
-    # the cells themselves: their mirror images are no further measurements
-    one = ((whole.cell >= 0) & (whole.sign > 0)).any(axis=1)
-    complete = whole.complete(alpha_z, alpha_x)
-    b, g = whole.beta[one], whole.gamma[one]
+    own = torus(beta, gamma, images=False)
     kept: dict[str, bool | None] = {}
-    for component, alpha in zip("zx", complete, strict=True):
-        candidates = harmonics(component, b, g)
-        values = alpha[one]
+    for component, values in zip("zx", own.complete(alpha_z, alpha_x), strict=True):
+        candidates = harmonics(component, own.beta, own.gamma)
         there = np.isfinite(values)
         columns = np.stack([term[there] for term in candidates.values()], axis=1)
         if len(columns) <= len(candidates):

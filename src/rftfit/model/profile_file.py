@@ -389,13 +389,12 @@ def _measured(profile: Map | TableProfile, table: TableProfile) -> npt.NDArray[n
 
 def _fitted(table: TableProfile, confidence: float) -> tuple[FloatArray | None, Zeta | None]:
     """Nine terms and zeta of a table; none where too few directions are known."""
-    beta, gamma = (one.ravel() for one in np.meshgrid(table.beta, table.gamma, indexing="ij"))
     try:
-        keep = kept_terms(fit_lsq(beta, gamma, *table.parameters), PAPER_RULE)
-        terms = fit_lsq(beta, gamma, *table.parameters, keep)
+        keep = kept_terms(fit_lsq(*table.cells), PAPER_RULE)
+        terms = fit_lsq(*table.cells, keep)
         ends: dict[str, float] = {}
         if isinstance(table.spread, TableProfile):
-            many = vertical_penetration(fit_lsq(beta, gamma, *table.spread.parameters, keep))
+            many = vertical_penetration(fit_lsq(*table.spread.cells, keep))
             lo, hi = interval(many, confidence)
             ends = {"lo": float(lo), "hi": float(hi)} if np.isfinite(lo) else {}
     except ValueError:

@@ -155,7 +155,7 @@ class Errors(Model):
 
 
 class Terms(Model):
-    """Nine terms fitted to the nodes by least squares, N/cm^3; those below 0.05 A00 are dropped (0)."""
+    """Nine terms fitted by least squares to what was measured, of a map to its nodes, N/cm^3; 0: below 0.05 A00."""
 
     A00: float = need("alpha_z: constant")
     A10: float = need("alpha_z: cos 2 beta")

@@ -248,6 +248,7 @@ class TableProfile(Profile):
         flat = (*alpha_z.shape[: alpha_z.ndim - len(shape)], -1)
         cells = beta_of.ravel(), gamma_of.ravel()
         values = alpha_z.reshape(flat), alpha_x.reshape(flat)
+        self.cells = (*cells, *values)
         self.lines = (np.zeros(0), np.zeros(0))
         if (grid := rectangle(*cells)) is None:
             self.beta, self.gamma, self.alpha_z, self.alpha_x = _triangulated(*cells, *values)
@@ -339,6 +340,11 @@ class TableProfile(Profile):
         made.name, made.reason, made.spread = name, reason, None
         made.lines = made.beta, made.gamma = beta, gamma
         made.alpha_z, made.alpha_x = alpha
+        # which nodes were measured is not told: those in the range of a run sheet
+        half = np.abs(gamma) < np.pi / 2 + NEGLIGIBLE
+        cells = np.meshgrid(beta, gamma[half], indexing="ij")
+        values = [part[..., half].reshape(*part.shape[:-2], -1) for part in alpha]
+        made.cells = (cells[0].ravel(), cells[1].ravel(), values[0], values[1])
         return made
 
     @property

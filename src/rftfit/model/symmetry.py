@@ -27,7 +27,7 @@ _PER_DEGREE = 1_000_000
 
 
 class Torus(NamedTuple):
-    """Every direction that a table tells of: its cells and their mirror images, each direction once.
+    """Directions that a table tells of, each once: of its cells, and of their mirror images where asked for.
 
     `beta`, `gamma`: shape (m,); rad, beta in [-pi/2, pi/2), gamma in [-pi, pi).
     `cell`: shape (m, k); the cells of the table that tell of a direction, -1 where there are fewer.
@@ -51,14 +51,15 @@ class Torus(NamedTuple):
         return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
-def torus(beta: FloatArray, gamma: FloatArray) -> Torus:
+def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
     """Complete the directions of a table by symmetry (supplement of the paper).
 
     The experiment at (beta, gamma) seen from behind is that at (-beta, pi - gamma): alpha_z is the
     same there, alpha_x has the other sign. Plates at beta = -90 and 90 degrees are one and the same.
-    `beta`, `gamma`: shape (n,); rad, one a cell. Returns directions by beta, then gamma.
+    `beta`, `gamma`: shape (n,); rad, one a cell. `images`: False leaves out what is known only as a
+    mirror image, and takes no mean of two that were both measured. Returns directions by beta, then gamma.
     """
-    image_beta, image_gamma = mirror(beta, gamma)
+    image_beta, image_gamma = mirror(beta, gamma) if images else (beta[:0], gamma[:0])
     beta_deg = np.degrees(np.concatenate([beta, image_beta]))
     gamma_deg = np.degrees(np.concatenate([gamma, image_gamma]))
     rows = np.round((beta_deg + 90) * _PER_DEGREE).astype(np.int64) % (180 * _PER_DEGREE)

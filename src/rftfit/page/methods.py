@@ -255,7 +255,8 @@ def _model(results: Results) -> str:
             "No medium was measured in enough directions, so no Fourier series was fitted."
         )
     how = (
-        "least squares at the true angles over the torus that the mirror symmetry completes"
+        "least squares at the true angles, one weight for each measured direction (repeats pooled, beta = "
+        "-90 and 90 deg one direction, a mirror image only where it was measured too)"
         if fourier.method == "lsq"
         else "the discrete Fourier transform on the index grid that underlies Table S2 of ref. 1"
     )

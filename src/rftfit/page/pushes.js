@@ -279,17 +279,15 @@ function sumOver(map, component, weights) {
 /** zeta of the nine terms fitted to a map, with its standard deviation. */
 function zetaOfMap(grid, map) {
   const basis = grid.nodes.map(({ beta, gamma }) => [0, 1, 2, 3, 4].map((t) => fourierAlpha([0, 1, 2, 3, 4, 5, 6, 7, 8].map((k) => Number(k === t)), beta, gamma)[0]));
-  // a cell and its mirror image count twice together, but for the motions straight up and down
-  const counts = grid.nodes.map(({ gamma }) => (Math.abs(Math.cos(gamma)) < 1e-9 ? 1 : 2));
   const fit = (terms, wanted) => {
-    const product = (t, values) => basis.reduce((sum, row, i) => sum + counts[i] * row[t] * values(row, i), 0);
+    const product = (t, values) => basis.reduce((sum, row, i) => sum + row[t] * values(row, i), 0);
     const lower = cholesky(terms.map((t) => terms.map((u) => product(t, (row) => row[u]))));
     return solve(lower, terms.map((t, k) => wanted((values) => product(t, values), k)));
   };
   const all = fit([0, 1, 2, 3, 4], (product) => product((_, i) => map.alpha[i]));
   const kept = [0, 1, 2, 3, 4].filter((t) => t === 0 || Math.abs(all[t]) > PAPER_RULE * Math.abs(all[0]));
   const sums = fit(kept, () => 1);
-  return sumOver(map, 0, basis.map((row, i) => counts[i] * dot(sums, kept.map((t) => row[t]))));
+  return sumOver(map, 0, basis.map((row) => dot(sums, kept.map((t) => row[t]))));
 }
 
 /** Forces z and x on a leg at each theta in degrees, each a list of [value, standard deviation]. */

@@ -120,7 +120,8 @@ _ALPHA = (
     "over attack angle beta and intrusion angle gamma."
 )
 _METHODS = (
-    "lsq: least squares at the true angles. dft-index: the discrete transform on the index grid; "
+    "lsq: least squares at the true angles, one weight for each measured direction. dft-index: the "
+    "discrete transform on the index grid; "
     "that the paper's Table S2 was made so is inferred from its numbers."
 )
 _SIGNS = (

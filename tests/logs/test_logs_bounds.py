@@ -1,0 +1,275 @@
+"""Logs that read other files are refused by name; logs that unpack to any size before they take memory."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import struct
+import subprocess
+import sys
+import zipfile
+import zlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from campaigns import make_campaign
+from jobs import run_rules
+
+from rftfit.campaign.load import load_campaign
+from rftfit.cli.main import main
+from rftfit.logs.base import LogError
+from rftfit.logs.registry import dialect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+h5py = pytest.importorskip("h5py")
+
+HUGE, MOST_MB = 250_000_000, 200
+ZEROS = bytes(1 << 22)
+
+
+# --- Files that name others
+
+
+def external(file: Any) -> None:
+    file.create_dataset("F", (8,), "f8", external=[("secret.bin", 0, 64)])
+
+
+def virtual(file: Any) -> None:
+    layout = h5py.VirtualLayout((8,), "f8")
+    layout[:] = h5py.VirtualSource("secret.h5", "F", (8,))
+    file.create_virtual_dataset("run/F", layout)
+
+
+def virtual_through_a_link(file: Any) -> None:
+    file["way"] = h5py.ExternalLink("secret.h5", "/")
+    layout = h5py.VirtualLayout((8,), "f8")
+    layout[:] = h5py.VirtualSource(".", "way/F", (8,))
+    file.create_virtual_dataset("F", layout)
+
+
+def virtual_of_hidden_external(file: Any) -> None:
+    file.create_dataset("#refs#/a", (8,), "f8", external=[("secret.bin", 0, 64)])
+    layout = h5py.VirtualLayout((8,), "f8")
+    layout[:] = h5py.VirtualSource(".", "#refs#/a", (8,))
+    file.create_virtual_dataset("F", layout)
+
+
+@pytest.mark.parametrize("name", ["a.h5", "a.mat"])
+@pytest.mark.parametrize(
+    ("make", "named"),
+    [
+        (external, "'F' are in another file, 'secret.bin'"),
+        (virtual, "'run/F' are in another file, 'secret.h5'"),
+        (virtual_through_a_link, "'F' are in another file, 'way/F'"),
+        (virtual_of_hidden_external, "'#refs#/a' are in another file, 'secret.bin'"),
+    ],
+)
+def test_hdf5_that_reads_other_files(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    make: Callable[[Any], None],
+    named: str,
+    name: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "secret.bin").write_bytes(np.arange(8.0).tobytes())
+    with h5py.File("secret.h5", "w") as file:
+        file["F"] = np.arange(8.0)
+    with h5py.File(name, "w", userblock_size=512) as file:
+        file["time"] = np.arange(8.0)
+        make(file)
+    with (tmp_path / name).open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file".ljust(512))
+    with pytest.raises(LogError) as caught:
+        dialect("arrays").load(tmp_path / name)
+    assert caught.value.code == "other_file"
+    assert str(tmp_path / name) in str(caught.value)
+    assert named in str(caught.value)
+    assert "allowed: values in the log itself" in str(caught.value)
+
+
+def test_inspect_check_and_run_refuse_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = make_campaign(
+        tmp_path / "lab", ("poppy_CP",), plates_only=True, directions=((0.0, 90.0),)
+    )
+    values = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+    values["force_log"] = {"dialect": "arrays"}
+    folder.config.write_text(yaml.safe_dump(values), encoding="utf-8")
+    (tmp_path / "secret.bin").write_bytes(np.arange(8.0).tobytes())
+    logs = [run.force_log for run in load_campaign(folder.config).runs]
+    for name in logs:
+        path = folder.root / "raw" / "paper" / name
+        path.unlink()
+        with h5py.File(path, "w") as file:
+            place = [(str(tmp_path / "secret.bin"), 0, 64)]
+            file.create_dataset("F", (8,), "f8", external=place)
+    said = f"the values of 'F' are in another file, '{tmp_path / 'secret.bin'}'; allowed: values in"
+    assert main(["inspect", str(path)]) == 2
+    assert f"{path}: {said}" in capsys.readouterr().err
+    done = folder.rftfit("check")
+    assert done.returncode == 2
+    assert said in done.stdout
+    run_rules(folder.config, "ingest")
+    runs = folder.table("runs/poppy_CP.csv")
+    assert set(runs["status"]) == {"refused"}
+    assert runs["reason"].str.contains(said, regex=False).all()
+
+
+def test_hdf5_that_reads_itself(tmp_path: Path) -> None:
+    """Virtual datasets of the file's own; links to other files are not followed, as before."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["raw/F"] = np.arange(8.0)
+        file["way"] = h5py.ExternalLink("secret.h5", "/")
+        file["soft"] = h5py.SoftLink("/way/F")
+        file["nothing"] = h5py.Empty("f8")
+        layout = h5py.VirtualLayout((8,), "f8")
+        layout[:] = h5py.VirtualSource(".", "/raw/F", (8,))
+        file.create_virtual_dataset("F", layout)
+    log = dialect("arrays").load(tmp_path / "a.h5")
+    assert set(log.columns) == {"F", "raw.F"}
+    np.testing.assert_array_equal(log.columns["F"], np.arange(8.0))
+
+
+# --- Small files of huge content
+
+
+def h5_fill(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        for name in ("time", "F"):
+            file.create_dataset(name, (HUGE // 2,), "f8", chunks=(1 << 20,), compression="gzip")
+
+
+def h5_small_numbers(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        file.create_dataset("F", (HUGE,), "i1", chunks=(1 << 20,))
+
+
+def h5_large_block(path: Path) -> None:
+    """A block of which the dataset has the first rows only."""
+    with h5py.File(path, "w") as file:
+        file.create_dataset("F", (8,), "f8", maxshape=(None,), chunks=(HUGE,), compression="gzip")
+
+
+def deflated(count: int, head: bytes = b"") -> bytes:
+    packer = zlib.compressobj(1)
+    parts = [packer.compress(head), *(packer.compress(ZEROS) for _ in range(count))]
+    return b"".join([*parts, packer.flush()])
+
+
+def h5_lie(path: Path) -> None:
+    """A block that unpacks to more than its size."""
+    with h5py.File(path, "w") as file:
+        data = file.create_dataset("F", (400,), "f8", chunks=(400,), compression="gzip")
+        data.id.write_direct_chunk((0,), deflated(128))
+
+
+def npy_head(count: int) -> bytes:
+    head = io.BytesIO()
+    np.lib.format.write_array_header_1_0(
+        head, {"descr": "<f8", "fortran_order": False, "shape": (count,)}
+    )
+    return head.getvalue()
+
+
+def npz(path: Path) -> None:
+    archive = zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
+    with archive, archive.open("F.npy", "w") as member:
+        member.write(npy_head(HUGE // 2 + 10_000_000))
+        for _ in range(HUGE * 4 // len(ZEROS) + 20):
+            member.write(ZEROS)
+
+
+def npy(path: Path) -> None:
+    path.write_bytes(npy_head(HUGE) + bytes(8000))
+
+
+def element(kind: int, data: bytes) -> bytes:
+    return struct.pack("<II", kind, len(data)) + data
+
+
+def mat5(count: int, data: bytes) -> bytes:
+    """A file of one packed variable: doubles, as MATLAB writes whole numbers, in a byte each."""
+    flags, name = element(6, struct.pack("<II", 6, 0)), element(1, b"Fx      ")
+    inside = flags + element(5, struct.pack("<ii", count, 1)) + name + struct.pack("<II", 2, count)
+    packer = deflated(len(data) // len(ZEROS), struct.pack("<II", 14, len(inside) + count) + inside)
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H", 0x0100) + b"IM"
+    return head + element(15, packer)
+
+
+def parquet(path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    pq.write_table(pa.table({"F": np.zeros(140_000_000, bool)}), path)
+
+
+def gz(path: Path) -> None:
+    head, rows = b"# rig\ntime_s,x_mm,z_mm,angle_deg\n", b"0,1,2,3\n" * 500_000
+    path.write_bytes(gzip.compress(head) + gzip.compress(rows) * 270)
+
+
+def xlsx(path: Path) -> None:
+    """Styles without number: each becomes an object that takes a hundred times its text."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr("[Content_Types].xml", "")
+        archive.writestr("xl/styles.xml", b"<xf/>" * 4_000_000)
+
+
+BOMBS: dict[str, tuple[str, Callable[[Path], object], str]] = {
+    "fill.h5": ("arrays", h5_fill, "too_large"),
+    "small.h5": ("arrays", h5_small_numbers, "too_large"),
+    "block.h5": ("arrays", h5_large_block, "too_large"),
+    "lie.h5": ("arrays", h5_lie, "damaged"),
+    "a.npz": ("arrays", npz, "too_large"),
+    "a.npy": ("arrays", npy, "too_large"),
+    "a.mat": ("arrays", lambda path: path.write_bytes(mat5(HUGE, ZEROS * 60)), "too_large"),
+    "cells.mat": ("arrays", lambda path: path.write_bytes(mat5(HUGE, b"")), "too_large"),
+    "a.parquet": ("parquet", parquet, "too_large"),
+    "a.csv.gz": ("rig", gz, "too_large"),
+    "a.xlsx": ("xlsx", xlsx, "too_large"),
+}  # fmt: skip
+LOAD = """
+import sys
+from pathlib import Path
+from rftfit.logs.base import LogError
+from rftfit.logs.registry import dialect
+try:
+    dialect(sys.argv[1]).load(Path(sys.argv[2]))
+except LogError as error:
+    # not ru_maxrss, which begins with that of the process that starts this one
+    status = Path("/proc/self/status").read_text()
+    print(error.code, int(status.partition("VmHWM:")[2].split()[0]) >> 10, error)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the peak of memory is read from /proc")
+@pytest.mark.parametrize("name", BOMBS)
+def test_refused_before_it_takes_memory(tmp_path: Path, name: str) -> None:
+    reader, make, code = BOMBS[name]
+    make(tmp_path / name)
+    assert (tmp_path / name).stat().st_size < 30_000_000
+    command = [sys.executable, "-c", LOAD, reader, str(tmp_path / name)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    found, megabytes, said = done.stdout.split(maxsplit=2)
+    assert (found, int(megabytes) < MOST_MB) == (code, True), done.stdout
+    assert said.startswith(str(tmp_path / name))
+    assert "allowed: 1074 MB" in said or code == "damaged"
+
+
+def test_rows_as_wide_as_a_sheet_can_be(tmp_path: Path) -> None:
+    """One cell at the far end makes a row of 16,384: so many rows were kept at a time, 6 GB of them."""
+    rows = pd.DataFrame(1.0, index=range(600), columns=["time", "F", "far"])
+    with pd.ExcelWriter(tmp_path / "a.xlsx", engine="xlsxwriter") as book:
+        rows[["time", "F"]].to_excel(book, index=False)
+        rows[["far"]].to_excel(book, index=False, startcol=16_383)
+    blocks = list(dialect("xlsx").stream(tmp_path / "a.xlsx"))
+    assert len(blocks) > 1
+    assert sum(block.rows for block in blocks) == 600

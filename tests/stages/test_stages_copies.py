@@ -1,0 +1,58 @@
+"""A table of stress in which one run stands twice."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rftfit.campaign.load import load_campaign
+from rftfit.cli.main import main
+from rftfit.workflow.measure import check_logs
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
+TWICE = "2 runs have the readings of others: {} and {}"
+
+
+def stress(
+    name: str, beta: float, gamma: float, depths: int = 8, seed: int = 0, digits: int = 3
+) -> list[str]:
+    noise = np.random.default_rng(seed).normal(0, 0.01, (depths, 2))
+    rows = []
+    for depth, (z, x) in enumerate(noise, start=1):
+        values = (round(0.3 * depth + z, digits), round(-0.1 * depth + x, digits))
+        rows.append(f"{name},{beta},{gamma},{depth},{values[0]},{values[1]}")
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("rows", "verdict", "found"),
+    [
+        (stress("a", 0, 90) + stress("b", 30, 90, seed=1), "passed", "no run is there twice"),
+        (stress("a", 0, 90) + stress("b", 0, 45), "failed", TWICE.format("a", "b")),
+        (stress("a", 0, 90) + stress("rep2", 0, 90), "failed", TWICE.format("a", "rep2")),
+        # no copy, but digits that are equal by chance
+        (stress("a", 0, 90, 3, digits=1) + stress("b", 0, 90, 3, 1, 1), "not checked", "no run has enough"),
+        (["a,0,90,0.3,0", "b,0,90,0.3,0"], "not checked", "a table of alpha, or of few depths"),
+    ],
+)  # fmt: skip
+def test_a_run_that_stands_twice_in_a_table(
+    tmp_path: Path, rows: list[str], verdict: str, found: str
+) -> None:
+    holds = "stress" if rows[0].count(",") == STRESS.count(",") else "alpha"
+    head = (
+        STRESS
+        if holds == "stress"
+        else "run_id,beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
+    )
+    (tmp_path / "table.csv").write_text("\n".join([head, *rows]))
+    source = str(tmp_path / "table.csv")
+    assert main(["init", str(tmp_path / "c"), f"--{holds}-table", source]) == 0
+    campaign = load_campaign(tmp_path / "c" / "config" / "config.yaml")
+    told = check_logs(campaign).set_index("check").loc["same_logs"]
+    assert told["verdict"] == verdict
+    assert found in told["found"]
