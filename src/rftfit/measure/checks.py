@@ -63,10 +63,10 @@ CHECKS: dict[str, tuple[str, str]] = {
 """What becomes of a medium that fails a check, and what the check asks, in few words."""
 assert tuple(CHECKS) == get_args(CheckName)
 
-_STROKES: tuple[CheckName, ...] = ("drift", "channels", "rods")
+_STROKES: tuple[CheckName, ...] = ("channels", "rods", "drift")
 _TABLE: tuple[CheckName, ...] = (*_STROKES, "work")
 _AFTER: dict[CheckName, tuple[CheckName, ...]] = {
-    "channels": ("drift",), "rods": ("channels",), "work": _STROKES, "symmetry": _TABLE, "up_down": _TABLE,
+    "rods": ("channels",), "drift": ("channels", "rods"), "work": _STROKES, "symmetry": _TABLE, "up_down": _TABLE,
     "surface": _STROKES, "linearity": (*_STROKES, "surface"), "steadiness": _STROKES,
     "repeats": (*_TABLE, "symmetry", "surface"), "size": _STROKES,
 }  # fmt: skip
@@ -82,7 +82,7 @@ _SIGMAS = 3.0
 _SIGMAS_PUSH = 2.0
 """Of one cell that is known beforehand: no medium pulls a level plate down that is pushed straight down."""
 _LEAST_D, _CELLS = 0.005, 3
-_TURN, _MOST_TURN_DEG = 0.04, 10.0
+_TURN, _MOST_TURN_DEG, _ALIKE = 0.04, 10.0, 0.01
 """Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.7 deg."""
 _ALPHA_FROM, _ALPHA_TO = 0.01, 10.0
 _CLIPPED, _FROZEN, _LOGS, _SIDEWAYS = 0.03, 0.5, 3, 2.0
@@ -147,12 +147,13 @@ def check_medium(
     where = "the columns of the table" if config.table else "transducer.axes"
     cells = _Cells.of(alpha)
     other = None if cells.resists else _axes(cells)
+    drift = check_drift(sheet, tables["runs"], tables["tares"])
+    # what other axes would mend, or a drift of all runs, also looks like channels that feel nothing
+    explained = other is not None or len(drift.runs) == len(tables["fits"])
     found = [
-        check_drift(sheet, tables["runs"], tables["tares"]),
-        check_channels(
-            config, sheet, tables["runs"], tables["fits"], peers, exchanged, other is not None
-        ),
+        check_channels(config, sheet, tables["runs"], tables["fits"], peers, exchanged, explained),
         rods,
+        drift,
         *check_axes(cells, other, alpha, where, sheet),
         *check_surface(config, medium, tables, sheet),
         check_steadiness(tables),
@@ -309,10 +310,11 @@ class _Cells:
         variance = np.maximum(self.se[1] ** 2 - self.turn**2, 0)
         # a cell that is its own image is there twice
         error = np.where(one == other, 4 * variance[one], variance[one] + variance[other])
-        size = float(z @ z)
+        weight = z / np.maximum(error + (_ALIKE * z) ** 2, 1e-12)
+        size = float(weight @ z)
         if not size > 0:
             return math.nan, math.nan
-        return -math.atan2(float(z @ x), size), math.sqrt(float(z**2 @ error)) / size
+        return -math.atan2(float(weight @ x), size), math.sqrt(float(weight**2 @ error)) / size
 
     @property
     def upright(self) -> bool:
@@ -447,13 +449,13 @@ def check_channels(
     fits: pd.DataFrame,
     peers: pd.DataFrame,
     exchanged: Collection[str],
-    mends: bool,
+    explained: bool,
 ) -> Check:
     """Look for a channel that is constant, frozen or cut off, feels nothing, or is another's or reversed.
 
-    `exchanged`: Runs whose logs look like those of rods. `mends`: Whether other axes would mend all runs.
+    `exchanged`: Runs whose logs look like those of rods. `explained`: Whether something else is wrong with all runs.
     """
-    causes, flags = _against_known(config, sheet, facts, fits, peers, exchanged, mends)
+    causes, flags = _against_known(config, sheet, facts, fits, peers, exchanged, explained)
     read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
     rows = [(sheet[row["run_id"]], row) for row in read]
     rows = [(run, row) for run, row in rows if run.kind in ("plate", "leg")]
@@ -522,7 +524,7 @@ def _against_known(
     fits: pd.DataFrame,
     peers: pd.DataFrame,
     exchanged: Collection[str],
-    mends: bool,
+    explained: bool,
 ) -> tuple[list[str], list[Remark]]:
     """Runs in which a channel feels nothing of what every known medium makes it feel, the opposite, or a part."""
     table = fits.merge(peers[["run_id", "known_z_ratio", "known_x_ratio"]], on="run_id")
@@ -557,14 +559,14 @@ def _against_known(
         against = opposite & strong[place]
         must = int((np.abs(known[place]) >= _MUST_FEEL).sum())
         whose = f"{name}, along {axis}," if not config.table else f"alpha_{axis}"
-        if silent.sum() >= min(_LOGS, must) > 0:
+        if not explained and silent.sum() >= min(_LOGS, must) > 0:
             runs = table.loc[faint, "run_id"]
             causes.append(
                 f"{whose} feels nothing in {silent.sum()} of {must} runs that must feel something "
                 f"({rows_of(runs, sheet)}): look at its cable and its column"
             )
             flags += [remark("channel-silent", run_id=run, channel=name) for run in runs]
-        elif not mends and _LOGS <= against.sum() <= _MOST * strong[place].sum():
+        elif not explained and _LOGS <= against.sum() <= _MOST * strong[place].sum():
             runs = table.loc[opposite, "run_id"]
             causes.append(
                 f"{whose} has the opposite sign in {against.sum()} of {strong[place].sum()} runs that tell "
@@ -753,9 +755,8 @@ def check_surface(
         allowed += f", by the surface {10 * _SURE * off_se:.1f} mm, by a lag {_SURE * late_se / speed:.2f} s"
     line = _check_linearity(known[pushes])
     sharp = error < _STEP_CM / 2
-    heaps = _two_levels(
-        known[sharp], start[sharp], sine[sharp], speed, sheet, line.verdict == FAILED
-    )
+    left = np.stack([start - late * sine, (start - off) / sine])[:, sharp]
+    heaps = _two_levels(known[sharp], left, speed, sheet, line.verdict == FAILED)
     if heaps is not None:
         return _judged("surface", False, found, allowed, heaps[0], *heaps[1]), line
     said = []
@@ -801,30 +802,29 @@ def _offset_and_lag(
 
 
 def _two_levels(
-    strokes: pd.DataFrame,
-    start: FloatArray,
-    sine: FloatArray,
-    speed: float,
-    sheet: Mapping[str, Run],
-    curved: bool,
+    strokes: pd.DataFrame, left: FloatArray, speed: float, sheet: Mapping[str, Run], curved: bool
 ) -> tuple[str, list[Remark]] | None:
-    """Name the runs whose surface or whose lag is not that of the others; None where all are alike."""
+    """Name the runs whose surface or whose lag is not that of the others; None where all are alike.
+
+    `left`, shape (2, n), cm: start of the stress without the common lag; lag without the common start.
+    """
     names = strokes["run_id"].to_numpy()
     order = np.argsort([sheet[name].row for name in names], kind="stable")
-    names, start, sine = names[order], start[order], sine[order]
+    names, left = names[order], left[:, order]
     deep = strokes["depth_to_cm"].to_numpy(float)[order]
     if curved and np.ptp(deep) > 0:
         from scipy.stats import theilslopes
 
         # a line through curved stress begins the deeper the deeper it ends
-        start = start - theilslopes(start, deep).slope * (deep - np.median(deep))
-    kinds = {"surface": step_or_heap(start), "lag": step_or_heap(start / sine)}
+        off = deep - np.median(deep)
+        left = np.stack([part - theilslopes(part, deep).slope * off for part in left])
+    kinds = {name: step_or_heap(part) for name, part in zip(("surface", "lag"), left, strict=True)}
     found = {name: one for name, one in kinds.items() if one is not None}
     if not found:
         return None
     kind = max(found, key=lambda name: found[name][0])
     other = found[kind][1]
-    values = start if kind == "surface" else start / sine
+    values = left[0] if kind == "surface" else left[1]
     gap = float(np.median(values[other]) - np.median(values[~other]))
     if abs(gap) < _STEP_CM:
         return None
