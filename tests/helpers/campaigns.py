@@ -19,11 +19,13 @@ import yaml
 from jobs import run_rules
 from matplotlib.text import Text
 from text_boxes import text_faults
+from true_sentences import untrue
 
 from rftfit.campaign.config import Config
 from rftfit.cli.main import main
 from rftfit.figures import style
 from rftfit.lab.enact import reenact
+from rftfit.results import open_results
 from rftfit.store import write_bytes
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
@@ -67,11 +69,14 @@ class Folder:
 
         All figures are put together. With `made`, each is drawn as svg, and its other files are those
         of `made`; else its svg holds its words alone and the others nothing. Of the names `checked`,
-        or of all, the places of words are checked.
+        or of all, the places of words are checked. What a whole campaign says must rest on its records.
         """
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(style, "save", partial(_sketch, self, made, checked))
             run_rules(self.config, last=last)
+        if last == "provenance":
+            told = untrue(open_results(self.root))
+            assert not told, "\n".join(told)
 
     def rftfit(self, *words: str) -> subprocess.CompletedProcess[str]:
         """Run a command in this process, from the campaign's folder."""

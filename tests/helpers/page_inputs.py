@@ -60,7 +60,7 @@ HOLED = "glass3mm_CP"
 THETA_DEG = np.arange(-135, 136, 5)
 SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", "leg_errors",
           "leg_sensitivity", "sands", "sand_correction")  # fmt: skip
-OF_MEDIA = ("checks", "alpha", "maps", "runs", "fits", "legs")
+OF_MEDIA = ("checks", "alpha", "maps", "runs", "tares", "fits", "legs")
 
 
 def paper_config() -> Config:
@@ -258,6 +258,9 @@ def write_robot(results: Results) -> None:
     write(results, "robot/speed.csv", speeds)
     write(results, "robot/errors.csv", speed_errors(measured, pd.concat(simulated)))
     write(results, "robot/optimum.csv", optima(speeds))
+    write(results, "robot/measured.csv", measured)
+    for name in ("tracks", "strides"):
+        write(results, f"robot/{name}.csv", pd.DataFrame())
     path = results.root / "results" / "robot" / "frames.json"
     path.write_text(json.dumps(FRAMES), encoding="utf-8")
 

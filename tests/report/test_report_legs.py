@@ -410,8 +410,10 @@ def test_legs_are_those_of_the_config() -> None:
 
 
 def test_captions_tell_the_peak_errors() -> None:
-    found = results(leg_errors=errors().assign(peak_error_percent=-4.5))
+    behind = errors().assign(peak_error_percent=-4.5, peak_errors="hip 90 %, arc 10 %")
+    found = results(leg_errors=behind)
     told = next(one for one in figures() if one.name == "legs").caption_of(found, "poppy_LP")
     assert "measured table: c-leg \u22124.5 %, flat leg \u22124.5 %" in told
+    assert "(hip: its height): c-leg, hip 90 %, arc 10 %; flat leg, hip" in told
     told = next(one for one in figures() if one.name == "legs_by_medium").caption_of(found)
     assert "within 10 % in 6 and within 33 % in 6 of 6 cases" in told

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import re
 import time
+from functools import partial
 from html.parser import HTMLParser
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from page_inputs import (
     sand_results,
     write,
 )
+from true_sentences import untrue
 
 from rftfit import reference
 from rftfit.campaign.config import Maps, Table
@@ -315,6 +317,14 @@ def test_methods_are_built_from_this_campaign(results: Results) -> None:
     text = " ".join(paragraphs(changed, outcome))
     assert " 4.5 cm" in text
     assert "90 %" in text
+
+
+@pytest.mark.parametrize(
+    "make", [partial(page_results, robot=True), page_results, sand_results, empty_grid_results]
+)
+def test_every_sentence_rests_on_records(make: Callable[[Path], Results], tmp_path: Path) -> None:
+    """With a robot that was calibrated, and where most is absent; `Folder.run_here` asks whole campaigns."""
+    assert untrue(make(tmp_path)) == []
 
 
 def test_methods_tell_what_few_repeats_show(tmp_path: Path) -> None:

@@ -292,6 +292,9 @@ def test_each_sweep_has_its_figures_and_captions() -> None:
     told = own["figures/robot_full_profiles"].caption_of(results, "robot_full")
     assert f"Of {len(runs)} runs, 3 came to no steady speed" in told
     assert "upside down (3 runs)" in told
+    runs["outcome"] = "steady"
+    still = memory({"robot_full/errors.csv": errors, "robot_full/speed.csv": runs})
+    assert "upside down" not in own["figures/robot_full_profiles"].caption_of(still, "robot_full")
     assert [own[f"figures/{name}_speed"].on_demand for name in ("robot", "robot_full")] == [
         False,
         True,
@@ -300,7 +303,10 @@ def test_each_sweep_has_its_figures_and_captions() -> None:
 
 def test_captions_of_motion_and_curvature(motion: pd.DataFrame) -> None:
     best = optima(speeds())
-    tables = {"robot/motion.csv": motion, "robot/optimum.csv": best, "robot/strides.csv": strides()}
+    tables = {
+        "robot/motion.csv": motion.assign(profile="map"), "robot/optimum.csv": best,
+        "robot/strides.csv": strides(), "robot/errors.csv": compared(),
+    }  # fmt: skip
     results = memory(tables)
     own = {one.file(sweep): one for one in figures() for sweep in one.media(results.campaign)}
     first = motion[motion["curvature_times_R"] == 1.0]
@@ -309,6 +315,7 @@ def test_captions_of_motion_and_curvature(motion: pd.DataFrame) -> None:
     assert f"c-leg, 2 Hz: {first['x_cm'].iloc[-1] / first['time_s'].iloc[-1]:.1f} cm/s" in told
     assert f"lift of a tripod up to {lift:.2f} N" in told
     assert "c-leg, 2 trials" in told
+    assert "Simulated on the map." in told
     results.tables["robot/strides.csv"] = strides().iloc[:0]
     assert "marker track" not in own["figures/robot_motion"].caption_of(results)
     top = best.query("profile == 'table' and frequency_Hz == 5").iloc[0]

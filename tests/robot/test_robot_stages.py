@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from light_campaign import alpha_frame
 import rftfit
 from rftfit import reference
 from rftfit.campaign.config import Config
-from rftfit.campaign.load import load_campaign
+from rftfit.campaign.load import REENACTED, load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.errors import InputError
 from rftfit.lab.tracks import TRIALS, plan_trials, track_files
@@ -93,6 +94,15 @@ def test_from_tracks_to_the_published_speeds(root: Path) -> None:
     for path in (root / "raw" / "paper" / "robot" / "tracks").iterdir():
         lines += sum(1 for line in path.read_text("utf-8").splitlines() if line[0].isdigit())
     assert ledger["rows"].sum() == lines
+
+
+def test_a_reenacted_track_has_no_mean_stride(root: Path) -> None:
+    """The lab makes up how the robot surges within a stride: nobody measured it."""
+    for reenacted in (False, True):
+        if reenacted:
+            write_text(root / "raw" / "paper" / REENACTED, "made by rftfit reenact\n")
+        measured(root)
+        assert open_results(root).table("robot/strides.csv").empty == reenacted
 
 
 def test_same_seed_same_tracks(root: Path) -> None:
@@ -300,6 +310,19 @@ def test_the_map_is_run_on_where_the_table_has_holes(
     assert np.isnan(lost["speed_cm_per_s"])
     truth = rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0).speed_cm_per_s
     assert found["speed_cm_per_s"] == pytest.approx(truth, rel=0.15)
+
+
+def test_its_pictures_are_of_the_profile_that_it_runs_on(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    z, x = (part.copy() for part in reference.alpha_grid("poppy_LP"))
+    z[1:6:2, 4:9] = x[1:6:2, 4:9] = np.nan
+    for name in ("simulate", "tail_of", "stance_of"):
+        monkeypatch.setattr(stages, name, lambda *_, **__: pd.DataFrame({"n": [1]}))
+    monkeypatch.setattr(stages, "frames_of", lambda _, profile: {"reason": profile.reason})
+    motion, _, frames = stages.robot_motion(with_alpha(root, (z, x)))
+    assert set(motion["profile"]) == {"map"}
+    assert json.loads(frames) == {"reason": "", "medium": "poppy_LP", "profile": "map"}
 
 
 def test_a_missing_fit_is_a_reason_not_a_number(root: Path) -> None:

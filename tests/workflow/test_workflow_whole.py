@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from paper_grid import grid
+from true_sentences import untrue
 
 from rftfit.compare.published import ITEM_COLUMNS, VERDICTS
 from rftfit.measure.alpha import column
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED
 from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load
+from rftfit.results import open_results
 
 if TYPE_CHECKING:
     from campaigns import Folder
@@ -112,3 +114,7 @@ def test_reproduction_table_says_where_the_paper_differs(whole: Folder) -> None:
     assert table["why"].notna().all()
     own = table[table["where"].isin(["Table S5", "Table S3"])]
     assert (own["verdict"] == "same").all()
+
+
+def test_what_the_demonstration_says_rests_on_its_records(whole: Folder) -> None:
+    assert untrue(open_results(whole.root)) == []

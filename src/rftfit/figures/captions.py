@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import pandas as pd
 
+    from rftfit.figures.registry import Words
     from rftfit.results import Results
 
 PROFILES = {
@@ -27,6 +28,9 @@ PROFILES = {
     "depth_only": "depth-only",
 }
 """Names of the profiles for people, in the order in which figures and page show them."""
+
+_MANY = 20
+"""A twentieth of fewer runs is less than one."""
 
 LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
 
@@ -78,22 +82,44 @@ def median_half_width(table: pd.DataFrame, digits: int) -> str:
     return quantile([half_width(table, c) for c in "zx"], 0.5, digits)
 
 
-def plates(results: Results, medium: str) -> dict[str, str]:
-    """Sum up the plate runs of a medium, or of all laboratory media.
+def tared(results: Results, runs: pd.DataFrame) -> bool:
+    """Whether a tare was taken off any of the runs of a table."""
+    with_tare = [run.run_id for run in results.campaign.runs if run.tare_run]
+    known = runs["run_id"].isin(with_tare) & ~flagged_with(runs, "no-tare")
+    return bool(known.any())
+
+
+def predicted_by(results: Results) -> dict[str, list[str]]:
+    """Media in which each profile gave a whole curve of the force on a leg."""
+    table = results.table("predicted.csv")
+    whole = table["force_z_N"].notna().groupby([table[n] for n in ("profile", "medium", "leg")])
+    known = whole.all().loc[lambda one: one].index.to_frame(index=False)
+    return {str(n): list(dict.fromkeys(part["medium"])) for n, part in known.groupby("profile")}
+
+
+def plates(results: Results, medium: str) -> Words | None:
+    """Sum up the plate runs of a medium, or of all laboratory media; None where there is none.
 
     `bend`, `bend_most`: departure of a parabola from the line at the end of the window, percent of
-    the vertical stress there; median and 95th percentile.
+    the vertical stress there; median and, of twenty runs or more, 95th percentile.
     """
     fits = results.joined("fits/{medium}.csv", (medium,) if medium else results.laboratory)
+    if fits.empty:
+        return None
     bend = 100 * fits["nonlinear_z_ratio"].abs()
-    return {
+    many = bend.notna().sum() >= _MANY
+    found: Words = {
         "runs": str(len(fits)),
         "good": str(int(fits["alpha_z_N_per_cm3"].notna().sum())),
         "half": median_half_width(fits, 4),
         "slanted": str(int(bend.notna().sum())),
         "bend": quantile(bend, 0.5, 1),
-        "bend_most": quantile(bend, 0.95, 1),
+        "bend_most": quantile(bend, 0.95, 1) if many else "",
         "doubts": str(flagged_with(fits, "not-linear").sum()),
+        "tared": tared(results, fits),
+    }
+    return found | {
+        name: bool((fits["direction"] == name).any()) for name in ("extraction", "horizontal")
     }
 
 
@@ -103,7 +129,7 @@ def lift_errors(results: Results, media: Iterable[str]) -> pd.DataFrame:
     return table[table["medium"].isin(list(media)) & (table["component"] == "z")]
 
 
-def peaks(results: Results, media: Iterable[str]) -> dict[str, str]:
+def peaks(results: Results, media: Iterable[str]) -> Words:
     """Sum up the errors of the predicted peak lift of every profile."""
     own = lift_errors(results, media)
     own = own[own["peak_error_percent"].notna()]
@@ -127,18 +153,33 @@ def peaks_by_leg(results: Results, medium: str, profiles: Iterable[str]) -> str:
         part = own[own["profile"] == profile]
         errors = zip(part["leg"], part["peak_error_percent"], strict=True)
         legs = ", ".join(f"{name_of(leg)} {percent(error)}" for leg, error in errors)
-        if legs:
+        if part["peak_error_percent"].notna().any():
             told.append(f"{PROFILES[profile]}: {legs}")
     return "; ".join(told)
 
 
-def peaks_by_medium(
-    results: Results, media: Iterable[str], profiles: Sequence[str]
-) -> dict[str, str]:
+def peaks_by_medium(results: Results, media: Iterable[str], profiles: Sequence[str]) -> Words:
     """Write the error of the predicted peak lift of every leg in several media."""
     found = {medium: peaks_by_leg(results, medium, profiles) for medium in media}
     titles = results.campaign.titles
     return {"peaks": "; ".join(f"{titles[m]}, {text}" for m, text in found.items() if text)}
+
+
+def errors_behind_peaks(results: Results, medium: str) -> str:
+    """Write what the predicted peak lift of every leg by the measured table is uncertain by."""
+    own = lift_errors(results, [medium])
+    known = own[(own["profile"] == "table") & (own["peak_errors"] != "")]
+    return "; ".join(
+        f"{name_of(leg)}, {shares}"
+        for leg, shares in zip(known["leg"], known["peak_errors"], strict=True)
+    )
+
+
+def pushes_of_sands(results: Results) -> str:
+    """Write what is known of each natural sand that was pushed."""
+    known = (results[name].alpha.dropna(subset="alpha_z_N_per_cm3") for name in results.sands)
+    places = {(*table["beta_deg"], *table["gamma_deg"]) for table in known if len(table)}
+    return "one push straight down" if places == {(0, 90)} else "a few pushes"
 
 
 def of_method(results: Results, name: str) -> pd.DataFrame:
@@ -147,7 +188,7 @@ def of_method(results: Results, name: str) -> pd.DataFrame:
     return table[table["method"] == results.config.fourier.method]
 
 
-def zetas(results: Results) -> dict[str, str]:
+def zetas(results: Results) -> Words:
     """Write zeta and chi of every laboratory medium by the configured method."""
     told, titles = [], results.campaign.titles
     for row in of_method(results, "penetration.csv").to_dict("records"):

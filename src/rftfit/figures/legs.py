@@ -23,12 +23,19 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
+    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row
     from rftfit.results import Results
 
 
 def _legged(campaign: Campaign) -> tuple[str, ...]:
     return campaign.with_legs("laboratory")
+
+
+def _numbers(results: Results, media: Sequence[str]) -> Words:
+    return {
+        name: not {*media}.isdisjoint(own) for name, own in captions.predicted_by(results).items()
+    }
 
 
 # One medium, by every model
@@ -49,11 +56,19 @@ _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$
     media=lambda campaign: _legged(campaign)[:1],
     paper="Figs. 3D to 3F",
     section="Legs",
-    caption="""Forces on the legs turned through {medium}, measured (dots) and predicted (lines); bands are \
-{level} intervals that follow from those of alpha. Insets: the depth-only model beside the same dots.
-Good: the line of the interpolated table runs through the dots; the depth-only model is the baseline to beat.
+    caption="""Forces on the legs turned through {medium}: dots measured, lines predicted.
+Bands: {level} intervals.
+Shares of the errors in the variance of the peak lift by the measured table (hip: its height): {behind}.
+{depth_only}Insets: the depth-only model, the baseline, beside the same dots.
+Good: lines run through the dots.
 Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, medium: {"peaks": captions.peaks_by_leg(results, medium, PROFILES)},
+    numbers=lambda results, medium: (
+        _numbers(results, [medium])
+        | {
+            "peaks": captions.peaks_by_leg(results, medium, PROFILES),
+            "behind": captions.errors_behind_peaks(results, medium),
+        }
+    ),
 )
 def legs(results: Results, medium: str) -> Figure:
     """Draw F_z and F_x on each leg in one medium against theta, measured and predicted."""
@@ -144,11 +159,13 @@ _DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
     media=only_if(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S5",
     section="Legs",
-    caption="""Forces on the legs in all laboratory media, measured, and predicted from the interpolated table, \
-with {level} intervals. The peak lifts stand above each panel.
-Good: lines run through the dots.
+    caption="""Forces on the legs in the laboratory media. Dots: measured; the peak lifts stand above each panel.
+{table}Lines: predicted from the interpolated table. Good: they run through the dots.
+Bands: {level} intervals.
 Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, _: captions.peaks(results, results.laboratory),
+    numbers=lambda results, _: (
+        _numbers(results, results.laboratory) | captions.peaks(results, results.laboratory)
+    ),
 )
 def legs_by_medium(results: Results) -> Figure:
     """Draw F_z and F_x on every leg in every laboratory medium, measured and predicted."""
@@ -162,12 +179,12 @@ def legs_by_medium(results: Results) -> Figure:
     media=only_if(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S2",
     section="Legs",
-    caption="""Forces on the legs in all laboratory media, measured (dots), and by the depth-only model (dotted), \
-which knows depth and projected area but no angle. The peak lifts stand above each panel.
-It is the baseline: good is how much nearer the dots the lines of the interpolated table lie.
+    caption="""Forces on the legs in the laboratory media. Dots: measured; the peak lifts stand above each panel.
+{depth_only}Dotted: by the depth-only model, the baseline, which knows depth and projected area but no angle.
 Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, _: captions.peaks_by_medium(
-        results, results.laboratory, ["depth_only"]
+    numbers=lambda results, _: (
+        _numbers(results, results.laboratory)
+        | captions.peaks_by_medium(results, results.laboratory, ["depth_only"])
     ),
 )
 def legs_depth_only(results: Results) -> Figure:
@@ -182,11 +199,16 @@ def legs_depth_only(results: Results) -> Figure:
     media=only_if(lambda campaign: campaign.with_legs("natural_sand")),
     paper="Fig. S12",
     section="Natural sands",
-    caption="""Forces on the legs in the natural sands, measured, and predicted from one penetration test: by the \
-map, with {level} intervals, and by the paper's scaling routine (thin lines; they alone are in Fig. S12).
-Good: lines as near to the dots as in the laboratory media.
+    caption="""Forces on the legs in the natural sands. Dots: measured; the peak lifts stand above each panel.
+{map}Lines: predicted by the map from {pushes}. Good: they run through the dots.
+{map}Bands: {level} intervals.
+{generic}Thin lines: by the paper's scaling routine; they alone are in Fig. S12.
 Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, _: captions.peaks_by_medium(results, results.sands, ["map", "generic"]),
+    numbers=lambda results, _: (
+        _numbers(results, results.sands)
+        | captions.peaks_by_medium(results, results.sands, ["map", "generic"])
+        | {"pushes": captions.pushes_of_sands(results)}
+    ),
 )
 def legs_in_sands(results: Results) -> Figure:
     """Draw F_z and F_x on every leg in every natural sand, measured and predicted."""
@@ -292,6 +314,12 @@ _DASHES: tuple[Any, ...] = (
 )  # fmt: skip
 
 
+def _zeta_numbers(results: Results) -> Words | None:
+    if why_no_fit(captions.of_method(results, "penetration.csv"), "zeta"):
+        return None
+    return _numbers(results, results.laboratory) | captions.zetas(results)
+
+
 @figure(
     "forces_over_zeta",
     reads=("predicted.csv", "legs/{media}.csv", "penetration.csv"),
@@ -299,11 +327,11 @@ _DASHES: tuple[Any, ...] = (
     media=only_if(_legged),
     paper="Fig. S8",
     section="Legs",
-    caption="""Measured forces over zeta, all laboratory media on one another, and the generic prediction (black) \
-with the widest of its {level} intervals.
-Good: one curve. Where the media are alike but for zeta, all curves fall on the black one.
+    caption="""Measured forces over zeta in the laboratory media.
+{generic}Black: the generic prediction. Good: all curves fall on it.
+{generic}Grey: the widest of its {level} intervals.
 Scaling: {zetas}.""",
-    numbers=lambda results, _: captions.zetas(results),
+    numbers=lambda results, _: _zeta_numbers(results),
 )
 def forces_over_zeta(results: Results) -> Figure:
     """Draw measured F / zeta of all laboratory media on each leg against theta, with the generic one.
@@ -406,12 +434,13 @@ _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
     settings=("fit",),
     media=only_if(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
     section="Legs",
-    caption="""How far the predicted peak lift is from the measured one, with its {level} interval, on a \
-logarithmic axis of their ratio. The shades are what the paper states: 10 % (c-leg, four media) and 33 % (all legs \
-and media).
-Good: points inside the shades.
+    caption="""How far the predicted peak lift is from the measured one, on a logarithmic axis of their ratio. The \
+shades are what the paper states: 10 % (c-leg, four media) and 33 % (all legs and media). Good: points inside the shades.
+Bars: {level} intervals.
 Errors: {peaks}.""",
-    numbers=lambda results, _: captions.peaks(results, results.media),
+    numbers=lambda results, _: (
+        found if (found := captions.peaks(results, results.media))["peaks"] else None
+    ),
 )
 def peak_errors(results: Results) -> Figure:
     """Draw predicted over measured peak lift, one panel per leg, one row per medium."""
@@ -459,22 +488,34 @@ def peak_errors(results: Results) -> Figure:
 _SHAPE_PANEL_CM, _SHAPE_TOP_CM = 4.2, 0.5
 
 
+def _shape_numbers(results: Results) -> Words | None:
+    rows = _varied(results)
+    if rows.empty:
+        return None
+    return {"counts": told(shapes(rows)), "arcs": bool((rows["arc_deg"] > 0).any())}
+
+
+def _varied(results: Results) -> pd.DataFrame:
+    """Peaks by the measured table beside measured ones, a row a shape of a leg."""
+    table = results.table("leg_sensitivity.csv")
+    return table[(table["profile"] == "table") & table["peak_error_z_percent"].notna()]
+
+
 @figure(
     "leg_shapes",
     reads=("leg_sensitivity.csv",),
     media=only_if(_legged),
     section="Legs",
-    caption="""Error of the predicted peaks by the measured table, as what is not stated of the legs is varied: \
-the angle that the arc spans (across), the face (full: middle line; hollow: half the thickness ahead), the height of \
-the hip (bars: 2 mm up and down). Shaded: the 33 % that the paper states for all legs and media.
-Good: points inside the shade whatever the shape. Where they leave it with the shape, the error tells of the leg.
+    caption="""Error of the predicted peaks by the measured table, as the shape of the legs is varied: the face (full: \
+middle line; hollow: half the thickness ahead), the height of the hip (bars: 2 mm up and down).
+{arcs}Across: the angle that the arc of a curved leg spans.
+Shaded: the 33 % that the paper states for all legs and media. Good: points inside the shade whatever the shape.
 Peaks within 33 %: {counts}.""",
-    numbers=lambda results, _: {"counts": told(shapes(results.table("leg_sensitivity.csv")))},
+    numbers=lambda results, _: _shape_numbers(results),
 )
 def leg_shapes(results: Results) -> Figure:
     """Draw predicted over measured peaks of every leg against its arc, for all laboratory media."""
-    table = results.table("leg_sensitivity.csv")
-    rows = table[(table["profile"] == "table") & table["peak_error_z_percent"].notna()]
+    rows = _varied(results)
     if rows.empty:
         return style.missing("no leg was measured in a laboratory medium")
     columns = Columns(leg_panels.leg_order([rows]), left=1.5, gap=0.35, widest=6)

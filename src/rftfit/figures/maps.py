@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
+    from rftfit.figures.registry import Words
     from rftfit.results import Results
 
     Model = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
@@ -45,8 +46,8 @@ PITCH_CM = 4.08
 LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
 
 
-def _cell_numbers(results: Results, medium: str) -> dict[str, str]:
-    told = []
+def _cell_numbers(results: Results, medium: str) -> Words:
+    told, most = [], 0
     media = (medium,) if medium else results.laboratory
     for name in media:
         table = results[name].alpha
@@ -56,9 +57,12 @@ def _cell_numbers(results: Results, medium: str) -> dict[str, str]:
             ends = (captions.quantile(alpha, end, 3) for end in (0, 1))
             text += f", \N{GREEK SMALL LETTER ALPHA}_z from {' to '.join(ends)}"
         told.append(text + _half_width(table, "its interval"))
-    scattered = not all(lies_on_grid(results[name].alpha) for name in media)
+        most = max(most, int(alpha.notna().sum()))
+    shown = stress_runs(results.campaign) if medium else []
     return {
-        "cells": "; ".join(told), "dots": _DOTS if scattered else "", "plates": _PLATES if medium else "",
+        "cells": "; ".join(told), "some": most > 0, "many": most >= _SMOOTH, "plates": bool(medium),
+        "dots": most > 1 and not all(lies_on_grid(results[name].alpha) for name in media),
+        "circles": any(results.campaign.by_id[run].medium == medium for run in shown),
     }  # fmt: skip
 
 
@@ -68,21 +72,16 @@ def _half_width(table: pd.DataFrame, of: str) -> str:
     return half and f", median half width of {of} {half}"
 
 
-_DOTS = """
-Dots are single directions that lie on no grid; the colour between them is interpolated, white is farther than \
-35 degrees from all of them."""
+_SMOOTH = 4
+"""Directions that make a map."""
 
-
-_PLATES = """
-Small plates are held at the angles where they stand, and arrows show where they move. Circles: the runs of the stress \
-figure."""
-
-_MAPS_CAPTION = """Measured alpha over attack angle beta and intrusion angle gamma, and the half width of \
-its {level} interval. Red pushes up or toward +x. Grey cells have no usable run; slanted lines: this part of the \
-force does not oppose the motion.
-{dots}
-{plates}
-Good: smooth from cell to cell, and intervals small beside alpha.
+_MAPS_CAPTION = """Measured alpha over attack angle beta and intrusion angle gamma. Red pushes up or toward +x.
+{some}Beside it: the half width of its {level} interval.
+{dots}Dots are single directions that lie on no grid; the colour between them is interpolated, white is farther than \
+35 degrees from all of them.
+{plates}Small plates are held at the angles where they stand, and arrows show where they move.
+{circles}Circles: the runs of the stress figure.
+{many}Good: smooth from cell to cell.
 In N/cm^3: {cells}."""
 
 
@@ -145,7 +144,7 @@ def _few_pushes(campaign: Campaign) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _estimated_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+def _estimated_numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
     told = []
     for name in _few_pushes(results.campaign):
         table = results.table(f"maps/{name}.csv")
@@ -155,7 +154,7 @@ def _estimated_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa
                 (table["source"] == "measured").sum(),
             )
             told.append(f"{results[name].title} {half} from {pushes} measured")
-    return {"half": "; ".join(told)}
+    return {"half": "; ".join(told)} if told else None
 
 
 @figure(
@@ -245,8 +244,10 @@ def _has_holes(table: pd.DataFrame, column: str) -> bool:
     return bool(np.isnan(values).any())
 
 
-def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+def _fit_numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
     table = captions.of_method(results, "coefficients.csv")
+    if why_no_fit(table, "value_N_per_cm3"):
+        return None
     own = table[table["medium"] != GENERIC]
     told, titles = [], results.campaign.titles
     for name, rows in own.groupby("medium", sort=False):
@@ -268,9 +269,8 @@ def _fit_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG0
     media=only_if(lambda campaign: campaign.of_role("laboratory")),
     section="Force profiles",
     caption="""The nine-term Fourier fit by {method}, and what it leaves of the measured alpha.
-In N/cm^3: {fits}.
-What the nine terms leave over beyond the intervals is the profile they cannot follow; the forces on legs are \
-therefore predicted from the interpolated table.""",
+Good: what it leaves is small beside alpha.
+In N/cm^3: {fits}.""",
     numbers=_fit_numbers,
 )
 def fit_maps(results: Results) -> Figure:
@@ -282,6 +282,10 @@ def fit_maps(results: Results) -> Figure:
     return _draw_models(results, models, f"nine-term fit ({method})", "measured minus fit")
 
 
+def _depth_only(results: Results, medium: str) -> DepthOnlyProfile:
+    return DepthOnlyProfile.of(TableProfile.from_table(results[medium].alpha))
+
+
 @figure(
     "depth_only_maps",
     reads=("alpha/{medium}.csv",),
@@ -290,12 +294,14 @@ def fit_maps(results: Results) -> Figure:
     section="Force profiles",
     caption="""alpha of the depth-only model in {medium}, made from alpha_z straight down and up and from \
 alpha_x of an upright plate moved sideways as measured, and what it leaves of the measured alpha.
-It knows the depth and the projected area, not the angles: what stands in the second and fourth map is why \
-its forces on legs are wrong.""",
+It knows the depth and the projected area, not the angles: the second and fourth map show what it misses.""",
+    numbers=lambda results, medium: (
+        None if np.isnan(_depth_only(results, medium).values).any() else {}
+    ),
 )
 def depth_only_maps(results: Results, medium: str) -> Figure:
     """Draw maps of the depth-only alpha, each beside measured minus depth-only."""
-    profile = DepthOnlyProfile.of(TableProfile.from_table(results[medium].alpha))
+    profile = _depth_only(results, medium)
     if np.isnan(profile.values).any():
         return style.missing(f"{medium}: no depth-only model", [profile.reason])
     heads = "depth-only", "measured minus depth-only"

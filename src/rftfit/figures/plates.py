@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.campaign.config import Leg
 from rftfit.errors import InputError
 from rftfit.figures import captions, style
 from rftfit.figures.registry import figure, greek, only_if
@@ -19,8 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
+    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
 
@@ -69,15 +70,26 @@ def stress_runs(campaign: Campaign) -> list[str]:
     return [nearest[name] for name in sorted(nearest, reverse=True)]
 
 
-def _stress_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
-    told = []
+def _stress_numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
+    told, directions = [], set()
     for run in stress_runs(results.campaign):
         fits = results[results.campaign.by_id[run].medium].fits
-        for row in fits[fits["run_id"] == run].to_dict("records"):
+        slopes = fits[(fits["run_id"] == run) & fits["alpha_z_N_per_cm3"].notna()]
+        for row in slopes.to_dict("records"):
             z, x = (alpha_text(row, c) for c in "zx")
             angles = f"({style.degrees(row['beta_deg'])}, {style.degrees(row['gamma_deg'])})"
             told.append(greek(f"{run} at {angles}: alpha_z {z}, alpha_x {x} N/cm^3"))
-    return {"slopes": "; ".join(told)}
+            directions.add(row["direction"])
+    if not told:
+        return None
+    return {"slopes": "; ".join(told), "legs": _reach(results.config) > 0,
+            "extraction": "extraction" in directions}  # fmt: skip
+
+
+def _reach(config: Config) -> float:
+    """Greatest depth that a tip of the legs reaches, cm; 0 without legs."""
+    depths = [leg.max_length_cm - leg.hip_height_cm for leg in config.legs.values()]
+    return max(depths, default=0.0)
 
 
 @figure(
@@ -87,10 +99,11 @@ def _stress_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: A
     media=only_if(lambda campaign: campaign.of_samples() and stress_runs(campaign)),
     paper="Fig. 2B",
     section="Measurement",
-    caption="""Stress against depth of single runs, with the line through zero and its {level} interval.
-The shaded depths were fitted: there the plate is wholly submerged and far from walls and bottom. The bar on top: \
-the depths that the legs reach.
-Good: the stress is straight over them. An extraction is drawn as it is filed: its horizontal stress is turned.
+    caption="""Stress against depth of single runs, and alpha times depth.
+Bands: {level} intervals.
+The shaded depths were fitted. Good: the stress is straight over them.
+{legs}The bar on top: the depths that the legs reach.
+{extraction}An extraction is drawn as it is filed: its horizontal stress is turned.
 Slopes by run, filed under (beta, gamma): {slopes}.""",
     numbers=_stress_numbers,
 )
@@ -114,9 +127,7 @@ def stress_of_runs(results: Results) -> Figure:
     # one run alone gets the width of two
     side = _RUN_SIDE_CM + (_RUN_PITCH_CM if across == 1 else 0)
     width = _RUN_LEFT_CM + max(across - 1, 1) * _RUN_PITCH_CM + _RUN_SIDE_CM + 0.4
-    legs = [leg.max_length_cm - leg.hip_height_cm
-            for leg in campaign.config.intruders.values() if isinstance(leg, Leg)]  # fmt: skip
-    deepest = max(legs, default=0.0)
+    deepest = _reach(campaign.config)
     lines = -(-(6 + bool(deepest)) // _LEGEND_COLUMNS[across])
     page = style.new_figure(width, down * _RUN_ROW_CM + 0.3 + 0.33 * lines)
     for i, run in enumerate(drawn):
@@ -192,12 +203,13 @@ _NOTE_PT = 5.5
     settings=("intruders", "fit"),
     media=only_if(lambda campaign: campaign.of_samples("laboratory")),
     section="Measurement",
-    caption="""Is stress in proportion to depth, in all media and directions?
-Lines are the slopes of the alpha table, through zero; a horizontal run is one point at its depth, with its \
-{level} interval. Samples outside the window of the fit are faint. Good: samples lie along their line.
-In {slanted} slanted runs a parabola through zero departs from the line, at the end of the window, by {bend} % \
-of the stress there in the median and {bend_most} % in the worst twentieth (where the stress is small); \
-{doubts} runs are flagged as not linear.""",
+    caption="""Is stress in proportion to depth? Lines are alpha times depth; samples outside the window of the \
+fit are faint. Good: samples lie along their line.
+{horizontal}A horizontal run is one point at its depth.
+Bands and bars: {level} intervals.
+At the end of the window a parabola through zero departs from the line by {bend} % of the stress there, in the \
+median (slanted runs: {slanted}; flagged as not linear: {doubts}).
+In the worst twentieth it departs by {bend_most} %.""",
     numbers=captions.plates,
 )  # fmt: skip
 def linearity(results: Results) -> Figure:

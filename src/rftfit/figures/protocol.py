@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
+    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row, Trace
     from rftfit.measure.alignment import Alignment
     from rftfit.measure.clocks import ClockFit
@@ -153,6 +154,17 @@ def _about(run: Run) -> str:
     return f"{held}, filed under ({style.degrees(filed_beta)}, {style.degrees(filed_gamma)})"
 
 
+def _numbers(results: Results, medium: str) -> Words | None:
+    found, legs = captions.plates(results, medium), results[medium].legs
+    if found is None or (found["good"] == "0" and legs.empty):
+        return None
+    tares = {
+        "the rod alone": found["tared"],
+        "the leg turned in air": captions.tared(results, legs),
+    }
+    return found | {"tares": " or ".join(name for name, there in tares.items() if there)}
+
+
 @figure(
     "protocol",
     reads=("traces/{medium}.parquet", "tared/{medium}.parquet", "windows/{medium}.parquet",
@@ -161,13 +173,14 @@ def _about(run: Run) -> str:
     media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
     caption="""How a force becomes a slope, in {medium}.
-One run of each kind in a column: its position, the force on it beside that on its tare (the rod alone, or \
-the leg turned in air), and what is left. Both strokes begin at 0 s. The stress of a plate is drawn as filed: \
-of an extraction the horizontal part is turned. A horizontal run counts once its force is steady.
-Good: the tare is small beside the force, and the stress is straight over the shaded window.
+One run of each kind in a column: its position, the force on it, and what it gave. Strokes begin at 0 s.
+Pale: the force on its tare ({tares}), which is taken off. Good: small beside the force on the run.
+{extraction}The stress of a plate is drawn as filed: of an extraction the horizontal part is turned.
+{horizontal}A horizontal run counts once its force is steady.
+Good: the stress is straight over the shaded window.
 {good} of {runs} plate runs of this medium gave a slope.
 The half width of its {level} interval is {half} N/cm^3 in the median.""",
-    numbers=captions.plates,
+    numbers=_numbers,
 )  # fmt: skip
 def protocol(results: Results, medium: str) -> Figure:
     """Draw runs of several kinds from recording to result, one column each."""
@@ -313,6 +326,16 @@ def _draw_leg(axes: Axes, column: Column) -> str:
 # The tare: what the rod and the mount alone felt, and where that may be used
 
 
+def _tare_numbers(results: Results, medium: str) -> Words | None:
+    return None if _known(results, medium).empty else captions.plates(results, medium)
+
+
+def _known(results: Results, medium: str) -> pd.DataFrame:
+    """Slanted plate runs that have a tare."""
+    tares = results.table(f"tares/{medium}.csv")
+    return tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
+
+
 @figure(
     "tare",
     reads=("tared/{medium}.parquet", "tares/{medium}.csv"),
@@ -323,12 +346,12 @@ def _draw_leg(axes: Axes, column: Column) -> str:
 depths at which it may be taken off. Outside them the tare refuses, and those samples are not used.
 Good: small beside the forces on plates, and valid over the whole stroke.
 {good} of {runs} plate runs of this medium have a slope.""",
-    numbers=captions.plates,
+    numbers=_tare_numbers,
 )
 def tare(results: Results, medium: str) -> Figure:
     """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
     tares, samples = results.table(f"tares/{medium}.csv"), results.table(f"tared/{medium}.parquet")
-    known = tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
+    known = _known(results, medium)
     none = results.config.fit.missing_tare == "none"
     if known.empty:
         nothing = "nothing to subtract (fit.missing_tare: none)" if none else str(remark("no-tare"))

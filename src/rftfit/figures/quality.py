@@ -23,16 +23,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.conventions import FloatArray
+    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row, Trace
     from rftfit.measure.flags import Remark
     from rftfit.results import Results
 
 
-def _numbers(results: Results, medium: str) -> dict[str, str]:
-    fits = results[medium].fits
+def _numbers(results: Results, medium: str) -> Words | None:
+    fits, found = results[medium].fits, captions.plates(results, medium)
+    if found is None:
+        return None
     shared = shared_flags(fits)
     marked = sum(bool(problem_text(fit, shared)) for fit in fits.to_dict("records"))
-    return captions.plates(results, medium) | {"marked": str(marked)}
+    return found | {"marked": str(marked)}
 
 
 @figure(
@@ -42,9 +45,10 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:
     media=lambda campaign: campaign.of_samples(),
     folder="quality",
     section="Measurement",
-    caption="""Every plate run in {medium} with its tare, window and fit; a run that needs a look has a red \
+    caption="""Every plate run in {medium} with its window and fit; a run that needs a look has a red \
 frame, in which it says why.
-Good: stress along the dashed line over the shaded window, tares small beside it, few red frames.
+{tared}Pale: its tare, as stress. Good: small beside that of the plate.
+Good: stress along the dashed line over the shaded window, few red frames.
 {good} of {runs} plate runs gave a slope; {marked} marked.
 The median half width of the {level} interval is {half} N/cm^3.""",
     numbers=_numbers,

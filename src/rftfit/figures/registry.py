@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
     from rftfit.results import Results
 
+Words = dict[str, str | bool]
+"""Words of a caption by name."""
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -42,11 +45,12 @@ class Declared:
         stand for all of these.
     `caption`: What is seen and what good looks like, in lines. Words in braces come from `numbers`,
         or are ``{medium}`` (its title), ``{level}`` (of intervals) and ``{method}`` (of the fit); a
-        line with a word that this campaign does not have is left out.
+        line with a word that this campaign does not have is left out. A word that is True prints nothing:
+        a condition on the records.
     `section`: Of the page.
     `media`: The media it is drawn for; ``("",)`` for a single one, nothing where it does not exist.
     `paper`: Number of the paper's figure that it is made after, empty where there is none.
-    `numbers`: Words of the caption, from results and medium.
+    `numbers`: Words of the caption, from results and medium; None where the figure says itself why it is empty.
     `settings`: Sections of the configuration that it depends on.
     `logs`: Whether it reads logs.
     `folder`: Below ``results/``.
@@ -60,7 +64,7 @@ class Declared:
     section: str
     media: Callable[[Campaign], tuple[str, ...]]
     paper: str = ""
-    numbers: Callable[[Results, str], dict[str, str]] | None = None
+    numbers: Callable[[Results, str], Words | None] | None = None
     settings: tuple[str, ...] = ()
     logs: bool = False
     folder: str = "figures"
@@ -85,21 +89,30 @@ class Declared:
 
     def caption_of(self, results: Results, medium: str = "") -> str:
         """Write the caption with the numbers of a run, as plain text; what is missing is left out."""
-        words = {
+        words: Words = {
             "medium": results.campaign.titles.get(medium, medium),
             "level": level(results),
             "method": results.config.fourier.method,
         }
+        # a title may have braces of its own
+        told = [greek(f"{one}.") for one in _marks(results, self.section, medium)]
+        # no table, or an odd one: the caption stands without its numbers
+        odd = InputError, LookupError, ValueError, TypeError
+        with suppress(*odd):
+            words["level"] = level(results) if has_intervals(results) else ""
         if self.numbers is not None:
-            # no table, or an odd one: the caption stands without its numbers
-            with suppress(InputError, LookupError, ValueError, TypeError):
-                words |= self.numbers(results, medium)
-        known = {name: " ".join(word.split()) for name, word in words.items() if word}
+            with suppress(*odd):
+                if (found := self.numbers(results, medium)) is None:
+                    return " ".join(told)
+                words |= found
+        known = {
+            name: " ".join(word.split()) if isinstance(word, str) else ""
+            for name, word in words.items()
+            if word
+        }
         lines = self.caption.splitlines()
         if self.paper:
             lines.append(f"Made after {self.paper} of Li, Zhang and Goldman (2013).")
-        # a title may have braces of its own
-        told = [greek(f"{one}.") for one in _marks(results, medium)]
         told += [
             greek(line).format(**known) for line in lines if set(_WORD.findall(line)) <= set(known)
         ]
@@ -141,7 +154,7 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
         def inside(*args: P.args, **kwargs: P.kwargs) -> R:
             made = draw(*args, **kwargs)
             results, *medium = args
-            if told := _marks(results, *medium):  # type: ignore[arg-type]
+            if told := _marks(results, facts["section"], *medium):  # type: ignore[arg-type]
                 mark(made, told)
             return made
 
@@ -153,10 +166,22 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
     return declare
 
 
-def _marks(results: Results, medium: str = "") -> list[str]:
+def has_intervals(results: Results) -> bool:
+    """Whether alpha, or a force that is predicted from it, has an interval."""
+    tables = results.joined("alpha/{medium}.csv"), results.table("predicted.csv")
+    ends = ("alpha_z_lo_N_per_cm3", "force_z_lo_N")
+    return any(bool(table[end].notna().any()) for table, end in zip(tables, ends, strict=True))
+
+
+def _marks(results: Results, section: str, medium: str = "") -> list[str]:
     """What is to be said of the media that a figure may show, of those that fail a check."""
-    titles, marks = results.campaign.titles, results.marks
-    shown = [medium] if medium in results.campaign.titles else list(marks)
+    campaign, marks = results.campaign, results.marks
+    titles, shown = campaign.titles, list(marks)
+    if medium in titles:
+        shown = [medium]
+    elif section in ("Robot", "Natural sands"):
+        robot = (campaign.robot_medium,)
+        shown = [*(robot if section == "Robot" else campaign.of_role("natural_sand"))]
     return [f"{titles[name]}: {say(marks[name])}" for name in shown if name in marks]
 
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.conventions import FloatArray
+    from rftfit.figures.registry import Words
     from rftfit.results import Results
 
     _Draw = Callable[[Results, str], Figure]
@@ -73,32 +74,45 @@ _WIDEST_HZ = 1.25
 """No speed is read between neighbours that are farther apart."""
 
 
-def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
+def _speed_numbers(results: Results, sweep: str) -> Words | None:
     errors, runs = results.table(f"{sweep}/errors.csv"), results.table(f"{sweep}/speed.csv")
+    if runs.empty:
+        return None
     told = {}
+    fitted = (errors["calibrated"] == "yes").any()
     for name, part in errors.groupby("profile", sort=False):
         (near, of), (far, _) = (share_within(part, percent) for percent in (20, 35))
         half = (part["simulated_hi_cm_per_s"] - part["simulated_lo_cm_per_s"]) / 2
         new = part[part["calibrated"] == "no"]
         (new_near, new_of), (new_far, _) = (share_within(new, percent) for percent in (20, 35))
         told[str(name)] = (
-            f"{captions.name_of(str(name))}: within 20 % in {near} and within 35 % in {far} of {of} conditions; "
-            f"of the {new_of} that the robot's unknown lengths were not found from, in {new_near} and "
-            f"{new_far}"
+            f"{captions.name_of(str(name))}: within 20 % in {near} and within 35 % in {far} of {of} conditions"
         )
+        if fitted:
+            told[str(name)] += (
+                f"; of the {new_of} that the robot's unknown lengths were not found from, in {new_near} and {new_far}"
+            )
         if half.notna().any():
             median, most = (captions.quantile(half, share, 2) for share in (0.5, 1))
             told[str(name)] += f"; intervals of \N{PLUS-MINUS SIGN} {median} cm/s in the median, "
             told[str(name)] += f"at most \N{PLUS-MINUS SIGN} {most} cm/s"
     once = errors.drop_duplicates("condition")
-    return {
+    on_table = runs[runs["profile"] == "table"]
+    counts = {
+        "conditions": len(once),
+        "calibrated": (once["calibrated"] == "yes").sum(),
+        "runs": len(runs),
+        "not_steady": (runs["outcome"] != "steady").sum(),
+        "tipped": (runs["outcome"] == "tipped").sum(),
+        "warned": (runs["warning"] != "").sum(),
+    }
+    found: Words = {name: str(count) for name, count in counts.items() if count}
+    return found | {
         "robot_medium": results.campaign.titles[results.campaign.robot_medium],
-        "conditions": str(len(once)),
-        "calibrated": str(int((once["calibrated"] == "yes").sum())).removeprefix("0"),
-        "runs": str(len(runs)),
-        "not_steady": str(int((runs["outcome"] != "steady").sum())),
-        "tipped": str(int((runs["outcome"] == "tipped").sum())),
-        "warned": str(int((runs["warning"] != "").sum())),
+        "simulated": bool(on_table["speed_cm_per_s"].notna().any()),
+        "rings": any(map(is_of_motion, once["curvature_times_R"], once["frequency_Hz"])),
+        "intervals": bool(errors["simulated_lo_cm_per_s"].notna().any()),
+        "trials": bool(once["measured_sd_cm_per_s"].notna().any()),
         "table": told.get("table", ""),
         "profiles": ". ".join(told.values()),
     }
@@ -109,13 +123,13 @@ def _speed_numbers(results: Results, sweep: str) -> dict[str, str]:
     reads=("speed.csv", "errors.csv"),
     paper="Fig. 4C",
     caption="""The robot's mean forward speed against stride frequency for legs of several curvatures.
-Measured on {robot_medium}.
-Lines are simulated with the measured table, points measured: mean and standard deviation of trials. Rings: the \
-runs whose motion is drawn over time.
-Shaded bars are the {level} intervals of the simulated speed that follow from the intervals of alpha. They hold \
-neither the robot's unknown lengths nor what the model leaves out.
-Hollow points ({calibrated} of {conditions}) are those that the lengths were found from.
-Good: lines through the filled points.
+{simulated}Lines: simulated on the measured table.
+Points: measured on {robot_medium} in {conditions} conditions. Good: lines through the points.
+{trials}Their bars: standard deviation of trials.
+{rings}Rings: the runs whose motion is drawn over time.
+{intervals}Shaded bars: {level} intervals of the simulated speed. They hold the errors of alpha and of the legs' arc, and \
+neither other lengths of the robot nor what the model leaves out.
+Hollow points ({calibrated} of {conditions}) are those that the robot's unknown lengths were found from.
 Simulated on the {table}.""",
     numbers=_speed_numbers,
 )
@@ -149,12 +163,12 @@ def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.Dat
     "profiles",
     reads=("speed.csv", "errors.csv"),
     paper="Fig. S13",
-    caption="""The robot's mean forward speed by every force profile, one row each: against stride frequency (left) \
-and against leg curvature (right), where measured and simulated speeds are read between those at the left.
-Of {runs} runs, {not_steady} came to no steady speed: crosses on the line of zero, where the robot turned upside \
-down ({tipped} runs); {warned} have leg tips faster than resistive forces are known to hold.
-Good: lines through the points. Depth-only forces push reversed legs like c-legs, and turn the robot over near \
-R'/r = 1.
+    caption="""The robot's mean forward speed by force profile, one row each: against stride frequency (left) and \
+against leg curvature (right), read between the speeds at the left.
+Of {runs} runs, {not_steady} came to no steady speed.
+Crosses on the line of zero: the robot turned upside down ({tipped} runs).
+Of {runs} runs, {warned} have leg tips faster than resistive forces are known to hold.
+Good: lines through the points of {conditions} measured conditions.
 By profile: {profiles}.""",
     numbers=_speed_numbers,
 )
@@ -347,9 +361,11 @@ def _speed_entries(
     return entries
 
 
-def _curvature_numbers(results: Results, sweep: str) -> dict[str, str]:
-    told = []
-    for name, part in results.table(f"{sweep}/optimum.csv").groupby("profile", sort=False):
+def _curvature_numbers(results: Results, sweep: str) -> Words | None:
+    told, best = [], results.table(f"{sweep}/optimum.csv")
+    if not (best["profile"] == "table").any():
+        return None
+    for name, part in best.groupby("profile", sort=False):
         top = part.iloc[int(part["frequency_Hz"].to_numpy(float).argmax())]
         reading = captions.span(top["reading_lo"], top["reading_hi"], 2)
         ends = captions.span(top["best_curvature_lo"], top["best_curvature_hi"], 3)
@@ -360,7 +376,8 @@ def _curvature_numbers(results: Results, sweep: str) -> dict[str, str]:
             + f") with {style.number(top['speed_cm_per_s'], 1)} cm/s"
             + (", which the robot was calibrated on" if top["calibrated"] == "yes" else "")
         )
-    return {"best": greek("; ".join(told))}
+    measured = results.table(f"{sweep}/errors.csv")["measured_cm_per_s"].notna().any()
+    return {"best": greek("; ".join(told)), "measured": bool(measured)}
 
 
 @sweep_figure(
@@ -368,10 +385,10 @@ def _curvature_numbers(results: Results, sweep: str) -> dict[str, str]:
     reads=("speed.csv", "optimum.csv", "errors.csv"),
     paper="Fig. 4D",
     caption="""The robot's mean forward speed against leg curvature R'/r (1: c-leg, 0: flat, -1: reversed c-leg). \
-Left, as in the paper: points are the measured speeds, lines the simulated ones, both read at 1 to 5 Hz between those \
-against stride frequency. Right: the simulated speed at all frequencies of the sweep, with the fastest curvature at \
-each; its bars are how far it can be read off the points of the sweep.
-Good: lines through the points.
+Left: lines are simulated speeds, read at 1 to 5 Hz between those against stride frequency.
+{measured}Points: measured speeds, read likewise. Good: lines through the points.
+Right: the simulated speed at all frequencies of the sweep, with the fastest curvature at each; its bars are how far \
+it can be read off the points of the sweep.
 By profile: {best}.""",
     numbers=_curvature_numbers,
 )
@@ -437,8 +454,10 @@ def _run_name(curvature: float, frequency: float) -> str:
     return f"{leg_name(curvature)}, {frequency:g} Hz"
 
 
-def _stance_numbers(results: Results) -> dict[str, str]:
+def _stance_numbers(results: Results) -> Words | None:
     table, told = results.table("robot/stances.csv"), []
+    if table.empty:
+        return None
     for run, part in _by_run(table):
         legs = _standing(part)
         z, x = (style.number(float(legs[f"force_{c}_N"].sum()), 2) for c in "zx")
@@ -538,10 +557,10 @@ MEAN_S = 0.01
 """Forces are drawn as means over this time: at zero speed they jump from step to step."""
 
 _JUMPS = """Forces are means over 10 ms: those of the medium do not depend on the speed but turn with its direction, \
-so they jump from one step of the simulation to the next while the robot stands still."""
+so they jump from one step of the simulation to the next when the robot stands still."""
 
 
-def _stride_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+def _stride_numbers(results: Results, medium: str) -> Words:  # noqa: ARG001
     motion, told = results.table("robot/motion.csv"), []
     for run, part in _by_run(motion):
         rise, pitch = (np.ptp(part[name].to_numpy(float)) for name in ("z_cm", "pitch_deg"))
@@ -554,7 +573,8 @@ def _stride_numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: A
     measured = {run: part["run_id"].nunique() for run in MOTION
                 if len(part := _measured(results.table("robot/strides.csv"), run))}  # fmt: skip
     tracks = "; ".join(f"{leg_name(run[0])}, {count} trials" for run, count in measured.items())
-    return {"strides": "; ".join(told), "tracks": tracks}
+    on = dict.fromkeys(captions.name_of(str(name)) for name in motion["profile"])
+    return {"strides": "; ".join(told), "tracks": tracks, "profile": ", ".join(on)}
 
 
 _MOTION: dict[str, Any] = {
@@ -569,8 +589,9 @@ _MOTION: dict[str, Any] = {
     "robot_motion",
     paper="Fig. 4B",
     caption=f"""The robot's forward speed, height and pitch over two strides, and the forces of the medium on both \
-tripods and on its plates, simulated. Dashed: the mean speed.
-Measured forward speed (grey): the mean stride of each marker track, of four harmonics ({{tracks}}); a track does not \
+tripods and on its plates. Dashed: the mean speed.
+Simulated on the {{profile}}.
+Grey: measured forward speed, the mean stride of each marker track, of four harmonics ({{tracks}}); a track does not \
 say where its legs are, so each is moved in time to where it fits the simulated one best.
 {_JUMPS}
 Good: the second stride repeats the first, and the tripods carry the body in turn.

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
 
@@ -31,9 +32,10 @@ _FITS: dict[str, tuple[str, Any]] = {
 """Colour and line of the fit over each window."""
 
 
-def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
+def _numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
     told = []
     table = results.table("sands.csv")
+    table = table[table["alpha_z_N_per_cm3"].notna()]
     tests = table.groupby("medium")["run_id"].nunique()
     for row in table.to_dict("records"):
         alpha = captions.with_span(*alpha_of(row, "z"), 4)
@@ -43,7 +45,10 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
         run = f" {row['run_id']}" if tests[row["medium"]] > 1 else ""
         told.append(f"{title}{run}, {row['window']}, to {end} cm{whole}: ")
         told[-1] += greek(f"alpha_z {alpha} N/cm^3, zeta {zeta}")
-    return {"fits": "; ".join(told)}
+    windows = [name for name in _FITS if (table["window"] == name).any()]
+    found: Words = {"fits": "; ".join(told), "windows": " and as ".join(windows)}
+    both: Words = {"detected": "detected" in windows, "both": len(windows) > 1}
+    return found | both if told else None
 
 
 @figure(
@@ -53,10 +58,12 @@ def _numbers(results: Results, medium: str) -> dict[str, str]:  # noqa: ARG001
     media=only_if(lambda campaign: campaign.of_role("natural_sand")),
     paper="Fig. S11",
     section="Natural sands",
-    caption="""A flat plate pushed down into each natural sand, fitted through zero over the linear regime as \
-stated and as detected, with {level} intervals. It ends where a parabola leaves the line by a tenth; where it \
-does so nowhere in the test, no end is found.
-Good: the stress follows its line to the end of the window, and both windows give nearly the same slope.
+    caption="""A flat plate pushed down into each natural sand, fitted through zero over the linear regime as {windows}.
+Bands: {level} intervals.
+{detected}The detected regime ends where a parabola leaves the line by a tenth; where it does so nowhere in the test, \
+no end is found.
+Good: the stress follows its line to the end of the window.
+{both}Good: both windows give nearly the same slope.
 Fits: {fits}.""",
     numbers=_numbers,
 )

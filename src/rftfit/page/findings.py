@@ -13,6 +13,7 @@ from rftfit.figures.captions import (
     name_of,
     of_method,
     percent,
+    pushes_of_sands,
     span,
     with_span,
 )
@@ -61,11 +62,11 @@ def _doubts(results: Results) -> Iterable[Finding]:
     good = usable(results, results.media)
     bad = [results.campaign.titles[name] for name in results.media if name not in good]
     if bad:
-        yield Finding(f"Not usable, by checks that need no model: {_listed(bad)}.", "believed")
+        yield Finding(f"Not usable, by checks that need no model: {listed(bad)}.", "believed")
     bare = [one.title for one in results if remark("no-tare") in shared_flags(one.fits)]
     if bare:
         yield Finding(
-            f"No tare was subtracted in {_listed(bare)}: the force on rod and mount is in every number of it.",
+            f"No tare was subtracted in {listed(bare)}: the force on rod and mount is in every number of it.",
             "dropped",
         )
 
@@ -87,8 +88,11 @@ def _sands(results: Results) -> Iterable[Finding]:
     """How far one push straight down goes in natural sands."""
     media = usable(results, results.sands)
     for profile, start in (
-        ("map", "From one push straight down, peak lift predicted by the map is"),
-        ("generic", "By the paper's routine, the generic profile scaled to the same push, it is"),
+        ("map", f"From {pushes_of_sands(results)}, peak lift predicted by the map is"),
+        (
+            "generic",
+            "By the paper's routine, the generic profile scaled to the push straight down, peak lift is",
+        ),
     ):
         told, where = _worst(results, _peaks(results, media, profile), "sands")
         if told:
@@ -106,7 +110,7 @@ def _worst(results: Results, errors: pd.DataFrame, kind: str) -> tuple[str, str]
         told.append(f"{off}{in_brackets(ends)} for the {name_of(str(leg))}")
     media = list(dict.fromkeys(lift["medium"]))
     where = results.titles[media[0]] if len(media) == 1 else f"{len(media)} {kind}"
-    return _listed(told) if told else "", where
+    return listed(told) if told else "", where
 
 
 def _robot(results: Results) -> Iterable[Finding]:
@@ -145,11 +149,13 @@ def _pushes(results: Results) -> Iterable[Finding]:
             if len(known_force):
                 top = max(records(known_force), key=lambda row: float(row["force_z_N"]))
                 ends = span(top["force_z_lo_N"], top["force_z_hi_N"], 1)
-                told.append(f"{number(top['force_z_N'], 1)} N ({ends}) on the {name_of(str(leg))}")
+                told.append(
+                    f"{number(top['force_z_N'], 1)} N{in_brackets(ends)} on the {name_of(str(leg))}"
+                )
         if told:
             pushes = "one push" if known == 1 else f"{known} directions"
             yield Finding(
-                f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {_listed(told)}.",
+                f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {listed(told)}.",
                 "viewer",
             )
 
@@ -202,7 +208,7 @@ def _peaks(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame
     return table[known & table["peak_error_percent"].notna()]
 
 
-def _listed(parts: Iterable[str]) -> str:
+def listed(parts: Iterable[str]) -> str:
     """A list in words."""
     *most, last = parts
     return f"{', '.join(most)} and {last}" if most else last

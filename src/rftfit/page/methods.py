@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import rftfit
-from rftfit.campaign.config import Leg, Plate
-from rftfit.figures.captions import lift_errors, name_of, of_method
+from rftfit.campaign.config import Disc, Plate
+from rftfit.compare.sensitivity import ARC_STEPS_DEG
+from rftfit.figures.captions import PROFILES, lift_errors, name_of, of_method, predicted_by, tared
 from rftfit.figures.style import number
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
 from rftfit.measure.flags import flagged_with
@@ -14,17 +16,18 @@ from rftfit.measure.slopes import CURVED_P, FEWEST
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
 from rftfit.model.prediction import beyond_measured
-from rftfit.model.scaling import published
+from rftfit.model.scaling import GENERIC, published
+from rftfit.page.findings import listed, usable
 from rftfit.page.live import scaled_from_print
 from rftfit.store.digests import digest_of
 from rftfit.store.environment import versions
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     import pandas as pd
 
-    from rftfit.campaign.config import Config
+    from rftfit.campaign.config import Config, Leg
     from rftfit.page.outcome import Outcome
     from rftfit.results import Results
 
@@ -34,8 +37,8 @@ def settings_digest(config: Config) -> str:
     return digest_of(config.model_dump(mode="json"))
 
 
-def references() -> list[str]:
-    """List the references that `paragraphs` cites by number, in that order."""
+def references(told: Iterable[str]) -> list[tuple[int, str]]:
+    """List the references that some paragraphs cite, with their numbers."""
     text = f"""
 C. Li, T. Zhang, D. I. Goldman, A terradynamics of legged locomotion on granular media, \
 Science 339, 1408-1412 (2013), doi:10.1126/science.1229163
@@ -50,12 +53,16 @@ doi:10.1038/s41586-020-2649-2
 P. Virtanen et al., SciPy 1.0: fundamental algorithms for scientific computing in Python, \
 Nature Methods 17, 261-272 (2020), doi:10.1038/s41592-019-0686-2
 """
-    return text.strip().split("\n")
+    cited = {int(number) for number in re.findall(r"ref\. (\d)", " ".join(told))}
+    every = enumerate(text.strip().split("\n"), 1)
+    return [(number, line) for number, line in every if number in cited]
 
 
 def paragraphs(results: Results, outcome: Outcome) -> list[str]:
     """Write the methods section from the configuration and the numbers of this campaign."""
-    return [_measurement(results, outcome), _model(results), _trial(results)]
+    walk = _robot(results)
+    trial = " ".join(filter(None, (_trial(results), _map(results, walk), walk, _software(results))))
+    return [_measurement(results, outcome), _model(results), trial]
 
 
 def _measurement(results: Results, outcome: Outcome) -> str:
@@ -68,11 +75,11 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     )
     if config.table is not None and config.table.holds == "alpha":
         return (
-            f"The stress per depth alpha(beta, gamma) of {media} was taken from a table, "
+            f"The stress per depth alpha(beta, gamma) (ref. 1) of {media} was taken from a table, "
             f"{config.run_sheet}: {outcome.runs_used} values. {_spread(results)}"
         )
     slope = (
-        f"The stress per depth alpha(beta, gamma) is {_LAWS[config.fit.law]}{_window(results, done)}."
+        f"The stress per depth alpha(beta, gamma) (ref. 1) is {_LAWS[config.fit.law]}{_window(results, done)}."
         f"{_law(results)}"
     ).replace("DEPTH", f"{config.fit.law_depth_cm:g} cm")
     if config.table is not None:
@@ -80,42 +87,56 @@ def _measurement(results: Results, outcome: Outcome) -> str:
             f"Stress on a plate against depth in {media} was taken from a table, {config.run_sheet}. "
             f"{used} {slope} {_spread(results)}"
         )
-    plates = [item for item in config.intruders.values() if isinstance(item, Plate)]
-    plate = "a flat plate"
-    if plates:
-        first = plates[0]
-        plate += (
-            f" ({first.length_cm:g} x {first.width_cm:g} cm^2, {first.thickness_cm:g} cm thick)"
-        )
     tare = _tare(
         results,
         "plate",
         fits,
-        "The force on rod and mount alone, recorded along the same path, was subtracted at the same "
-        "depth",
+        "The force on rod and mount alone, recorded without a plate, was subtracted",
         "No force on rod and mount alone was recorded, so none was subtracted",
     )
-    box = config.container
-    what = (
-        "re-enacted from published results, not measured,"
-        if results.campaign.reenacted
-        else "measured"
-    )
+    box, arm = config.container, config.arm
+    stated = arm.drive == "steady" and "speed_cm_per_s" in arm.model_fields_set
     how = (
-        f"Stresses on {plate} were {what} in {media} in a container of {box.length_cm:g} x "
-        f"{box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth, at {config.arm.speed_cm_per_s:g} cm/s, "
-        f"following ref. 1. {used}"
+        f"Stresses on {_plates(results)} were {_came(results)} in {media} in a container of {box.length_cm:g} x "
+        f"{box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth"
+        f"{f', at {arm.speed_cm_per_s:g} cm/s' if stated else ''}. {used}"
     )
     if results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].isna().all():
         return how  # nothing was subtracted from, or fitted to, runs that gave no number
     return f"{how} {tare} {slope} {_spread(results)}"
 
 
+def _came(results: Results) -> str:
+    """Where forces and speeds come from."""
+    if results.campaign.reenacted:
+        return "re-enacted from published results, not measured,"
+    return "measured"
+
+
+def _plates(results: Results) -> str:
+    """Sizes of the plates that were pushed."""
+    used = {run.intruder for run in results.campaign.runs if run.kind == "plate"}
+    sizes = []
+    for name, item in results.config.intruders.items():
+        if name not in used:
+            continue
+        if isinstance(item, Plate):
+            sizes.append(
+                f"{item.length_cm:g} x {item.width_cm:g} cm^2, {item.thickness_cm:g} cm thick"
+            )
+        elif isinstance(item, Disc):
+            sizes.append(f"a disc of {item.diameter_cm:g} cm, {item.thickness_cm:g} cm thick")
+        else:
+            sizes.append(name)
+    return f"{'a flat plate' if len(sizes) == 1 else 'flat plates'} ({'; '.join(sizes)})"
+
+
 def _window(results: Results, fits: pd.DataFrame) -> str:
     """Which depths the slopes were taken over, as far as there are such slopes."""
     config = results.config
     fit, parts = config.fit, []
-    if config.table is not None or results.laboratory:
+    plates = [run for run in results.campaign.runs if run.kind == "plate"]
+    if any(r.direction != "horizontal" and r.medium in results.laboratory for r in plates):
         least = f"from {fit.submergence_cm:g} cm" if fit.submergence_cm is not None else ""
         most = f"to {fit.max_depth_cm:g} cm" if fit.max_depth_cm is not None else ""
         stated = " ".join(filter(None, (least, most)))
@@ -233,27 +254,36 @@ def _named_errors(known: pd.DataFrame) -> str:
 
 def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: str) -> str:
     """Say whether tares were subtracted from the runs of a table that gave a number."""
-    named = any(run.tare_run for run in results.campaign.runs if run.kind == kind)
-    if results.config.fit.missing_tare == "none" and not named:
-        return f"The forces are those on the {kind} alone, so nothing was subtracted."
     if "reason" in table:
         table = table[table["reason"] == ""]
-    if table.empty:
-        return f"{done}."
     bare = flagged_with(table, "no-tare")
-    runs = table.loc[bare, "run_id"].nunique()
-    if bare.all():
+    if not tared(results, table):
+        if results.config.fit.missing_tare == "none":
+            return f"The forces are those on the {kind} alone, so nothing was subtracted."
         return f"{nothing}."
+    runs = table.loc[bare, "run_id"].nunique()
     return f"{done}, save for {runs} runs without such a recording." if runs else f"{done}."
 
 
 def _model(results: Results) -> str:
     fourier = results.config.fourier
-    scaled = _scaling(results)
-    if not results.table("coefficients.csv")["value_N_per_cm3"].notna().any():
+    scaled, own = _scaling(results), of_method(results, "coefficients.csv")
+    own = own[own["value_N_per_cm3"].notna()]
+    if own.empty:
         return scaled or (
-            "No medium was measured in enough directions, so no Fourier series was fitted."
+            "No medium was measured in the directions that it needs, so no Fourier series was fitted."
         )
+    mean = usable(results, dict.fromkeys(own.loc[own["medium"] != GENERIC, "medium"]))
+    generic = (
+        f", and the generic coefficients are the mean over {len(mean)} media of their coefficients over their zeta"
+        if len(mean) > 1
+        else ""
+    )
+    intervals = (
+        f" Intervals are percentiles of {fourier.draws} parametric bootstrap draws (seed {fourier.seed})."
+        if own["lo"].notna().any()
+        else ""
+    )
     how = (
         "least squares at the true angles, one weight for each measured direction (repeats pooled, beta = "
         "-90 and 90 deg one direction, a mirror image only where it was measured too)"
@@ -263,15 +293,15 @@ def _model(results: Results) -> str:
     return (
         f"The measured alpha was fitted with the nine-term Fourier series of ref. 1 by {how}; "
         f"terms above {fourier.threshold:g} A00 were kept. The scaling factor zeta of a "
-        "medium is its fitted alpha_z(0, 90 deg) in N/cm^3, and the generic coefficients are the "
-        f"mean of the media's coefficients over their zeta. Intervals are percentiles of "
-        f"{fourier.draws} parametric bootstrap draws (seed {fourier.seed})."
+        f"medium is its fitted alpha_z(0, 90 deg) in N/cm^3{generic}.{intervals}"
     ) + (f" {scaled}" if scaled else "")
 
 
 def _scaling(results: Results) -> str:
-    """What a further medium is scaled from; empty with a single medium."""
-    if scaled_from_print(results):
+    """Ratio chi of several media, and what natural sands are scaled from."""
+    table = results.table("penetration.csv")
+    sands = table.loc[table["medium"].isin(results.sands) & table["zeta"].notna(), "medium"]
+    if sands.isin(scaled_from_print(results)).any():
         chi = published(results.config.fourier.method).chi
         return (
             "Natural sands were scaled from one vertical penetration test by zeta = "
@@ -279,53 +309,136 @@ def _scaling(results: Results) -> str:
             f"coefficients of the {chi.size} media of ref. 1 by the method "
             f"{results.config.fourier.method}, and an interval from the scatter between these media."
         )
-    chi = of_method(results, "penetration.csv")["chi"].dropna().to_numpy(float)
+    own = of_method(results, "penetration.csv")
+    own = own[own["medium"].isin(usable(results, own["medium"]))]
+    chi = own["chi"].dropna().to_numpy(float)
     if chi.size < 2:
         return ""
+    further = (
+        " Natural sands were scaled from one vertical penetration test by zeta = alpha_z(0, 90 deg) / chi, "
+        "with an interval from the scatter between the media."
+    )
     return (
         f"The ratio chi of measured to fitted alpha_z(0, 90 deg) was {number(chi.mean(), 2)} "
-        f"+- {number(chi.std(ddof=1), 2)} (mean and standard deviation of {chi.size} media); "
-        "a further medium was scaled from one vertical penetration test by zeta = "
-        "alpha_z(0, 90 deg) / chi, with an interval from the scatter between the media."
+        f"+- {number(chi.std(ddof=1), 2)} (mean and standard deviation of {chi.size} media)."
+        f"{further if len(sands) else ''}"
     )
+
+
+def _software(results: Results) -> str:
+    found = versions()
+    return (
+        f"All steps were run with rftfit {found['rftfit']} (ref. 2; digest of the settings "
+        f"{settings_digest(results.config)}) under Snakemake {found['snakemake']} (ref. 4) with "
+        f"NumPy {found['numpy']} (ref. 5) and SciPy {found['scipy']} (ref. 6)."
+    )
+
+
+_SOURCES = {
+    "table": "alpha interpolated from the measured table",
+    "map": "the map of alpha",
+    "fourier": "the nine-term fit",
+    "generic": "zeta times the generic coefficients",
+    "depth_only": "the depth-only model",
+}
 
 
 def _trial(results: Results) -> str:
-    config, found = results.config, versions()
-    software = (
-        f"All steps were run with rftfit {found['rftfit']} (ref. 2; digest of the settings "
-        f"{settings_digest(config)}) under Snakemake {found['snakemake']} (ref. 4) with "
-        f"NumPy {found['numpy']} (ref. 5) and SciPy {found['scipy']} (ref. 6)."
-    )
-    legs = config.legs
-    measured = results.joined("legs/{medium}.csv")
-    if not legs or (measured.empty and results.table("predicted.csv").empty):
-        return software
-    first = next(iter(legs.values()))
-    names = ", ".join(name_of(name) for name in legs)
-    source = (
-        "interpolated from the measured table"
-        if results.laboratory
-        else "of the scaled generic profile"
-    )
-    tare = _tare(
-        results,
-        "leg",
-        measured,
-        "The force in air at the same angle was subtracted",
-        "No force in air was recorded, so none was subtracted",
-    )
-    which = (
-        f"odel legs ({names}; maximal length {first.max_length_cm:g} cm, width "
-        f"{first.width_cm:g} cm, axle {first.hip_height_cm:g} cm above the surface, "
-        f"{config.arm.leg_speed_rad_per_s:g} rad/s)"
-    )
-    turned = f"M{which} were turned through the medium. {tare} Forces"
+    """How forces on legs were measured and predicted; empty where they were not."""
+    config, measured = results.config, results.joined("legs/{medium}.csv")
+    predicted = results.table("predicted.csv")
+    used = {*measured["leg"], *predicted["leg"]}
+    legs = {name: leg for name, leg in config.legs.items() if name in used}
+    sizes: dict[str, list[str]] = {}
+    for name, leg in legs.items():
+        size = (
+            f"maximal length {leg.max_length_cm:g} cm, width {leg.width_cm:g} cm, axle "
+            f"{leg.hip_height_cm:g} cm above the surface"
+        )
+        sizes.setdefault(size, []).append(name_of(name))
+    which = f"model legs ({'; '.join(f'{listed(own)}: {size}' for size, own in sizes.items())})"
+    told = []
+    if len(measured):
+        tare = _tare(
+            results,
+            "leg",
+            measured,
+            "The force in air at the same angle was subtracted",
+            "No force in air was recorded, so none was subtracted",
+        )
+        told.append(
+            f"Forces on {which}, turned at {config.arm.leg_speed_rad_per_s:g} rad/s, were {_came(results)} in "
+            f"{_media(results, measured['medium'])}. {tare}"
+        )
+        which = "these legs"
+    by = predicted_by(results)
+    sources = {name: _media(results, by[name]) for name in PROFILES if name in by}
+    if sources:
+        told.append(
+            f"Forces on {which} were predicted by summing alpha |z| dA over {ELEMENTS} elements a leg, as far as they "
+            f"are below the surface, with {listed(f'{_SOURCES[name]} ({media})' for name, media in sources.items())}."
+        )
+        if predicted["force_z_lo_N"].notna().any():
+            told.append(
+                "Intervals hold the errors of alpha, of the height of the axle and of the arc of the legs."
+            )
+        told += [_peaks(results, name) for name in ("table", "map")]
+        varied = results.table("leg_sensitivity.csv")
+        if varied["peak_z_N"].notna().any():
+            arcs = (
+                f"arcs ({', '.join(f'{arc:+d}' for arc in ARC_STEPS_DEG if arc)} deg), "
+                if varied["arc_step_deg"].any()
+                else ""
+            )
+            told.append(
+                f"Peaks were predicted again with other shapes of the legs: {arcs}hips 2 mm higher and lower, faces half the "
+                "thickness ahead of the middle line."
+            )
+        told.append(_limits(results, legs))
+    return " ".join(filter(None, told))
+
+
+def _media(results: Results, names: Iterable[str]) -> str:
+    """Name one medium, count several."""
+    found = list(dict.fromkeys(names))
+    return results.campaign.titles[found[0]] if len(found) == 1 else f"{len(found)} media"
+
+
+def _map(results: Results, walk: str) -> str:
+    """What the map is made of; empty where nothing was predicted with it."""
+    if "map" not in predicted_by(results) and "the map of alpha" not in walk:
+        return ""
+    own = " and the others of this campaign" if results.config.maps.own_media else ""
     return (
-        f"{turned if len(measured) else f'Forces on m{which}'} were predicted by summing alpha "
-        f"|z| dA over {ELEMENTS} elements a leg, alpha {source}, "
-        f"clipping elements at the surface.{_peaks(results)}{_limits(results, legs)} {software}"
+        "The map is alpha in all directions: the mean shape and the scatter of known media, the five of ref. 1"
+        f"{own} without the medium itself, are taken as known beforehand, and the measured directions correct them."
     )
+
+
+def _robot(results: Results) -> str:
+    """How the robot was simulated; empty where there is none."""
+    if not (medium := results.campaign.robot_medium):
+        return ""
+    speed, measured = results.table("robot/speed.csv"), results.table("robot/measured.csv")
+    speed = speed[speed["speed_cm_per_s"].notna()]
+    if speed.empty:
+        return ""
+    runs = len(speed.drop_duplicates(["curvature_times_R", "frequency_Hz"]))
+    told = (
+        f"A legged robot in {results.campaign.titles[medium]} was simulated as a rigid body in the plane (ref. 1) in {runs} "
+        f"combinations of leg curvature and stride frequency, with {listed(_SOURCES[name] for name in speed['profile'].unique())}."
+    )
+    known = measured[measured["speed_cm_per_s"].notna()]
+    if len(known):
+        source = "those of ref. 1"
+        if set(known["source"]) == {"marker tracks"}:
+            source = "from marker tracks"
+            if results.campaign.reenacted:
+                source += " that were re-enacted from published speeds"
+        told += f" The speeds that it is compared with, in {len(known)} conditions, are {source}."
+    if fitted := int((known["calibrated"] == "yes").sum()):
+        told += f" Its unknown lengths were found from {fitted} of them."
+    return told
 
 
 def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
@@ -342,16 +455,15 @@ def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
         if found:
             first, limits = next(iter(found.items()))
             told.append(f"{', '.join(found)} in {medium.title} ({first}: {'; '.join(limits)})")
-    return f" Beyond what was measured: {'; '.join(told)}." if told else ""
+    return f"Beyond what was measured: {'; '.join(told)}." if told else ""
 
 
-def _peaks(results: Results) -> str:
+def _peaks(results: Results, profile: str) -> str:
     errors = lift_errors(results, results.media)
-    peak = errors.loc[errors["profile"] == "table", "peak_error_percent"].dropna().abs()
+    peak = errors.loc[errors["profile"] == profile, "peak_error_percent"].dropna().abs()
     if peak.empty:
         return ""
     return (
-        f" With the interpolated measured table the peak lift was predicted within "
-        f"{number(peak.max(), 0)} % for all {len(peak)} pairs of leg and medium (median "
-        f"{number(peak.median(), 0)} %)."
+        f"With {_SOURCES[profile]} the largest error of peak lift is {number(peak.max(), 0)} % among {len(peak)} "
+        f"{'pair' if len(peak) == 1 else 'pairs'} of leg and medium (median {number(peak.median(), 0)} %)."
     )

@@ -13,18 +13,19 @@ from markupsafe import Markup, escape
 
 from rftfit.campaign.config import Leg
 from rftfit.compare.sensitivity import shapes, told
-from rftfit.figures.registry import figures, greek
+from rftfit.figures.captions import of_method
+from rftfit.figures.registry import figures, greek, has_intervals
 from rftfit.figures.style import FORMATS, level, size_of_preview
 from rftfit.measure.fits import describe_shared_flags, shared_flags
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
 from rftfit.model.shapes import LEAST_PERCENT, USUAL_PERCENT
 from rftfit.page import tables
-from rftfit.page.findings import findings
+from rftfit.page.findings import findings, listed
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
 from rftfit.page.outcome import believed, outcome_of_runs
-from rftfit.page.robot import robot_data, robot_tables
+from rftfit.page.robot import robot_data, robot_facts, robot_tables
 from rftfit.store.environment import versions
 
 if TYPE_CHECKING:
@@ -131,11 +132,19 @@ def context(results: Results) -> dict[str, Any]:
         "names": names,
         "reenacted": results.campaign.reenacted,
         "level": level(results),
+        "intervals": has_intervals(results),
         "method": config.fourier.method,
         "summary": tables.summary(results, outcome),
+        "peaks_from": " or, where that is not whole, ".join(
+            name
+            for name, media in zip(
+                ("the measured table", "the map"), tables.peaks_from(results), strict=True
+            )
+            if media
+        ),
         "believed": believed(results),
         "in_air": outcome.used[""],
-        "kinds": _kinds(results),
+        "kinds": listed(_kinds(results)),
         "notes": [
             (medium.title, ". ".join(filter(None, (medium.compaction, medium.note))))
             for medium in config.media.values()
@@ -152,26 +161,31 @@ def context(results: Results) -> dict[str, Any]:
         "coefficients": {
             name: tables.coefficients(results, name) for name in tables.methods(results)
         },
+        "dropped_terms": not of_method(results, "coefficients.csv")["kept"].all(),
         "scaling": scaling,
         "chi_of": {name: f"{published(name).chi.mean():.2f}" for name in METHODS},
         "other_scaling": other_scaling,
         "from_print": [tables.title_of(results, medium) for medium in scaled_from_print(results)],
         "reversal": reversal,
-        "table_above": any(row["found"].above("table") for row in reversal.rows),
+        "turned": [
+            row["found"].above("fourier") and not row["found"].above("table")
+            for row in reversal.rows
+        ],
         "leg_errors": errors,
         "shapes": (varied := shapes(results.table("leg_sensitivity.csv"))),
         "told_of_shapes": told(varied[1:]),
         "sands": tables.sands(results),
         "corrections": tables.corrections(results),
         "robot": robot_tables(results),
+        "robot_is": robot_facts(results),
         "verdicts": counts,
         "not_the_same": not_the_same,
         "reproduction": reproduction,
         "dropped": tables.dropped(results, outcome),
         "runs_used": outcome.runs_used,
         "rows_of_logs": tables.rows_of_logs(results),
-        "methods": paragraphs(results, outcome),
-        "references": references(),
+        "methods": (methods := paragraphs(results, outcome)),
+        "references": references(methods),
         "versions": versions(),
         "settings": settings_digest(config),
     }
@@ -263,7 +277,10 @@ def _kinds(results: Results) -> list[str]:
         return ["directions of the table"]
     kinds = {run.kind for run in results.campaign.runs}
     words = {"plate": "plates", "leg": "legs", "rod": "the rod-only runs that serve as their tare"}
-    return [text for kind, text in words.items() if kind in kinds]
+    found = [text for kind, text in words.items() if kind in kinds]
+    if results.campaign.robot_medium and len(results.table("robot/tracks.csv")):
+        found.append("trials of the robot")
+    return found
 
 
 def _script() -> str:

@@ -32,6 +32,19 @@ def robot_tables(results: Results) -> dict[str, Table] | None:
     return {"shares": _shares(errors), "best": _best(optimum), "conditions": _conditions(errors)}
 
 
+def robot_facts(results: Results) -> dict[str, Any]:
+    """What the sentences of the section rest on; nothing where the campaign has no robot."""
+    if not results.campaign.robot_medium:
+        return {}
+    errors = results.table("robot/errors.csv")
+    return {
+        "measured": errors["measured_cm_per_s"].notna().any(),
+        "calibrated": (errors["calibrated"] == "yes").any(),
+        "intervals": errors["simulated_lo_cm_per_s"].notna().any(),
+        "on": name_of(_frames(results).get("profile", "table")),
+    }
+
+
 def _shares(errors: pd.DataFrame) -> Table:
     """How many conditions come near, of all and of those that the robot was not calibrated on."""
     parts = {str(name): part for name, part in errors.groupby("profile", sort=False)}

@@ -53,7 +53,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
     }
     legs = [leg for leg in results.config.intruders if any(leg == name for _, name, _ in lift)]
 
-    shares = misfits(results)
+    shares, (_, of_map) = misfits(results), peaks_from(results)
 
     def title(row: Row) -> Cell:
         return Cell(title_of(results, row["medium"]), ("natural sand",) if row["sand"] else ())
@@ -83,7 +83,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
     def peak(leg: str) -> Column:
         def cell(row: Row) -> Cell:
-            profile = "map" if row["sand"] else "table"
+            profile = "map" if row["medium"] in of_map else "table"
             return Cell(lift.get((row["medium"], leg, profile), "not measured"))
 
         name = name_of(leg)
@@ -106,6 +106,14 @@ def summary(results: Results, outcome: Outcome) -> Table:
         ],
         cards=True,
     )  # fmt: skip
+
+
+def peaks_from(results: Results) -> tuple[list[str], list[str]]:
+    """Media whose peak lift is predicted from the measured table, and those where that is not whole, from the map."""
+    errors = lift_errors(results, results.media)
+    known = errors[errors["peak_error_percent"].notna()]
+    table, of_map = (known.loc[known["profile"] == name, "medium"] for name in ("table", "map"))
+    return list(table), list(of_map[~of_map.isin(table)])
 
 
 def coefficients(results: Results, method: str) -> Table:

@@ -87,7 +87,8 @@ def robot_measured(
     """Turn marker tracks into mean speeds; without tracks, take those of Fig. 4C.
 
     Returns a row for each track, for each condition, for each moment of the mean strides of the
-    tracks that belong to `MOTION`, and where every row of the tracks went.
+    recorded tracks that belong to `MOTION`, and where every row of the tracks went. How a re-enacted
+    robot moves within a stride was never published, so such a track has no mean stride.
     """
     import pandas as pd
 
@@ -102,7 +103,8 @@ def robot_measured(
         row, counts, velocity = _measure(trial, folder, tripods)
         rows.append(row)
         head = (trial.run_id, trial.curvature_times_R, row[TRIALS.index("frequency_Hz")])
-        strides += [(*head, at / STRIDE_SAMPLES, speed) for at, speed in enumerate(velocity)]
+        if not campaign.reenacted:
+            strides += [(*head, at / STRIDE_SAMPLES, speed) for at, speed in enumerate(velocity)]
         file = (folder / trial.track).relative_to(campaign.raw).as_posix()
         book += [
             (trial.run_id, trial.medium, "robot", file, fate, *reason_cells([why]), count)
@@ -271,6 +273,6 @@ def robot_motion(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, str]:
     tables = [pd.concat(parts, ignore_index=True) for parts in (motion, stances)]
     for table in tables:
         table.insert(0, "profile", name)
-    data = frames_of(robot, robot_profile(results, PROFILES[0])) | {"medium": section.medium}
+    data = frames_of(robot, profile) | {"medium": section.medium, "profile": name}
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     return *tables, text + "\n"  # type: ignore[return-value]

@@ -13,7 +13,7 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.files import BAG
-from rftfit.campaign.load import Campaign, check_campaign
+from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
@@ -223,7 +223,7 @@ def log_names(campaign: Campaign, medium: str) -> list[str]:
 
 
 def robot_files(campaign: Campaign) -> list[str]:
-    """The robot's own file, its sheet and its tracks, so far as they exist, from the campaign's folder."""
+    """The robot's own file, its sheet and its tracks, and whether they are re-enacted, as far as they exist."""
     robot = campaign.config.robot
     if robot is None or not campaign.robot_medium:
         return []
@@ -232,7 +232,8 @@ def robot_files(campaign: Campaign) -> list[str]:
         from rftfit.workflow.robot import trials_of
 
         sheet = campaign.raw / robot.runs
-        paths += [sheet, *(sheet.parent / trial.track for trial in trials_of(campaign))]
+        tracks = [sheet.parent / trial.track for trial in trials_of(campaign)]
+        paths += [campaign.raw / REENACTED, sheet, *tracks]
     return sorted(
         {path.resolve().relative_to(campaign.root).as_posix() for path in paths if path.is_file()}
     )
