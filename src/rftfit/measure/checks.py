@@ -82,7 +82,7 @@ _SIGMAS = 3.0
 _SIGMAS_PUSH = 2.0
 """Of one cell that is known beforehand: no medium pulls a level plate down that is pushed straight down."""
 _LEAST_D, _CELLS = 0.005, 3
-_TURN, _MOST_TURN_DEG, _ALIKE = 0.04, 10.0, 0.01
+_TURN, _MOST_TURN_DEG, _ALIKE = 0.04, 10.0, 0.05
 """Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.7 deg."""
 _ALPHA_FROM, _ALPHA_TO = 0.01, 10.0
 _CLIPPED, _FROZEN, _LOGS, _SIDEWAYS = 0.03, 0.5, 3, 2.0
@@ -310,7 +310,7 @@ class _Cells:
         variance = np.maximum(self.se[1] ** 2 - self.turn**2, 0)
         # a cell that is its own image is there twice
         error = np.where(one == other, 4 * variance[one], variance[one] + variance[other])
-        weight = z / np.maximum(error + (_ALIKE * z) ** 2, 1e-12)
+        weight = z / np.maximum(error + (_ALIKE * np.abs(z).max(initial=0)) ** 2, 1e-12)
         size = float(weight @ z)
         if not size > 0:
             return math.nan, math.nan
@@ -754,7 +754,7 @@ def check_surface(
         found += f", {10 * (off - late):+.1f} mm in pulls straight up"
         allowed += f", by the surface {10 * _SURE * off_se:.1f} mm, by a lag {_SURE * late_se / speed:.2f} s"
     line = _check_linearity(known[pushes])
-    sharp = error < _STEP_CM / 2
+    sharp = error < _STEP_CM
     left = np.stack([start - late * sine, (start - off) / sine])[:, sharp]
     heaps = _two_levels(known[sharp], left, speed, sheet, line.verdict == FAILED)
     if heaps is not None:
