@@ -320,7 +320,7 @@ class _Cells:
     def upright(self) -> bool:
         """Whether mirror images straight down feel opposite horizontal forces."""
         turn, se = self.turn_rad
-        return not abs(turn) > math.hypot(_TURN, _SIGMAS * se)
+        return not abs(turn) > _TURN + _SIGMAS * se
 
     @property
     def heavier_down(self) -> bool:
@@ -394,7 +394,7 @@ def _symmetry(cells: _Cells) -> Check:
     degrees = math.degrees(turn)
     lo, hi = (degrees + sign * 1.96 * math.degrees(se) for sign in (-1, 1))
     found = f"the mount looks turned by {degrees:+.1f} deg ({lo:+.1f} to {hi:+.1f}) beyond what is stated"
-    allowed = f"{math.degrees(math.hypot(_TURN, _SIGMAS * se)):.1f} deg of either sign"
+    allowed = f"{math.degrees(_TURN + _SIGMAS * se):.1f} deg of either sign"
     said = (
         f"Plates straight down feel a horizontal force to one side ({found}): look at transducer.axes, "
         "at transducer.turn_deg and at the angle of the plate."
