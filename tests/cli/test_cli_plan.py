@@ -36,6 +36,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_scale_writes_the_map_of_its_pushes(rftfit: Callable[..., Said], here: Path) -> None:
     said = rftfit("scale", "--pushes", "pushes.csv", "--output", "sand.csv")
     assert said.code == 0
+    assert said.out.count("0.000 (by symmetry)") == 4
     expected = program.estimate_map(pushes_in(here / "pushes.csv"))
     assert f"zeta {expected.zeta[0]:.4f}" in said.out
     assert "by the paper's routine from (0, 90) deg alone" in said.out

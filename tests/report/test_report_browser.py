@@ -259,6 +259,11 @@ def test_map_of_a_sand_is_shown_with_its_intervals(browser: Chromium, results: R
             number = f"{table[column(c, end)].iloc[0]:.4f}".replace("-", "\N{MINUS SIGN}")
             assert number in readout
     assert readout.endswith("estimated")
+    # a level plate on its way down
+    browser.click('#map-pair svg[data-component="x"] rect[data-row="3"][data-col="12"]')
+    assert "0.0000\nby symmetry" in browser.evaluate(
+        "document.querySelector('#map-readout').innerText"
+    )
 
 
 def test_slider_turns_the_leg_by_key_and_by_mouse(browser: Chromium, results: Results) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +14,10 @@ from turning import sweep
 
 from rftfit import reference
 from rftfit.campaign.config import Leg
+from rftfit.compare.legs import measured_peak
 from rftfit.compare.sensitivity import SENSITIVITY_COLUMNS
 from rftfit.figures import leg_panels
+from rftfit.figures.captions import span
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
     forces_over_zeta,
@@ -407,6 +410,32 @@ def test_legs_are_those_of_the_config() -> None:
     figure = legs(results(predicted=table, legs={"half $ leg": own}), "poppy_LP")
     assert any(r"half \$ leg" in text for text in words(figure))
     assert len(figure.axes) == 3
+
+
+@pytest.mark.parametrize("draw", [legs_by_medium, legs_depth_only])
+def test_the_measured_peak_is_that_of_the_tables(draw: Callable[[Memory], Figure]) -> None:
+    noise = np.random.default_rng(4).normal(0, 0.3, len(measured()))
+    noisy = measured().assign(force_z_N=lambda table: table["force_z_N"] + noise)
+    own = noisy[(noisy["medium"] == MEDIA[0]) & (noisy["leg"] == "c_leg")]
+    theta, force = own[["theta_deg", "force_z_N"]].to_numpy(float).T
+    peak = measured_peak(theta, force, "z")
+    assert own["force_z_N"].max() > peak.force_N + 0.1
+    assert any(
+        f"measured {peak.force_N:.2f}" in text for text in words(draw(results(measured=noisy)))
+    )
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "told"),
+    [
+        (0.0, 0.0, ""),
+        (0.293, math.nan, ""),
+        (0.2931, 0.2934, "0.2931 to 0.2934"),
+        (0.29, 0.3, "0.290 to 0.300"),
+    ],
+)
+def test_an_interval_has_a_width(low: float, high: float, told: str) -> None:
+    assert span(low, high) == told
 
 
 def test_captions_tell_the_peak_errors() -> None:

@@ -270,7 +270,7 @@ def test_tables(
     assert optimum.empty  # two curvatures are no sweep
     mean = np.mean([run.speed_cm_per_s for run in straight[1][:2]])
     assert errors["simulated_cm_per_s"].iloc[0] == pytest.approx(mean, rel=1e-4)
-    ends = errors.loc[0, ["simulated_lo_cm_per_s", "simulated_hi_cm_per_s"]]
+    ends = errors.loc[0, ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]]
     assert list(ends) == pytest.approx([mean - 1.5, mean + 1.5], rel=1e-4)
     assert errors["error_percent"].iloc[0] == pytest.approx(100 * (mean / 50 - 1), rel=1e-3)
     assert errors["reason"].iloc[1] == "this condition was not simulated"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 from page_inputs import page_results, sand_results, write
 
@@ -15,16 +16,20 @@ from rftfit.compare.published import (
     EVIDENCE,
     INCONSISTENT,
     MEASURED,
+    NOT_MEASURED,
     SAME,
     VERDICTS,
     Tolerance,
     compare,
+    compare_alpha,
     compare_coefficients,
     compare_penetration,
     discrepancies,
 )
+from rftfit.measure.alpha import column
+from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED
-from rftfit.reference import MEDIA
+from rftfit.reference import MEDIA, load
 from rftfit.results import Results
 from rftfit.workflow.validate import validate
 
@@ -97,7 +102,22 @@ def test_a_tolerance_is_not_stretched_by_an_interval_that_misses() -> None:
     assert verdict(1.05, (1.04, 1.06)) == SAME
     assert verdict(1.2, (0.9, 1.5)) == SAME
     assert verdict(1.2, (1.1, 1.3)) == DIFFERS
-    assert verdict(float("nan"), (0.9, 1.1)) == DIFFERS
+    assert verdict(float("nan"), (0.9, 1.1)) == NOT_MEASURED
+
+
+def test_what_was_not_measured_neither_differs_nor_agrees() -> None:
+    paper = load("table_s5").query("medium == 'poppy_CP'")
+    once = (paper["beta_deg"] == 0) & (paper["gamma_deg"] == 90)
+    names = [column(c) for c in "zx"]
+    share, worst = compare_alpha({"m": paper.assign(**paper[names].where(once))}, {"m": "poppy_CP"})
+    assert (share.ours, share.verdict, worst.verdict) == (100.0, SAME, SAME)
+    assert "% of 2 measured" in share.item
+    assert share.why.endswith("180 of 182 not measured")
+    empty = pd.DataFrame(
+        dict.fromkeys(["value_N_per_cm3", "lo", "hi", "relative_to_A00"], np.nan), index=range(9)
+    )
+    empty = empty.assign(medium="m", method=AS_PRINTED, coefficient=TERMS, kept=True)
+    assert {one.verdict for one in compare_coefficients(empty, {"m": "poppy_LP"})} == {NOT_MEASURED}
 
 
 def test_misprints_stand_beside_media_of_the_paper_only(tmp_path: Path) -> None:

@@ -143,16 +143,24 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path: Pa
     table, root = tmp_path / "one depth.csv", tmp_path / "lab"
     table.write_text(
         "medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2\n"
-        "sand,0,90,3,1.2,0.0\nsand,30,90,3,0.9,0.3\nsand,30,90,5,1.6,0.5\nsand,0,45,0,0.7,0.2\n",
+        "sand,0,90,3,1.2,0.0\nsand,30,90,3,0.9,0.3\nsand,30,90,5,1.6,0.5\nsand,0,45,0,0.7,0.2\n"
+        "sand,60,90,2,0.6,0.0\nsand,60,90,4,1.2,0.0\n"
+        "sand,90,90,2,0.6,0.0\nsand,90,90,4,1.3,0.0\n",
         encoding="utf-8",
     )
     assert main(["init", str(root), "--stress-table", str(table)]) == 0
     folder = Folder(root)
     folder.run_here(checked=())
     cells = folder.table("alpha/sand.csv").set_index(["beta_deg", "gamma_deg"])
-    one, two, none = (cells.loc[cell] for cell in ((0, 90), (30, 90), (0, 45)))
+    one, two, none, exact = (cells.loc[c] for c in ((0, 90), (30, 90), (0, 45), (60, 90)))
     assert one["alpha_z_N_per_cm3"] == pytest.approx(1.2 / 3)
     assert np.isnan(one[["alpha_z_se_N_per_cm3", "alpha_z_lo_N_per_cm3"]].to_numpy(float)).all()
+    # what lies on a line to the last digit was calculated
+    assert exact["alpha_z_N_per_cm3"] == pytest.approx(0.3)
+    assert np.isnan(exact["alpha_z_lo_N_per_cm3"])
+    assert exact["flag_codes"] == "no-scatter"
+    assert np.isnan(exact["alpha_x_se_N_per_cm3"])
+    assert cells.loc[(90, 90), ["alpha_x_lo_N_per_cm3", "alpha_x_hi_N_per_cm3"]].tolist() == [0, 0]
     assert two["alpha_z_N_per_cm3"] == pytest.approx((0.9 * 3 + 1.6 * 5) / 34)
     assert two["alpha_z_lo_N_per_cm3"] < two["alpha_z_N_per_cm3"]
     assert np.isnan(none["alpha_z_N_per_cm3"])

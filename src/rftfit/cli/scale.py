@@ -294,8 +294,9 @@ def _map_as_text(found: Map, routine: ScaledMedium | None, how: str, level: str)
                 mark = "*" if near["source"].iloc[0] == "measured" else ""
                 value = float(near[column(component)].iloc[0])
                 # + 0.0 so that nothing is called -0
-                value, lo, hi = (round(one, 3) + 0.0 for one in (value, lo, hi))
-                cells.append(f"{value:.3f} ({lo:.3f} to {hi:.3f}){mark}")
+                value = round(value, 3) + 0.0
+                ends = f"{lo:.3f} to {hi:.3f}" if hi > lo else "by symmetry"
+                cells.append(f"{value:.3f} ({ends}){mark}")
             rows.append([f"{beta}", *cells])
         head = [f"alpha_{component}", *(f"gamma {gamma}" for gamma in gammas)]
         blocks.append(table(head, rows))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -43,10 +43,18 @@ PREDICTED_COLUMNS = [
     "force_x_N", "force_x_lo_N", "force_x_hi_N", "moment_N_cm", *REASON,
 ]  # fmt: skip
 COMPONENTS = ("z", "x")
+WITHIN_PERCENT = 33.0
+"""What the paper states of the peaks of all its legs and media."""
+TOO_HIGH_PERCENT, TOO_LOW_PERCENT = 100.0, -50.0
+"""A factor of two: no usual margin of safety covers it."""
+
+WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
+"""Verdicts on the model, the mildest first."""
+
 NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
-           "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "rms_error_N",
-           "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
-COLUMNS = ["medium", "leg", "profile", "component", *NUMBERS, "peak_errors", "peak_on_flagged_percent",
+           "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "peak_late_deg",
+           "rms_error_N", "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
+COLUMNS = ["medium", "leg", "profile", "component", "verdict", *NUMBERS, "peak_errors", "peak_on_flagged_percent",
            *REASON]  # fmt: skip
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
@@ -211,6 +219,7 @@ class Peak:
 
     force_N: float
     se_N: float
+    theta_deg: float
 
 
 def extreme(force: FloatArray, component: str) -> int:
@@ -234,7 +243,7 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
         centre = theta_deg[at]
         near = np.abs(theta_deg - centre) <= HALF_WIDTH_DEG
         if np.count_nonzero(near) < _LEAST:
-            return Peak(float(force_N[at]), math.nan)
+            return Peak(float(force_N[at]), math.nan, float(centre))
         offset = theta_deg[near] - centre
         design = np.vander(offset, 3)
         weights = np.linalg.pinv(design)
@@ -246,7 +255,8 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
         at = int(np.argmin(np.abs(theta_deg - centre - inside[top])))
     share = np.vander(inside[top : top + 1], 3)[0] @ weights
     scatter = _long_run_variance(force_N)
-    return Peak(float(values[top]), math.sqrt(scatter * float(share @ share)))
+    se = math.sqrt(scatter * float(share @ share))
+    return Peak(float(values[top]), se, float(centre + inside[top]))
 
 
 def _long_run_variance(force: FloatArray) -> float:
@@ -299,6 +309,7 @@ def leg_errors(
             found, why = _compare(both, component, spread, confidence)
             reason = reason_columns([*why, *flags.get((medium, leg), ())])
             name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
+            name["verdict"] = judge(found)
             told = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
             told = told if profile == "table" else ("", math.nan)
             rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), told, strict=True))
@@ -341,7 +352,8 @@ def _peak_errors(
     ends = [float(both[f"force_{component}_{end}_N"].iloc[at]) for end in ("lo", "hi")]
     zero = float(both[f"zero_se_{component}_N"].iloc[at]) if f"zero_se_{component}_N" in both else 0
     # what a parabola does to the prediction, which has no noise, it does to the measured peak
-    shape = (measured_peak(theta, ours, component).force_N / best - 1) * peak if best else 0.0
+    smooth = measured_peak(theta, ours, component)
+    shape = (smooth.force_N / best - 1) * peak if best else 0.0
     error = math.hypot(found.se_N, zero, spread * peak, shape)
     lo, hi = _error_interval(best, ends, peak, error, confidence)
     return {
@@ -352,8 +364,37 @@ def _peak_errors(
         "peak_error_percent": 100 * (best / peak - 1) if peak else math.nan,
         "peak_error_lo_percent": lo,
         "peak_error_hi_percent": hi,
+        "peak_late_deg": smooth.theta_deg - found.theta_deg,
         "rms_relative_to_peak": rms / abs(peak) if peak else math.nan,
     }
+
+
+def judge(numbers: Mapping[str, float]) -> str:
+    """Verdict on the model by one peak, of `leg_errors`: how large its error is, and whether it is sure.
+
+    An error is sure where its interval does not hold 0; so it is where there is no interval.
+    """
+    error, lo, hi = (
+        numbers.get(f"peak_error_{end}percent", math.nan) for end in ("", "lo_", "hi_")
+    )
+    if not math.isfinite(error):
+        return NOT_TESTED
+    if abs(error) <= WITHIN_PERCENT:
+        return WITHIN
+    doubled = error > TOO_HIGH_PERCENT or error < TOO_LOW_PERCENT
+    return FAR_OFF if doubled and not lo <= 0 <= hi else OFF
+
+
+def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any] | None:
+    """Row of `leg_errors` on which the verdict on a profile rests: None where no leg was measured."""
+    own = errors[(errors["medium"] == medium) & (errors["profile"] == profile)]
+    rows = [row for row in own.to_dict("records") if row["verdict"] != NOT_TESTED]
+    order = (WITHIN, OFF, FAR_OFF)
+    return max(
+        rows,
+        key=lambda row: (order.index(row["verdict"]), abs(row["peak_error_percent"])),
+        default=None,
+    )
 
 
 def _curves(both: pd.DataFrame, component: str) -> list[FloatArray]:

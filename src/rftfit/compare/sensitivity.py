@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from rftfit.compare.legs import COMPONENTS, extreme
+from rftfit.compare.legs import COMPONENTS, WITHIN_PERCENT, extreme
 from rftfit.model.forces import forces_on
 from rftfit.model.motion import THETA_DEG, rotation
 from rftfit.model.outlines import arc_of, leg_outline
@@ -26,8 +26,6 @@ SENSITIVITY_COLUMNS = [
 
 ARC_STEPS_DEG = (0, -15, 15, 30)
 HIP_STEPS_CM = (0, -0.2, 0.2)
-WITHIN_PERCENT = 33
-"""What the paper states for all legs and media."""
 
 
 def leg_sensitivity(

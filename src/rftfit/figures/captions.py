@@ -49,9 +49,12 @@ def percent(value: float | None) -> str:
 
 
 def span(low: float | None, high: float | None, digits: int = 3) -> str:
-    """Write an interval, nothing where either end is missing."""
-    known = all(end is not None and math.isfinite(end) for end in (low, high))
-    return f"{number(low, digits)} to {number(high, digits)}" if known else ""
+    """Write an interval with the digits that its width needs; nothing where an end or the width is missing."""
+    if low is None or high is None or not math.isfinite(high - low) or low == high:
+        return ""
+    while (ends := (number(low, digits), number(high, digits)))[0] == ends[1]:
+        digits += 1
+    return " to ".join(ends)
 
 
 def in_brackets(text: str) -> str:

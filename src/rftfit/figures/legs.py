@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.compare.legs import measured_peak
 from rftfit.compare.sensitivity import shapes, told
 from rftfit.figures import captions, leg_panels, style
 from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, Columns, rows_of
@@ -290,7 +291,10 @@ def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
     """Largest lift of both curves, the predicted one with its interval."""
     told = []
     if leg_panels.has_force(measured, "z"):
-        told.append(f"measured {_three(float(measured['force_z_N'].max()))}")
+        known = measured.loc[measured["force_z_N"].notna(), ["theta_deg", "force_z_N"]]
+        theta, force = known.to_numpy(float).T
+        highest = measured_peak(theta, force, "z")
+        told.append(f"measured {_three(highest.force_N)}")
     if leg_panels.has_force(predicted, "z"):
         row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
         peak, low, high = (float(row[name]) for name in leg_panels.force_columns("z"))

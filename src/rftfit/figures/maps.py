@@ -54,8 +54,10 @@ def _cell_numbers(results: Results, medium: str) -> Words:
         alpha = table["alpha_z_N_per_cm3"]
         text = f"{results[name].title}: {alpha.notna().sum()} of {len(table)} cells have a value"
         if alpha.notna().any():
-            ends = (captions.quantile(alpha, end, 3) for end in (0, 1))
-            text += f", \N{GREEK SMALL LETTER ALPHA}_z from {' to '.join(ends)}"
+            ends = dict.fromkeys(captions.quantile(alpha, end, 3) for end in (0, 1))
+            text += (
+                f", \N{GREEK SMALL LETTER ALPHA}_z{' from' * (len(ends) > 1)} {' to '.join(ends)}"
+            )
         told.append(text + _half_width(table, "its interval"))
         most = max(most, int(alpha.notna().sum()))
     shown = stress_runs(results.campaign) if medium else []

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit import conventions
+from rftfit.compare.legs import measured_peak
 from rftfit.figures import captions, leg_panels, style
 from rftfit.figures.plates import PUSH
 from rftfit.figures.registry import figure
@@ -310,11 +311,12 @@ def _draw_leg(axes: Axes, column: Column) -> str:
     for c in "zx":
         force = column.result[f"force_{c}_N"]
         axes.plot(theta, force, ".", color=style.COMPONENT_COLOURS[c], markersize=1.4)
-        if np.isfinite(force).any():
-            peak = int(np.nanargmax(np.abs(force)))
+        known = np.isfinite(force)
+        if known.any():
+            peak = measured_peak(theta[known], force[known], c)
             notes.append(
-                rf"peak $F_{c}$ = {style.number(float(force[peak]), 2)} N at "
-                rf"$\theta$ = {style.degrees(float(theta[peak]))}"
+                rf"peak $F_{c}$ = {style.number(peak.force_N, 2)} N at "
+                rf"$\theta$ = {style.degrees(round(peak.theta_deg))}"
             )
         else:
             notes.append(f"no force $F_{c}$")

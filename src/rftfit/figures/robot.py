@@ -9,7 +9,7 @@ import numpy as np
 from rftfit.figures import captions, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, greek, only_if
-from rftfit.robot.speeds import share_within
+from rftfit.robot.speeds import held_from_alpha, share_within
 from rftfit.robot.sweep import MOTION, MOTION_NEAR_HZ
 
 if TYPE_CHECKING:
@@ -82,7 +82,9 @@ def _speed_numbers(results: Results, sweep: str) -> Words | None:
     fitted = (errors["calibrated"] == "yes").any()
     for name, part in errors.groupby("profile", sort=False):
         (near, of), (far, _) = (share_within(part, percent) for percent in (20, 35))
-        half = (part["simulated_hi_cm_per_s"] - part["simulated_lo_cm_per_s"]) / 2
+        half = (
+            part["simulated_from_alpha_hi_cm_per_s"] - part["simulated_from_alpha_lo_cm_per_s"]
+        ) / 2
         new = part[part["calibrated"] == "no"]
         (new_near, new_of), (new_far, _) = (share_within(new, percent) for percent in (20, 35))
         told[str(name)] = (
@@ -94,8 +96,11 @@ def _speed_numbers(results: Results, sweep: str) -> Words | None:
             )
         if half.notna().any():
             median, most = (captions.quantile(half, share, 2) for share in (0.5, 1))
-            told[str(name)] += f"; intervals of \N{PLUS-MINUS SIGN} {median} cm/s in the median, "
-            told[str(name)] += f"at most \N{PLUS-MINUS SIGN} {most} cm/s"
+            told[str(name)] += (
+                f"; the errors of alpha alone leave \N{PLUS-MINUS SIGN} {median} cm/s "
+            )
+            told[str(name)] += f"in the median, {most} cm/s at most, which holds "
+            told[str(name)] += "{} of {} measured speeds".format(*held_from_alpha(part))
     once = errors.drop_duplicates("condition")
     on_table = runs[runs["profile"] == "table"]
     counts = {
@@ -111,7 +116,7 @@ def _speed_numbers(results: Results, sweep: str) -> Words | None:
         "robot_medium": results.campaign.titles[results.campaign.robot_medium],
         "simulated": bool(on_table["speed_cm_per_s"].notna().any()),
         "rings": any(map(is_of_motion, once["curvature_times_R"], once["frequency_Hz"])),
-        "intervals": bool(errors["simulated_lo_cm_per_s"].notna().any()),
+        "intervals": bool(errors["simulated_from_alpha_lo_cm_per_s"].notna().any()),
         "trials": bool(once["measured_sd_cm_per_s"].notna().any()),
         "table": told.get("table", ""),
         "profiles": ". ".join(told.values()),
@@ -127,8 +132,8 @@ def _speed_numbers(results: Results, sweep: str) -> Words | None:
 Points: measured on {robot_medium} in {conditions} conditions. Good: lines through the points.
 {trials}Their bars: standard deviation of trials.
 {rings}Rings: the runs whose motion is drawn over time.
-{intervals}Shaded bars: {level} intervals of the simulated speed. They hold the errors of alpha and of the legs' arc, and \
-neither other lengths of the robot nor what the model leaves out.
+{intervals}Shaded bars are what the errors of alpha and of the legs' arc leave open ({level}), and no intervals of the speed: \
+neither other lengths of the robot nor what the model leaves out is in them.
 Hollow points ({calibrated} of {conditions}) are those that the robot's unknown lengths were found from.
 Simulated on the {table}.""",
     numbers=_speed_numbers,
@@ -243,7 +248,7 @@ def _frequency_panel(
         axes.plot(x, y, color=colour, linewidth=1.0, zorder=2)
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         own = errors[np.isclose(errors["curvature_times_R"], curvature)]
-        ends = own["simulated_lo_cm_per_s"], own["simulated_hi_cm_per_s"]
+        ends = own["simulated_from_alpha_lo_cm_per_s"], own["simulated_from_alpha_hi_cm_per_s"]
         axes.vlines(own["frequency_Hz"], *ends, color=colour, linewidth=3.2, alpha=0.35, zorder=1.5)
         for told, fill in (("no", colour), ("yes", "white")):
             points = own[own["calibrated"] == told]
@@ -357,7 +362,7 @@ def _speed_entries(
     if (errors["calibrated"] == "yes").any():
         entries["measured, calibrated on"] = style.dots("black", 3.4, markerfacecolor="white")
     entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
-    entries["interval of a simulated speed"] = style.band()
+    entries["left open by the errors of alpha"] = style.band()
     return entries
 
 
@@ -368,11 +373,13 @@ def _curvature_numbers(results: Results, sweep: str) -> Words | None:
     for name, part in best.groupby("profile", sort=False):
         top = part.iloc[int(part["frequency_Hz"].to_numpy(float).argmax())]
         reading = captions.span(top["reading_lo"], top["reading_hi"], 2)
-        ends = captions.span(top["best_curvature_lo"], top["best_curvature_hi"], 3)
+        ends = captions.span(
+            top["best_curvature_from_alpha_lo"], top["best_curvature_from_alpha_hi"], 3
+        )
         told.append(
             f"{captions.name_of(str(name))}, {style.number(top['frequency_Hz'], 1)} Hz: fastest at R'/r "
             f"{style.number(top['best_curvature_times_R'], 2)} (read within {reading}"
-            + (f"; interval from that of alpha {ends}" if ends else "")
+            + (f"; by the errors of alpha alone {ends}" if ends else "")
             + f") with {style.number(top['speed_cm_per_s'], 1)} cm/s"
             + (", which the robot was calibrated on" if top["calibrated"] == "yes" else "")
         )

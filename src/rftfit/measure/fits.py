@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,6 +49,8 @@ SHORTEST_WINDOW = 0.1
 """Depth that a window must cover at least, relative to the length of the plate."""
 
 _CURVED_RATIO = 0.10
+_EXACT = 1e-6
+"""Of the largest stress: no transducer is that fine, and tables are printed with six digits."""
 COMPONENTS = ("z", "x")
 _OF_COMPONENT = (
     "alpha_{}_N_per_cm3", "alpha_{}_se_N_per_cm3", "alpha_{}_lo_N_per_cm3", "alpha_{}_hi_N_per_cm3",
@@ -223,16 +225,19 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     if run.direction == "horizontal":
         startup = unfinished_start(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
     if config.table and (depth.size < FEWEST or not (np.diff(depth) > 0).all()):
-        slope = fit_few(depth, stress[:, usable])
+        slope, exact = _of_table(fit_few(depth, stress[:, usable]), depth, stress[:, usable], run)
         return RunFit(
             beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why=why,
-            flags=stroke.flags,
+            flags=stroke.flags + exact,
         )  # fmt: skip
     slope = fit_slope(
         depth, stress[:, usable], stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof,
         stroke.depth_sd, startup,
     )  # fmt: skip
     flags = stroke.flags + _linearity_flags(run, slope, float(depth.max()), plate, config)
+    if config.table:
+        slope, exact = _of_table(slope, depth, stress[:, usable], run)
+        flags += exact
     rod = np.zeros(2)
     if stroke.tare is not None:
         rod = zero_intercept(depth, stroke.tare[:, usable] / plate.area_cm2)[0] * [1.0, sign_x]
@@ -241,6 +246,19 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         beta_deg, gamma_deg, float(depth.min()), float(depth.max()),
         by_law(slope, laws, config.fit.law), laws, slope.alpha, rod, why, flags,
     )  # fmt: skip
+
+
+def _of_table(
+    slope: Slope, depth: FloatArray, stress: FloatArray, run: Run
+) -> tuple[Slope, tuple[Remark, ...]]:
+    """Take the error off a slope whose stress was calculated: no scatter is known."""
+    off = np.abs(stress - slope.alpha[:, None] * depth).max(axis=1)
+    exact = (off <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
+    # a plate that is level or upright has no horizontal stress on a vertical path
+    exact[1] &= slope.alpha[1] != 0 or bool(run.beta_deg % 90 or run.gamma_deg % 180 != 90)
+    if not exact.any():
+        return slope, ()
+    return replace(slope, se=np.where(exact, np.nan, slope.se)), (remark("no-scatter"),)
 
 
 def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
@@ -364,6 +382,9 @@ def fit_medium(
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
 
 
+_OF_ALL = ("no-tare", "no-scatter")
+
+
 def shared_flags(fits: pd.DataFrame) -> tuple[Remark, ...]:
     """Flags that come from how a medium was measured and hold for all its runs: to be said once."""
     # a run that was never read has no flag of this sort
@@ -373,13 +394,13 @@ def shared_flags(fits: pd.DataFrame) -> tuple[Remark, ...]:
         flag
         for flag in dict.fromkeys(flag for run in flags for flag in run)
         if flag.code in ("several-plates", "no-force-x")
-        or (flag.code == "no-tare" and all(flag in run for run in flags))
+        or (flag.code in _OF_ALL and all(flag in run for run in flags))
     )
 
 
 def describe_shared_flags(shared: Sequence[Remark]) -> list[str]:
     """Say what `shared_flags` found, for all runs together."""
-    words = [f"all runs: {flag}" for flag in shared if flag.code == "no-tare"]
+    words = [f"all runs: {flag}" for flag in shared if flag.code in _OF_ALL]
     words += [str(flag) for flag in shared if flag.code == "no-force-x"]
     plates = [flag.values["plate"] for flag in shared if flag.code == "several-plates"]
     return words + ([f"runs with {len(plates)} plates: {', '.join(plates)}"] if plates else [])

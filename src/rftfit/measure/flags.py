@@ -41,6 +41,7 @@ SENTENCES = {
     "its logger, and errors come out too small unless transducer.repeats is drop",
     "stroke-saturated": "transducer saturated in {count} samples of the stroke",
     "no-tare": "no tare subtracted: force on rod and mount is in it",
+    "no-scatter": "stress lies exactly on a line through zero: no scatter is known, so alpha has no interval",
     "no-force-x": "alpha_x was not measured: the config states a constant for its channel",
     "several-plates": "{plate}, one of {count} plates in this medium",
     "not-linear": "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",

@@ -769,7 +769,8 @@ class Map:
         columns: dict[str, npt.NDArray[np.generic]] = {
             "beta_deg": np.degrees(self.beta), "gamma_deg": np.degrees(self.gamma),
         }  # fmt: skip
-        ends = interval(self.draws, self.confidence)
+        # what is 0 by symmetry is so to the last digit
+        ends = np.round(interval(self.draws, self.confidence), 12) + 0.0
         for place, component in enumerate("zx"):
             for end, values in zip(("", "_lo", "_hi"), (self.alpha, *ends), strict=True):
                 columns[column(component, end)] = values[place]

@@ -39,9 +39,10 @@ function sayAngle(degrees) {
 }
 
 function sayInterval(lo, hi, digits = 3) {
-  return Number.isFinite(lo) && Number.isFinite(hi) && lo !== null && hi !== null
-    ? `${say(lo, digits)} to ${say(hi, digits)}`
-    : "";
+  if (!Number.isFinite(lo) || !Number.isFinite(hi)) return "";
+  if (hi - lo < 1e-9) return Math.abs(lo) < 1e-9 ? "by symmetry" : "";
+  const ends = [lo, hi].map((end) => say(end, digits));
+  return ends[0] === ends[1] ? sayInterval(lo, hi, digits + 1) : ends.join(" to ");
 }
 
 /** A number with its interval below it, as a cell of `tableOf`. */

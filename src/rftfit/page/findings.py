@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures.captions import (
     PROFILES,
     in_brackets,
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
 
     from rftfit.results import Results
 
-NEAR_PERCENT = 33.0
-"""What the paper says of all its legs and media."""
 _MOST_MEDIA = 3
 
 
@@ -76,10 +75,10 @@ def _legs(results: Results) -> Iterable[Finding]:
     errors = _peaks(results, usable(results, results.laboratory), "table")
     told, where = _worst(results, errors, "media")
     if told:
-        near = int((errors["peak_error_percent"].abs() <= NEAR_PERCENT).sum())
+        near = int((errors["peak_error_percent"].abs() <= WITHIN_PERCENT).sum())
         yield Finding(
             f"Peak lift predicted from the measured table is off by at most {told} ({where}). Within "
-            f"{NEAR_PERCENT:g} % are {near} of {len(errors)} peaks of lift and thrust.",
+            f"{WITHIN_PERCENT:g} % are {near} of {len(errors)} peaks of lift and thrust.",
             "legs",
         )
 
@@ -124,7 +123,10 @@ def _robot(results: Results) -> Iterable[Finding]:
             continue
         near, rough = share_within(own, 20), share_within(own, 35)
         top = max(records(own), key=lambda row: float(row["measured_cm_per_s"]))
-        ends = span(top["simulated_lo_cm_per_s"], top["simulated_hi_cm_per_s"], 1)
+        ends = span(
+            top["simulated_from_alpha_lo_cm_per_s"], top["simulated_from_alpha_hi_cm_per_s"], 1
+        )
+        ends = f"{ends} by the errors of alpha alone" if ends else ""
         yield Finding(
             f"On the {PROFILES[profile]} the robot runs within 20 % of its measured speed in {near[0]} of {near[1]} "
             f"conditions and within 35 % in {rough[0]}; the fastest, measured at {number(top['measured_cm_per_s'], 1)} cm/s, "

@@ -6,6 +6,8 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
+from rftfit.figures.captions import in_brackets, name_of, percent, span
 from rftfit.measure.checks import ACCEPTED, CHECKS, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
 from rftfit.measure.fits import own_flags, shared_flags
 from rftfit.measure.flags import Remark, about, remark, say
@@ -16,7 +18,15 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 SOUND, NOTHING = "sound", "no result"
-"""Verdicts on a medium, besides those of the checks."""
+"""Verdicts on the data of a medium, besides those of the checks."""
+
+VERDICT_WORDS = {
+    WITHIN: f"within {WITHIN_PERCENT:g} %",
+    OFF: "off",
+    FAR_OFF: "far off",
+    NOT_TESTED: "not tested",
+}
+"""Verdicts on the model on legs, for people."""
 
 USED_AS = {
     "plate": "slope",
@@ -136,6 +146,23 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
     if (flag := remark("no-tare")) in shared_flags(results[medium].fits):
         return DOUBTFUL, str(flag)
     return SOUND, ""
+
+
+def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]]:
+    """Verdict on the model on the legs of a medium by each profile that a user would take, and why."""
+    if verdict_of(results, medium)[0] == UNUSABLE:
+        return [("", NOT_TESTED, "the data are unusable")]
+    errors, found = results.table("leg_errors.csv"), []
+    for profile in ("map", "generic") if medium in results.sands else ("table", "map"):
+        worst = worst_peak(errors, medium, profile)
+        if worst:
+            what = "lift" if worst["component"] == "z" else "thrust"
+            ends = span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
+            ends = ends.replace(" ", "\N{NO-BREAK SPACE}")
+            off = percent(worst["peak_error_percent"]) + in_brackets(ends)
+            found.append((profile, worst["verdict"], f"{name_of(worst['leg'])}, {what} {off}"))
+    why = "no leg was measured" if results.config.legs else ""
+    return found or [("", NOT_TESTED, why)]
 
 
 def believed(results: Results) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup, escape
 
 from rftfit.campaign.config import Leg
+from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.compare.sensitivity import shapes, told
 from rftfit.figures.captions import of_method
 from rftfit.figures.registry import figures, greek, has_intervals
@@ -155,6 +156,7 @@ def context(results: Results) -> dict[str, Any]:
             for one in results
             if (words := describe_shared_flags(shared_flags(one.fits)))
         ],
+        "near": f"{WITHIN_PERCENT:g}",
         "usual_percent": f"{USUAL_PERCENT:g}",
         "least_percent": f"{LEAST_PERCENT:g}",
         "spreads": tables.spreads(results),

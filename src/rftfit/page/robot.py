@@ -12,7 +12,7 @@ from rftfit.figures.captions import name_of, percent, span
 from rftfit.figures.style import number
 from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, text_column
 from rftfit.page.live import as_lists
-from rftfit.robot.speeds import share_within
+from rftfit.robot.speeds import held_from_alpha, share_within
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,7 +40,7 @@ def robot_facts(results: Results) -> dict[str, Any]:
     return {
         "measured": errors["measured_cm_per_s"].notna().any(),
         "calibrated": (errors["calibrated"] == "yes").any(),
-        "intervals": errors["simulated_lo_cm_per_s"].notna().any(),
+        "intervals": errors["simulated_from_alpha_lo_cm_per_s"].notna().any(),
         "on": name_of(_frames(results).get("profile", "table")),
     }
 
@@ -60,9 +60,18 @@ def _shares(errors: pd.DataFrame) -> Table:
 
         return Column(heading, cell, "num")
 
+    def held(row: Row) -> Cell:
+        found, known = held_from_alpha(parts[row["profile"]])
+        return Cell(f"{found} of {known}" if known else "no value")
+
     return Table(
         "Share of the conditions",
-        [_PROFILE, within("speed within 20 %", 20), within("within 35 %", 35)],
+        [
+            _PROFILE,
+            within("speed within 20 %", 20),
+            within("within 35 %", 35),
+            Column("within the errors of \N{GREEK SMALL LETTER ALPHA} alone", held, "num"),
+        ],
         [{"profile": name} for name in parts],
     )
 
@@ -75,7 +84,10 @@ def _best(optimum: pd.DataFrame) -> Table:
             _PROFILE,
             number_column("Stride frequency, Hz", "frequency_Hz", 1),
             number_column(
-                f"Fastest {CURVATURE}", "best_curvature_times_R", 2, ends="best_curvature_{}"
+                f"Fastest {CURVATURE}",
+                "best_curvature_times_R",
+                2,
+                ends="best_curvature_from_alpha_{}",
             ),
             number_column("Its speed, cm/s", "speed_cm_per_s", 1),
             text_column("Calibrated", "calibrated"),
@@ -99,11 +111,11 @@ def _conditions(errors: pd.DataFrame) -> Table:
     def speed(profile: str) -> Column:
         def cell(row: Row) -> Cell:
             one = simulated.get((row["condition"], profile), {})
-            interval = span(one.get("simulated_lo_cm_per_s"), one.get("simulated_hi_cm_per_s"), 1)
+            lo, hi = (one.get(f"simulated_from_alpha_{end}_cm_per_s") for end in ("lo", "hi"))
             note = "; ".join(
                 filter(None, (percent(one.get("error_percent")), one.get("reason", "")))
             )
-            return Cell(number(one.get("simulated_cm_per_s"), 1), (interval, note))
+            return Cell(number(one.get("simulated_cm_per_s"), 1), (span(lo, hi, 1), note))
 
         return Column(f"{name_of(profile)}, cm/s", cell, "num")
 

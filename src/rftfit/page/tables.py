@@ -8,16 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from rftfit.compare.published import EVIDENCE, SAME, VERDICTS
+from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
+from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
 from rftfit.figures.captions import PROFILES, lift_errors, name_of, percent, span
 from rftfit.figures.style import number
+from rftfit.measure.checks import DOUBTFUL
 from rftfit.measure.fits import shared_flags
 from rftfit.measure.flags import codes_of
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, routines
 from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, share, text_column
 from rftfit.page.findings import misfits
-from rftfit.page.outcome import NOTHING, SOUND, gravest_doubt, rows_by_reason, verdict_of
+from rftfit.page.outcome import (
+    NOTHING,
+    SOUND,
+    VERDICT_WORDS,
+    gravest_doubt,
+    rows_by_reason,
+    verdict_of,
+    verdicts_on_legs,
+)
 from rftfit.page.reversal import FLAT, REVERSED, reversals
 
 if TYPE_CHECKING:
@@ -54,6 +64,8 @@ def summary(results: Results, outcome: Outcome) -> Table:
     legs = [leg for leg in results.config.intruders if any(leg == name for _, name, _ in lift)]
 
     shares, (_, of_map) = misfits(results), peaks_from(results)
+    # a campaign without legs has no word of them
+    model = "model on legs" if results.config.legs else "model"
 
     def title(row: Row) -> Cell:
         return Cell(title_of(results, row["medium"]), ("natural sand",) if row["sand"] else ())
@@ -65,7 +77,16 @@ def summary(results: Results, outcome: Outcome) -> Table:
         notes = (why,) if why and word != NOTHING else (why, more, row.get("reason", ""))
         places = {SOUND: "", NOTHING: "#dropped"}
         link = places.get(word, f"#checks-{row['medium']}")
-        return Cell(word, notes, f"verdict {'same' if word == SOUND else 'differs'}", link)
+        look = {SOUND: "same", DOUBTFUL: "doubtful"}.get(word, "differs")
+        return Cell(word, notes, f"verdict {look}", link)
+
+    def on_legs(row: Row) -> Cell:
+        found = verdicts_on_legs(results, row["medium"])
+        (_, code, note), *others = found
+        more = (f"{name_of(kind)}: {VERDICT_WORDS[one]}; {why}" for kind, one, why in others)
+        look = {WITHIN: "same", OFF: "doubtful", FAR_OFF: "differs"}.get(code, "faint")
+        link = "" if code == NOT_TESTED else "#sands" if row["sand"] else "#legs"
+        return Cell(VERDICT_WORDS[code], (note, *more), f"verdict of-model {look}", link)
 
     def chi(row: Row) -> Cell:
         cell = number_column("", "chi", ends="chi_{}").cell(row)
@@ -93,7 +114,8 @@ def summary(results: Results, outcome: Outcome) -> Table:
         "Summary table",
         [
             Column("Medium", title),
-            Column("Verdict", verdict),
+            Column("data", verdict, group="Verdict on", label="verdict on the data"),
+            Column(model, on_legs, group="Verdict on", label=f"verdict on the {model}"),
             Column("Runs", runs, "num"),
             number_column(ZETA, "zeta", ends="zeta_{}"),
             Column(CHI, chi, "num"),
@@ -266,6 +288,7 @@ def leg_errors(results: Results) -> Table:
             number_column("Peak measured, N", "peak_measured_N", 2, note="reason"),
             number_column("Peak predicted, N", "peak_predicted_N", 2, ends="peak_predicted_{}_N"),
             number_column("Error of peak", "peak_error_percent", show=percent),
+            number_column("Peak late, \N{DEGREE SIGN}", "peak_late_deg", 1),
             number_column("RMS error, N", "rms_error_N", 2),
             number_column(
                 "RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")
@@ -332,7 +355,10 @@ def corrections(results: Results) -> Table:
 
 
 def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
-    """Ours beside the paper's: verdicts counted by their evidence, what is not the same, and all of it."""
+    """Ours beside the paper's: verdicts counted by their evidence, what is not the same, and all of it.
+
+    What was not measured is left out, and all of it where that is the most of what the data could meet.
+    """
 
     def ours(row: Row) -> Cell:
         ends = _significant(row["lo"]), _significant(row["hi"])
@@ -354,7 +380,12 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
         text_column("Evidence", "evidence"),
         text_column("Why", "why", look="why"),
     ]  # fmt: skip
-    rows = records(results.table("reproduction.csv"))
+    every = records(results.table("reproduction.csv"))
+    rows = [row for row in every if row["verdict"] != NOT_MEASURED]
+    if 2 * sum(row["evidence"] != TEXT for row in rows) < sum(
+        row["evidence"] != TEXT for row in every
+    ):
+        rows = []
     of_each = Counter((row["evidence"], row["verdict"]) for row in rows)
     told = {
         evidence: [f"{of_each[evidence, one]} {one}" for one in VERDICTS if of_each[evidence, one]]

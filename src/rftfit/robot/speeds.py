@@ -24,11 +24,11 @@ MEASURED = [
 
 ERRORS = [
     "medium", "profile", "condition", "curvature_times_R", "frequency_Hz", "measured_cm_per_s",
-    "measured_sd_cm_per_s", "trials", "simulated_cm_per_s", "simulated_lo_cm_per_s",
-    "simulated_hi_cm_per_s", "phases_lowest_cm_per_s", "phases_highest_cm_per_s", "error_percent",
+    "measured_sd_cm_per_s", "trials", "simulated_cm_per_s", "simulated_from_alpha_lo_cm_per_s",
+    "simulated_from_alpha_hi_cm_per_s", "phases_lowest_cm_per_s", "phases_highest_cm_per_s", "error_percent",
     "calibrated", *REASON,
 ]  # fmt: skip
-"""Columns of the table of errors: lo and hi are the interval that follows from the errors of alpha,
+"""Columns of the table of errors: from_alpha is what the errors of alpha and of the arc alone leave open,
 lowest and highest those of the starting phases."""
 
 SIGNIFICANT = 6
@@ -149,6 +149,13 @@ def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
     known = errors[np.isfinite(errors["measured_cm_per_s"].to_numpy(float))]
     off = np.abs(known["error_percent"].to_numpy(float))
     return int((np.nan_to_num(off, nan=np.inf) <= percent).sum()), len(known)
+
+
+def held_from_alpha(errors: pd.DataFrame) -> tuple[int, int]:
+    """Count measured speeds that lie in what the errors of alpha alone leave open, and those with such ends."""
+    names = ("measured", "simulated_from_alpha_lo", "simulated_from_alpha_hi")
+    measured, lo, hi = (errors[f"{name}_cm_per_s"].to_numpy(float) for name in names)
+    return int(((lo <= measured) & (measured <= hi)).sum()), int(np.isfinite(measured + lo).sum())
 
 
 def told_calibrated(

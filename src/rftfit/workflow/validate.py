@@ -130,6 +130,7 @@ def validate(results: Results) -> pd.DataFrame:
     items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
     table = pd.DataFrame(items, columns=ITEM_COLUMNS)
     for medium, marks in results.marks.items():
-        own = table["item"].str.contains(rf"\b{re.escape(medium)}\b")
+        told = table["item"] + " " + table["why"]
+        own = told.str.contains(rf"\b{re.escape(medium)}\b")
         table.loc[own, "why"] = [f"{medium} {say(marks)}; {why}" for why in table.loc[own, "why"]]
     return table
