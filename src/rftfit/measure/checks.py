@@ -853,6 +853,7 @@ def step_or_heap(
     if count < 2 * fewest:
         return None
     best: tuple[float, npt.NDArray[np.bool_]] = (0.0, np.zeros(count, dtype=bool))
+    least_rest = math.inf
     ranks = np.empty(count, dtype=int)
     ranks[np.argsort(values, kind="stable")] = np.arange(count)
     for place, least, errors in ((np.arange(count), _STEP, True), (ranks, _MODES, False)):
@@ -866,8 +867,9 @@ def step_or_heap(
                 math.sqrt(1 / part.sum() + 1 / (~part).sum()) * 1.2533 if errors else 1
             )
             size = abs(middles[0] - middles[1]) / max(scale, 1e-9) / least
-            if size > max(best[0], 1.0):
-                best = size, part
+            # with the wrong split some runs lie far off; medians alone do not feel them
+            if size > 1.0 and rest.sum() < least_rest - 1e-9:
+                best, least_rest = (size, part), float(rest.sum())
     if best[0] <= 1.0:
         return None
     part = best[1]

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 _LEAST, _SHORTEST, _ALONE = 0.3, 100, 2.0
 """Of the correlation of noise: independent repeats reach 0.01 +- 0.05; in so many samples; and so many times
 what it is at any other shift, which a hum that all runs have in common is not."""
-_NEAR = 3
+_NEAR, _SHIFTS = 3, 3
+"""Samples to each side that belong to a shift; a copy with rows cut out in two places has three shifts."""
 
 
 def copies_of(
@@ -102,10 +103,11 @@ def _alike(one: FloatArray, other: FloatArray) -> bool:
     size = 1 << (one.size + other.size).bit_length()
     spectrum = np.fft.rfft(one, size) * np.conj(np.fft.rfft(other, size))
     match = np.abs(np.fft.irfft(spectrum, size)) / min(one.size, other.size)
-    best = int(match.argmax())
-    rest = np.delete(np.roll(match, _NEAR - best), np.s_[: 2 * _NEAR + 1])
+    best, rest = float(match.max()), match
+    for _ in range(_SHIFTS):
+        rest = np.delete(np.roll(rest, _NEAR - int(rest.argmax())), np.s_[: 2 * _NEAR + 1])
     least = max(_LEAST, 8 / math.sqrt(min(one.size, other.size)))
-    return bool(match[best] > least and match[best] > _ALONE * rest.max())
+    return bool(best > least and best > _ALONE * rest.max())
 
 
 def counted_once(fits: pd.DataFrame, copies: Mapping[str, Sequence[str]]) -> pd.DataFrame:
