@@ -99,7 +99,7 @@ _SURE = 3.7
 _SURFACE_CM, _LAG_S = 0.05, 0.03
 """Ordinary errors, that no verdict rests on: a bed levelled by a blade; filter of an amplifier."""
 _CURVED = 0.05
-_STEP_CM, _STEP, _MODES, _LEAST_SPREAD, _HEAP = 0.1, 6.0, 6.0, 0.03, 0.15
+_STEP_CM, _STEP, _MODES, _LEAST_SPREAD, _HEAP = 0.1, 6.0, 8.0, 0.03, 0.15
 """Two levels: least difference, in standard errors along the sheet, in spreads of two heaps; least spread, cm or ratio;
 least share of the runs."""
 
