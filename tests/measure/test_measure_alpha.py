@@ -372,3 +372,25 @@ def test_flags_and_depths_of_a_table() -> None:
     assert [place[i] for i in np.flatnonzero(flagged(found))] == [(0, 90, 1), (60, 0, 2)]
     assert window_of(found) == (2.0, 7.5)
     assert window_of(found.drop(columns=["depth_from_cm", "depth_to_cm"])) == (0.0, math.inf)
+
+
+@pytest.mark.parametrize("values", [(0.30, 0.60), (0.30, 0.31, 0.60)])
+def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values: tuple[float, ...]) -> None:
+    """Of two runs the interval reaches the other; of three it is that of their scatter."""
+    runs = [run(f"a{n}", 0, 90, value) for n, value in enumerate(values)]
+    runs += [run(f"{n}{b}", b, 90, 0.2 + 0.01 * n) for b in (30, 60) for n in range(2)]
+    columns = pd.DataFrame(runs)
+    off = {f"a{len(values) - 1}": (0.30, 0.0)}
+    found = alpha_table(columns, "m", 0.95, 3, None, PAPER, None, off)
+    here = cell(found, 0, 90)
+    assert here[column("z")] == pytest.approx(np.mean(values))
+    assert here[column("z", "_lo")] <= np.median(values[:-1]) + 1e-9
+    if len(values) > 2:
+        scatter = np.std(values, ddof=1) / math.sqrt(3)
+        assert here[column("z", "_bed")] == pytest.approx(scatter)
+    without = alpha_table(columns[~columns["run_id"].isin(off)], "m", 0.95, 3, None, PAPER)
+    names = [column("z", quantity) for quantity in ("", "_bed", "_lo", "_hi")]
+    for beta in (30, 60):
+        np.testing.assert_allclose(
+            cell(found, beta, 90)[names].astype(float), cell(without, beta, 90)[names].astype(float)
+        )

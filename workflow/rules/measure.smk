@@ -67,6 +67,7 @@ rule checks:
         checks="results/checks/{medium}.csv",
         alpha="results/alpha/{medium}.csv",
         at_depth="results/alpha_at_depth/{medium}.csv",
+        peers="results/peers/{medium}.csv",
     log:
         "results/logs/checks/{medium}.log",
     conda:

@@ -591,8 +591,9 @@ class Figures(Model):
 
 
 CheckName = Literal[
-    "work", "symmetry", "up_down", "channels", "rods", "same_logs", "surface", "size", "steadiness"
-]
+    "channels", "rods", "work", "symmetry", "up_down", "drift", "surface", "linearity",
+    "steadiness", "repeats", "same_logs", "size",
+]  # fmt: skip
 """Checks of `rftfit.measure.checks`."""
 
 

@@ -50,7 +50,7 @@ from rftfit.measure.laws import power_fit
 from rftfit.measure.slopes import combine_dof
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import numpy.typing as npt
     import pandas as pd
@@ -82,6 +82,7 @@ def alpha_table(
     grid: Grid | None = None,
     surface: SurfaceError | None = None,
     at_cm: float | None = None,
+    apart: Mapping[str, tuple[float, float]] | None = None,
 ) -> pd.DataFrame:
     """Combine the fits of one medium into its cells, one row each.
 
@@ -90,7 +91,9 @@ def alpha_table(
     and share their runs. A horizontal cell is the zero-intercept fit through the steady-state means at
     the depths of its runs, of which it should have `depths` (design section 2). The interval holds every
     error of `SOURCES`, which have columns of their own; column `spread` says where that of the beds comes
-    from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none.
+    from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none. `apart`: by how much
+    runs that stand apart differ from what the others say, z and x, N/cm^3: they do not tell how beds differ,
+    and the interval of their cell reaches the others.
 
     `at_cm`: Depth at which the fits are stress over depth by a power of depth (`rftfit.measure.depths`). A
     horizontal cell is then that power through its means, and a cell whose window does not hold the depth is NaN.
@@ -109,14 +112,16 @@ def alpha_table(
         [run for run, angle in zip(records, angles, strict=True) if grid.same(cell, angle)]
         for cell in directions
     ]
-    found = spread_of_beds([_repeats(own, component) for component in COMPONENTS], errors.bed)
+    apart = apart or {}
+    alike = [[run for run in runs if run["run_id"] not in apart] for runs in own]
+    found = spread_of_beds([_repeats(alike, component) for component in COMPONENTS], errors.bed)
     spread = dict(zip(COMPONENTS, found, strict=True))
     shared = shared_flags(fits)
     cells = [
         _cell(here, gamma == 0, depths, shared, at_cm)
         for here, (_, gamma) in zip(own, directions, strict=True)
     ]
-    parts = _errors(cells, directions, errors, surface or SurfaceError(), spread, confidence)
+    parts = _errors(cells, directions, errors, surface or SurfaceError(), spread, confidence, apart)
     rows = []
     for (beta, gamma), cell, numbers in zip(directions, cells, parts, strict=True):
         place = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma}
@@ -261,6 +266,7 @@ def _errors(
     surface: SurfaceError,
     spread: dict[str, Spread],
     confidence: float,
+    apart: Mapping[str, tuple[float, float]],
 ) -> list[dict[str, float | str]]:
     """Alpha of each cell with its errors by name, and the interval that holds them all."""
     alpha = {c: np.array([cell.sum(column(c)) if cell.runs else math.nan for cell in cells])
@@ -282,6 +288,9 @@ def _errors(
             found[TURN] = Part(turned[c] * math.radians(errors.turn_deg))
             found[ROD] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
             source = _add_bed(found, cell, c, spread[c], confidence)
+            off = [apart.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs]
+            found[BED] = max(found[BED], _apart(cell, c, np.array(off)),
+                             key=lambda part: half_width([part], confidence))  # fmt: skip
             half = half_width(found.values(), confidence)
             se = math.sqrt(sum(part.sd**2 for part in found.values()))
             values = (alpha[c][i], se, alpha[c][i] - half, alpha[c][i] + half)
@@ -292,6 +301,18 @@ def _errors(
             told = OF_CELL if OF_CELL in (source, rows[-1]["spread"]) else source
             rows[-1] |= row | {"spread": told}
     return rows
+
+
+def _apart(cell: _Cell, c: str, off: FloatArray) -> Part:
+    """Error of a cell with runs that stand apart by `off`: the scatter of its repeats, or what they are off by."""
+    n = len(cell.runs)
+    if off.any() and n > 2 and not cell.level:
+        return Part(float(cell.of(column(c)).std(ddof=1)) / math.sqrt(n), n - 1.0)
+    return Part(float(np.abs(cell.share @ off)) / _REACH)
+
+
+_REACH = 1.96
+"""Standard errors to the end of an interval of 95 %."""
 
 
 def _together(cell: _Cell) -> float:

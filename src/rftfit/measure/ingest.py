@@ -70,6 +70,7 @@ _NEAR_SURFACE_CM = 0.3
 _FLAT_DEG = 3.0
 _PAUSE_CM = 0.2
 _RAMP_S = 0.1
+_FEWEST_QUIET = 50
 
 SAMPLE_COLUMNS = (
     "time_s", "phase", "x_cm", "depth_cm", "angle_deg", "force_z_N", "force_x_N", "why"
@@ -82,10 +83,10 @@ RUN_COLUMNS: dict[str, object] = {
     **dict.fromkeys(("rows_force", "rows_motion"), 0),
     **dict.fromkeys(
         ("sample_step_s", "clock_offset_s", "clock_residual_s", "clock_se_s", "zero_var_z_N2",
-         "zero_var_x_N2", "zero_dof", "clock_hours", "clock_rest_s", "clock_drift",
+         "zero_var_x_N2", "zero_dof", "zero_trend_z_N", "zero_trend_x_N", "clock_hours", "clock_rest_s", "clock_drift",
          "clock_drift_se", "clock_explained", "surface_z_mm", "surface_se_mm",
          "surface_growth_N_per_cm",
-         *(f"{channel}_{fact}" for channel in _CHANNELS for fact in ("low_N", "high_N", "held_N", "held"))),
+         *(f"{channel}_{fact}" for channel in _CHANNELS for fact in ("low_N", "high_N", "held_N", "held", "noise_N"))),
         np.nan,
     ),
 }  # fmt: skip
@@ -113,7 +114,8 @@ class Trace:
     """One run in the lab frame, on the force log's clock; arrays of shape (n,).
 
     `time` in s; `x`, `z` of the intruder's reference point in cm; `angle` (beta or theta) in rad;
-    `force` (2, n) as z, x in N, its zero removed; `zero_variance` (2,) in N^2. `phase` is an index into
+    `force` (2, n) as z, x in N, its zero removed; `zero_variance` (2,) in N^2, `zero_trend` (2,) in N:
+    of `Zero`. `phase` is an index into
     `PHASES`, `why` a `RowStatus`, `rows` the data lines of force and motion log. `flags` do not stop the
     run; `alignment` and `surface` are there where they were looked for; `channels`: `_channel_facts`.
     """
@@ -128,6 +130,7 @@ class Trace:
     why: np.ndarray
     zero_variance: FloatArray
     zero_dof: float
+    zero_trend: tuple[float, float]
     clock: ClockFit
     flags: tuple[Remark, ...]
     rows: tuple[int, int]
@@ -202,7 +205,8 @@ def _run_row(config: Config, run: Run, trace: Trace) -> dict[str, object]:
         "sample_step_s": step, "clock_offset_s": clock.offset_s,
         "clock_residual_s": clock.residual_s, "clock_se_s": clock.offset_se(step),
         "zero_var_z_N2": trace.zero_variance[0], "zero_var_x_N2": trace.zero_variance[1],
-        "zero_dof": trace.zero_dof,
+        "zero_dof": trace.zero_dof, "zero_trend_z_N": trace.zero_trend[0],
+        "zero_trend_x_N": trace.zero_trend[1],
     }  # fmt: skip
     if (found := trace.alignment) is not None:
         hours = clock.whole_hours
@@ -344,7 +348,7 @@ def _make_trace(
         flags.append(remark("stroke-saturated", count=stuck))
     return Trace(
         run, readings.time, phase, x, z, angle, force, why,
-        zero.variance, zero.dof, clock, tuple(flags), (force_log.rows, motion_log.rows),
+        zero.variance, zero.dof, zero.trend_N, clock, tuple(flags), (force_log.rows, motion_log.rows),
         alignment, surface, _channel_facts(readings.channels, in_stroke),
     )  # fmt: skip
 
@@ -355,7 +359,7 @@ def readings_digest(readings: FloatArray) -> str:
 
 
 def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
-    """Range of each channel in the stroke, the longest stretch of equal readings, and a digest of all."""
+    """What each channel does in the stroke, its noise before and after it, and a digest of all readings."""
     moves = bool(np.ptp(channels, axis=1).any())
     facts: dict[str, object] = {"readings": readings_digest(channels) if moves else ""}
     for name, readings in zip(_CHANNELS, channels, strict=True):
@@ -368,8 +372,19 @@ def _channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obj
             f"{name}_low_N": values.min(), f"{name}_high_N": values.max(),
             f"{name}_held_N": values[starts[longest]],
             f"{name}_held": lengths[longest] / values.size,
+            f"{name}_noise_N": _noise(readings[~in_stroke]),
         }  # fmt: skip
     return facts
+
+
+def _noise(readings: FloatArray) -> float:
+    """Standard deviation of readings from sample to sample, by second differences, jumps left out."""
+    steps = np.sort(np.abs(np.diff(readings, 2)))
+    if steps.size < _FEWEST_QUIET:
+        return math.nan
+    # of a normal number the smaller nine tenths have 0.789 of the root mean square of all
+    inner = steps[: round(0.9 * steps.size)]
+    return float(np.sqrt(np.mean(inner**2))) / (0.789 * math.sqrt(6))
 
 
 def _stated_zero(config: Config) -> Zero:

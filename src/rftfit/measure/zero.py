@@ -27,13 +27,15 @@ class Zero:
 
     `force`, N: (2, n), a straight line in time between two stretches in air; else constant, (2, 1).
     `variance` (2,) of its error, N^2, allows for autocorrelation. `drift_N`: largest change between the
-    two stretches; NaN if there is but one.
+    two stretches; NaN if there is but one. `trend_N` (2,): what a straight line through the only stretch
+    would add until the stroke; NaN if there are two or if it cannot be told.
     """
 
     force: FloatArray
     variance: FloatArray
     dof: float
     drift_N: float
+    trend_N: tuple[float, float] = (math.nan, math.nan)
 
 
 def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
@@ -79,7 +81,9 @@ def find_zero(
     if len(pieces) == 1:
         # any drift up to the largest is equally likely
         unseen = (drift_N_per_min / 60 * abs(stroke_time - t0)) ** 2 / 3
-        return Zero(first[:, None], variance + unseen, dof, math.nan)
+        away = time[pieces[0]] - t0
+        trend = force[:, pieces[0]] @ away / float(away @ away) * (stroke_time - t0)
+        return Zero(first[:, None], variance + unseen, dof, math.nan, (trend[0], trend[1]))
     last, last_variance, last_dof = _mean(force[:, pieces[-1]])
     share = np.clip((time - t0) / (t1 - t0), 0, 1)
     line = first[:, None] * (1 - share) + last[:, None] * share

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rftfit.compare.peers import apart, compare_runs
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of
+from rftfit.measure.copies import copies_of, counted_once
 from rftfit.measure.depths import alpha_at_depths
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium, leg_curves
@@ -50,24 +52,31 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, p
     return fits, windows, book.table()
 
 
-def checks(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Put the cells of a medium together and check them: verdicts, alpha table, alpha of stated depths."""
+def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
+    """Put the cells of a medium together and check them: verdicts, alpha table, alpha of depths, runs side by side."""
     import pandas as pd
 
     config = results.config
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
     tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
-    errors, surface = errors_of(tables["fits"], config)
+    sheet = {run.run_id: run for run in results.campaign.runs_of(medium)}
+    copies = copies_of(sheet, tables["runs"], tables["fits"], tables["tared"])
+    fits = tables["fits"] = counted_once(tables["fits"], copies)
+    peers = compare_runs(fits, medium)
+    errors, surface = errors_of(fits, config)
     level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
     grid = config.grid_of(medium)
-    alpha = alpha_table(tables["fits"], medium, level, depths, errors, grid, surface)
-    found = check_medium(results.campaign, medium, tables | {"alpha": alpha})
+    alpha = alpha_table(fits, medium, level, depths, errors, grid, surface, apart(peers))
+    found = check_medium(
+        results.campaign, medium, tables | {"alpha": alpha, "peers": peers}, copies
+    )
     rows = [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
     table = pd.DataFrame(rows, columns=COLUMNS)
     own = marks_of(table, config.media).get(medium, ())
     alpha = marked(alpha, found, own)
     at_depth = alpha_at_depths(results.campaign, medium, tables, alpha)
-    return table, alpha, at_depth if at_depth.empty else marked(at_depth, found, own)
+    at_depth = at_depth if at_depth.empty else marked(at_depth, found, own)
+    return table, alpha, at_depth, peers
 
 
 def check_logs(campaign: Campaign) -> pd.DataFrame:

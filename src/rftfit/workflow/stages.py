@@ -58,7 +58,7 @@ STAGES = {
         settings=("force_log", "transducer", "container", "intruders", "fit", "table", "media"), each="medium",
     ),
     "checks": Stage(
-        f"{_MEASURE}:checks", "measure", rows=True,
+        f"{_MEASURE}:checks", "compare", rows=True,
         settings=("force_log", "transducer", "arm", "surface", "container", "intruders", "fit", "errors",
                   "grid", "table", "media"), each="medium",
     ),

@@ -1,0 +1,214 @@
+"""Each run beside what the other runs of its medium say of its direction.
+
+Three runs of one direction or more are compared with one another, in units of how repeats of this medium
+differ. A single run is compared with what all other runs and the shape that granular media share
+(`rftfit.model.shapes`) say of its direction. A medium that is rougher than the known ones differs more in
+every direction, so the unit is the spread of these differences in this medium.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.measure.alpha import SAME_DEPTH_CM, SAME_DIRECTION_DEG, column
+from rftfit.model.shapes import published_shapes
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.conventions import FloatArray
+
+COLUMNS = [
+    "medium", "run_id", "beta_deg", "gamma_deg", "n_others", "beside",
+    *(f"{name}_{c}_N_per_cm3" for c in "zx" for name in ("alpha", "others")),
+    "off_z_ratio", "off_x_ratio", "times_spread", "apart", "known_z_ratio", "known_x_ratio",
+]  # fmt: skip
+REPEATS, MAP = "repeats", "map"
+"""What a run is compared with: runs of its direction, or the map of all others."""
+
+_BED, _LEAST = 0.05, 0.05
+"""Ordinary scatter of a run: relative to its alpha, and to the largest alpha of its medium."""
+_FEW_PAIRS = 24
+"""Fewer pairs of repeats than this do not tell how much repeats of this medium differ."""
+_TIMES_REPEATS, _LEAST_REPEATS = 4.2, 0.10
+_TIMES_MAP, _LEAST_MAP, _TAIL, _FEWEST = 5.5, 0.13, 0.95, 10
+"""Of the map: where each run is left out in turn, the published media differ from the map of the others by up to
+0.13 of their largest alpha and 4.4 times the 95 % quantile of all differences, with beds 5 % apart 4.9 times."""
+
+
+def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
+    """Compare each run that has alpha with the others of its medium; a row a run.
+
+    `off_z_ratio`, `off_x_ratio`: difference from the others, relative to the largest alpha of the medium.
+    `known_z_ratio`, `known_x_ratio`: the least that all published media feel in this direction, relative to
+    their alpha_z at (0, 90) deg, with its sign; 0 where they differ in sign. `times_spread`: the larger difference in units of the spread of such differences. `apart`: whether that
+    is more than chance explains.
+    """
+    import pandas as pd
+
+    names = [column(c) for c in "zx"]
+    known = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)].reset_index(drop=True)
+    if known.empty:
+        return pd.DataFrame(columns=COLUMNS)
+    alpha = known[names].to_numpy(float).T
+    groups = directions_of(known)
+    others, times, apart = _beside_repeats(alpha, groups)
+    single = np.array([(groups == own).sum() < 3 for own in groups])
+    said, of_map, far = _beside_map(known, alpha)
+    others[:, single], times[single], apart[single] = said[:, single], of_map[single], far[single]
+    largest = float(np.nanmax(np.abs(alpha)))
+    off = (alpha - others) / largest
+    rows = {
+        "medium": medium, "run_id": known["run_id"], "beta_deg": known["beta_deg"],
+        "gamma_deg": known["gamma_deg"], "n_others": [(groups == own).sum() - 1 for own in groups],
+        "beside": np.where(single, MAP, REPEATS), "off_z_ratio": off[0], "off_x_ratio": off[1],
+        "times_spread": times, "apart": apart,
+    }  # fmt: skip
+    least = _least(
+        *(np.radians(known[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
+    )
+    for place, c in enumerate("zx"):
+        rows |= {f"known_{c}_ratio": least[place]}
+        rows |= {f"alpha_{c}_N_per_cm3": alpha[place], f"others_{c}_N_per_cm3": others[place]}
+    return pd.DataFrame(rows)[COLUMNS]
+
+
+def _least(beta: FloatArray, gamma: FloatArray) -> FloatArray:
+    """Least of what all published media feel, with its sign, shape (2, n); 0 where they differ in sign."""
+    shapes = published_shapes()
+    media = np.split(shapes.of_media(beta, gamma), 2, axis=1)
+    level = shapes.of_media(np.zeros(1), np.full(1, math.pi / 2))[:, :1]
+    ratios = np.stack(media) / level
+    alike = np.abs(np.sign(ratios).sum(axis=1)) == ratios.shape[1]
+    return np.where(alike, np.sign(ratios[:, 0]) * np.abs(ratios).min(axis=1), 0.0)
+
+
+def apart(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
+    """By how much each run that stands apart differs from what the others say, z and x, N/cm^3."""
+    rows = peers[peers["apart"].astype(bool)].to_dict("records")
+    return {
+        str(row["run_id"]): (
+            row["alpha_z_N_per_cm3"] - row["others_z_N_per_cm3"],
+            row["alpha_x_N_per_cm3"] - row["others_x_N_per_cm3"],
+        )
+        for row in rows
+    }
+
+
+def directions_of(runs: pd.DataFrame) -> FloatArray:
+    """Number of the direction of each run; a level run also has a depth, since no depth is like another."""
+    beta, gamma, depth = (
+        runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
+    )
+    near = np.abs((beta - beta[:, None] + 90) % 180 - 90) <= SAME_DIRECTION_DEG
+    near &= np.abs(gamma - gamma[:, None]) <= SAME_DIRECTION_DEG
+    level = (gamma == 0) & np.isfinite(depth)
+    near &= ~level[:, None] | (np.abs(depth - depth[:, None]) <= SAME_DEPTH_CM)
+    return np.asarray(near.argmax(axis=1), dtype=float)
+
+
+def _beside_repeats(
+    alpha: FloatArray, groups: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Median of the other runs of a direction; how far each run is from it; whether that is far."""
+    others = np.full(alpha.shape, math.nan)
+    levels, gaps = [], []
+    for own in np.unique(groups):
+        here = np.flatnonzero(groups == own)
+        if here.size < 3:
+            continue
+        values = alpha[:, here]
+        others[:, here] = [
+            [np.median(np.delete(part, one)) for one in range(here.size)] for part in values
+        ]
+        pairs = np.abs(values[:, :, None] - values[:, None])[:, *np.triu_indices(here.size, 1)]
+        gaps.append(pairs.ravel())
+        levels.append(np.repeat(np.abs(np.median(values, axis=1)), pairs.shape[1]))
+    spread = _spread(np.concatenate([*gaps, []]), np.concatenate([*levels, []]))
+    size = np.hypot(spread[0], spread[1] * others)
+    counts = np.array([(groups == own).sum() for own in groups])
+    off = np.abs(alpha - others)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        times = off / (size * np.sqrt(1 + 1.57 / np.maximum(counts - 1, 1)))
+    far = (times > _TIMES_REPEATS) & (off > _LEAST_REPEATS * np.abs(others))
+    # where one run is wrong, the others differ from their median too: the farthest goes first
+    first = np.zeros(far.shape, dtype=bool)
+    for own in np.unique(groups):
+        here = np.flatnonzero(groups == own)
+        for part in range(2):
+            first[part, here[np.nan_to_num(times[part, here]).argmax()]] = True
+    return others, np.nan_to_num(times).max(axis=0), (far & first).any(axis=0)
+
+
+def _spread(gaps: FloatArray, levels: FloatArray) -> tuple[float, float]:
+    """How repeats differ, from pairs: N/cm^3 where they are weak, and relative to alpha where strong."""
+    largest = float(levels.max(initial=0.0))
+    ordinary = _LEAST * _BED * largest, _BED
+    if gaps.size < _FEW_PAIRS:
+        return ordinary
+    # 0.954 is the median of the size of the difference of two normal numbers
+    weak, strong = levels <= np.quantile(levels, 0.25), levels >= np.median(levels)
+    absolute = float(np.median(gaps[weak])) / 0.954
+    relative = float(np.median(gaps[strong] / np.maximum(levels[strong], 1e-9))) / 0.954
+    return max(absolute, 1e-3 * largest), max(relative, 0.01)
+
+
+def _beside_map(runs: pd.DataFrame, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What a map of all other runs says of each; the difference from it; whether that is far."""
+    beta, gamma = (np.radians(runs[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
+    se = np.stack([runs[column(c, "_se")].to_numpy(float) for c in "zx"])
+    largest = float(np.nanmax(np.abs(alpha)))
+    far = np.zeros(beta.size, dtype=bool)
+    while True:
+        said, error = _left_out(beta, gamma, np.where(far, math.nan, alpha), alpha, se)
+        times = np.nan_to_num(np.abs(alpha - said) / error)
+        farthest = int(np.where(far, 0, times.max(axis=0)).argmax())
+        rest = ~far & (np.arange(beta.size) != farthest)
+        if rest.sum() < max(_FEWEST, 2 * far.sum()):
+            break
+        unit = max(float(np.quantile(times[:, rest], _TAIL)), 0.1)
+        off = np.nan_to_num(np.abs(alpha - said)[:, farthest]).max()
+        if times[:, farthest].max() < _TIMES_MAP * unit or off < _LEAST_MAP * largest:
+            return said, times.max(axis=0) / unit, far
+        far[farthest] = True
+    # too few runs, or too many that are far, to say how far is far
+    return said, np.full(beta.size, math.nan), np.zeros(beta.size, dtype=bool)
+
+
+def _left_out(
+    beta: FloatArray, gamma: FloatArray, given: FloatArray, alpha: FloatArray, se: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What the `given` runs but itself say of each run: alpha, N/cm^3, and its error, shape (2, n)."""
+    count = beta.size
+    mean, prior = published_shapes().moments(beta, gamma)
+    known = np.flatnonzero(np.isfinite(given.ravel()))
+    values, noise = alpha.ravel()[known], np.nan_to_num(se.ravel()[known])
+    size = float(np.abs(values).sum() / np.abs(mean[known]).sum())
+    for _ in range(3):
+        own = np.hypot(_BED * mean, _LEAST * np.abs(mean).max()) * size
+        covariance = size**2 * prior + np.diag(own**2)
+        within = covariance[np.ix_(known, known)] + np.diag(noise**2)
+        inverse = np.linalg.inv(within)
+        size = max(float(mean[known] @ inverse @ values), 0.0) / float(
+            mean[known] @ inverse @ mean[known]
+        )
+        size = max(size, 1e-9)
+    off = inverse @ (values - size * mean[known])
+    said, error = np.full((2, 2 * count), math.nan)
+    for run in range(count):
+        # both components of a run are left out together
+        here = np.flatnonzero(known % count == run)
+        if here.size:
+            block = np.linalg.inv(inverse[np.ix_(here, here)])
+            said[known[here]] = values[here] - block @ off[here]
+            error[known[here]] = np.sqrt(np.diag(block))
+            continue
+        both = np.array([run, count + run])
+        towards = covariance[np.ix_(both, known)]
+        said[both] = size * mean[both] + towards @ off
+        left = covariance[np.ix_(both, both)] - towards @ inverse @ towards.T
+        error[both] = np.sqrt(np.diag(left))
+    return said.reshape(2, count), error.reshape(2, count)

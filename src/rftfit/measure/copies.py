@@ -1,0 +1,130 @@
+"""Copies of a log that were filed as repeats: same noise, whatever was cut, rounded or moved in them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.config import UNIT_AREA
+from rftfit.measure.flags import REASON, reason_cells, remark
+from rftfit.measure.strokes import split_runs
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import pandas as pd
+
+    from rftfit.campaign.sheet import Run
+    from rftfit.conventions import FloatArray
+
+_LEAST, _SHORTEST, _ALONE = 0.3, 100, 2.0
+"""Of the correlation of noise: independent repeats reach 0.01 +- 0.05; in so many samples; and so many times
+what it is at any other shift, which a hum that all runs have in common is not."""
+_NEAR, _SHIFTS = 3, 3
+"""Samples to each side that belong to a shift; a copy with rows cut out in two places has three shifts."""
+
+
+def copies_of(
+    sheet: Mapping[str, Run], runs: pd.DataFrame, fits: pd.DataFrame, tared: pd.DataFrame
+) -> dict[str, tuple[str, ...]]:
+    """Runs of a medium that can be compared, each with those that have its readings, or its noise."""
+    exact = same_readings(sheet, runs)
+    of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
+    near = {} if of_table else near_copies(_groups(fits), tared)
+    return {
+        name: tuple(dict.fromkeys([*others, *near.get(name, ())])) for name, others in exact.items()
+    }
+
+
+def _groups(fits: pd.DataFrame) -> list[list[str]]:
+    """Runs of one direction, by its rounded angles."""
+    angles = [fits["beta_deg"].round() % 180, fits["gamma_deg"].round(), fits["direction"]]
+    return [list(own) for _, own in fits.groupby(angles)["run_id"] if len(own) > 1]
+
+
+def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tuple[str, ...]]:
+    """Runs of a medium whose readings can be compared, each with those that have the same ones.
+
+    Neither strokes of one log are copies nor rods: a tare that serves several runs is no repeat. The
+    runs of a table are all in one file.
+    """
+    groups: dict[str, list[str]] = {}
+    for name, digest in zip(runs["run_id"], runs["readings"], strict=True):
+        if digest and sheet[name].kind in ("plate", "leg"):
+            groups.setdefault(digest, []).append(name)
+
+    def copies(one: Run, other: Run) -> bool:
+        of_table = one.intruder == UNIT_AREA
+        return one is not other and (of_table or one.force_log != other.force_log)
+
+    return {
+        name: tuple(other for other in group if copies(sheet[name], sheet[other]))
+        for group in groups.values()
+        for name in group
+    }
+
+
+def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[str, tuple[str, ...]]:
+    """Runs of one direction whose noise is that of another one, with these.
+
+    `groups`: run_ids by direction. What is smooth in a stroke is alike in all repeats; the second difference
+    from sample to sample leaves what is noise.
+    """
+    where = split_runs(tared)
+    force, tare = (
+        tared[[f"{what}_{c}_N" for c in "zx"]].to_numpy(float) for what in ("force", "tare")
+    )
+    force = force + np.nan_to_num(tare)
+    found: dict[str, list[str]] = {}
+    for group in groups:
+        noise = {name: _noise(force[where[name]]) for name in group if name in where}
+        names = [name for name in noise if noise[name].size >= _SHORTEST]
+        for place, one in enumerate(names):
+            for other in names[place + 1 :]:
+                if _alike(noise[one], noise[other]):
+                    found.setdefault(one, []).append(other)
+                    found.setdefault(other, []).append(one)
+    return {name: tuple(others) for name, others in found.items()}
+
+
+def _noise(force: FloatArray) -> FloatArray:
+    """Second differences of the more restless component, of standard deviation 1."""
+    steps = np.diff(force[np.isfinite(force).all(axis=1)], 2, axis=0)
+    if not steps.size:
+        return np.zeros(0)
+    own = steps[:, steps.std(axis=0).argmax()]
+    return own / own.std() if own.std() > 0 else np.zeros(0)
+
+
+def _alike(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two noises are one, shifted by some samples."""
+    size = 1 << (one.size + other.size).bit_length()
+    spectrum = np.fft.rfft(one, size) * np.conj(np.fft.rfft(other, size))
+    match = np.abs(np.fft.irfft(spectrum, size)) / min(one.size, other.size)
+    best, rest = float(match.max()), match
+    for _ in range(_SHIFTS):
+        rest = np.delete(np.roll(rest, _NEAR - int(rest.argmax())), np.s_[: 2 * _NEAR + 1])
+    least = max(_LEAST, 8 / math.sqrt(min(one.size, other.size)))
+    return bool(best > least and best > _ALONE * rest.max())
+
+
+def counted_once(fits: pd.DataFrame, copies: Mapping[str, Sequence[str]]) -> pd.DataFrame:
+    """Leave the number of one run of each set of copies of one direction; the others say whose copy they are."""
+    kept: set[str] = set()
+    rows = []
+    groups = {name: set(own) for own in _groups(fits) for name in own}
+    for name in fits["run_id"]:
+        own = sorted(kept & set(copies.get(name, ())) & groups.get(name, set()))
+        if not own:
+            kept.add(name)
+        rows.append(own)
+    later = np.array([bool(own) for own in rows])
+    numbers = [name for name in map(str, fits) if name.startswith("alpha_")]
+    fits = fits.copy()
+    fits.loc[later, numbers] = np.nan
+    why = [reason_cells([remark("same-readings", runs=", ".join(own))]) for own in rows if own]
+    if why:
+        fits.loc[later, [*REASON]] = why
+    return fits

@@ -1,0 +1,112 @@
+"""Each run beside the others of its medium."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit import reference
+from rftfit.compare.peers import COLUMNS, apart, compare_runs
+from rftfit.measure.alpha import column
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+def fits(rows: Sequence[tuple[float, ...]], depth: float = math.nan) -> pd.DataFrame:
+    """Runs r0, r1 and so on of beta, gamma, alpha_z, alpha_x, all with the same error."""
+    table = pd.DataFrame(rows, columns=["beta_deg", "gamma_deg", column("z"), column("x")])
+    errors = dict.fromkeys((column(c, "_se") for c in "zx"), 0.003)
+    return table.assign(run_id=[f"r{n}" for n in range(len(rows))], depth_from_cm=depth, **errors)
+
+
+def published(medium: str) -> list[tuple[float, ...]]:
+    """Every cell of the table of a medium, as one run each."""
+    z, x = reference.alpha_grid(medium)
+    return [
+        (beta, gamma, z[i, j], x[i, j])
+        for i, beta in enumerate(reference.BETA_DEG)
+        for j, gamma in enumerate(np.round(reference.GAMMA_DEG, 4))
+        if beta > -90
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("medium", reference.MEDIA)
+def test_nothing_stands_apart_in_the_published_tables(medium: str) -> None:
+    found = compare_runs(fits(published(medium)), medium)
+    assert list(found) == COLUMNS
+    assert set(found["beside"]) == {"map"}
+    assert np.isfinite(found["times_spread"]).all()
+    assert not found["apart"].any()
+
+
+@pytest.mark.parametrize("medium", reference.MEDIA)
+def test_a_cell_in_another_unit_stands_apart_from_the_map(medium: str) -> None:
+    """Pound-force in place of newtons, 4.45 times too much, in one push that is strong."""
+    rows = published(medium)
+    place = next(n for n, row in enumerate(rows) if row[:2] == (30, 90))
+    true = rows[place]
+    rows[place] = (*true[:2], 4.45 * true[2], 4.45 * true[3])
+    found = compare_runs(fits(rows), medium)
+    assert found.loc[found["apart"], "run_id"].tolist() == [f"r{place}"]
+    off_z, off_x = apart(found)[f"r{place}"]
+    # what the others say is near what it was
+    assert off_z == pytest.approx(3.45 * true[2], rel=0.3)
+    assert found.loc[place, "off_z_ratio"] == pytest.approx(off_z / (4.45 * true[2]), rel=0.5)
+    assert math.isfinite(off_x)
+
+
+@pytest.mark.parametrize(
+    ("values", "which"),
+    [
+        ((0.30, 0.31, 0.29), []),
+        ((0.30, 0.31, 0.60), ["r2"]),
+        ((0.30, 0.10, 0.31), ["r1"]),
+        # 3.4 spreads of 5 % of 0.30 off, and 4.5
+        ((0.30, 0.30, 0.368), []),
+        ((0.30, 0.30, 0.390), ["r2"]),
+    ],
+)
+def test_one_of_three_repeats(values: tuple[float, ...], which: list[str]) -> None:
+    found = compare_runs(fits([(0.0, 90.0, value, 0.0) for value in values]), "m")
+    assert set(found["beside"]) == {"repeats"}
+    assert found["n_others"].tolist() == [2, 2, 2]
+    assert found.loc[found["apart"], "run_id"].tolist() == which
+    others = [np.median(np.delete(values, one)) for one in range(3)]
+    np.testing.assert_allclose(found["others_z_N_per_cm3"], others)
+    largest = max(values)
+    np.testing.assert_allclose(found["off_z_ratio"], (np.array(values) - others) / largest)
+    # fewer than 24 pairs: 5 % of alpha, and 5 % of that of the largest median, for run and median of two
+    spread = np.hypot(0.05 * 0.05 * np.median(values), 0.05 * np.array(others))
+    times = np.abs(np.array(values) - others) / (spread * math.sqrt(1 + 1.57 / 2))
+    np.testing.assert_allclose(found["times_spread"], times)
+    assert apart(found) == {
+        run: (values[at] - others[at], 0.0) for run in which for at in [int(run[1])]
+    }
+
+
+def test_too_few_runs_say_nothing() -> None:
+    found = compare_runs(fits(published("poppy_LP")[20:25]), "m")
+    assert np.isnan(found["times_spread"]).all()
+    assert not found["apart"].any()
+    empty: Any = compare_runs(fits([(0.0, 90.0, math.nan, math.nan)]), "m")
+    assert (list(empty), len(empty), apart(empty)) == (COLUMNS, 0, {})
+
+
+def test_level_runs_of_another_depth_are_no_repeats() -> None:
+    runs = fits([(0.0, 0.0, 0.1, 0.2)] * 4)
+    assert (compare_runs(runs.assign(depth_from_cm=2.54), "m")["n_others"] == 3).all()
+    deeper = compare_runs(runs.assign(depth_from_cm=[2.54, 2.55, 5.08, 7.62]), "m")
+    assert deeper["n_others"].tolist() == [1, 1, 0, 0]
+
+
+def test_least_that_all_published_media_feel() -> None:
+    """Relative to alpha_z(0, 90): 1 there, and a pull has the opposite sign."""
+    found = compare_runs(fits([(0.0, 90.0, 0.3, 0.0), (0.0, -90.0, -0.05, 0.0)]), "m")
+    push, pull = found["known_z_ratio"]
+    assert push == pytest.approx(1)
+    assert -0.5 < pull < 0

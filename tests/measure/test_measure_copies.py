@@ -1,0 +1,100 @@
+"""Copies of a log that were filed as repeats."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.measure.copies import counted_once, near_copies, same_readings
+
+if TYPE_CHECKING:
+    from rftfit.conventions import FloatArray
+
+SIZE = 600
+
+
+def force(seed: int, hum: float = 0.0) -> FloatArray:
+    """Force of a push, z and x, with noise of its own and a hum that all runs have in common, N."""
+    own, time = np.random.default_rng(seed), np.arange(SIZE)
+    wave = hum * np.sin(2 * np.pi * time / 20)
+    return (
+        np.stack([0.01 * time, 0.002 * time], axis=1)
+        + own.normal(0, 0.05, (SIZE, 2))
+        + wave[:, None]
+    )
+
+
+def tared(**logs: FloatArray) -> pd.DataFrame:
+    """Tared force of some runs of one direction; part of each is the tare, which copies may have of their own."""
+    parts = [
+        pd.DataFrame({"run_id": name, "tare_z_N": 0.3, "tare_x_N": 0.0,
+                      "force_z_N": log[:, 0] - 0.3, "force_x_N": log[:, 1]})
+        for name, log in logs.items()
+    ]  # fmt: skip
+    return pd.concat(parts, ignore_index=True)
+
+
+def last_digit(log: FloatArray) -> FloatArray:
+    return log + np.random.default_rng(9).choice([-0.01, 0.0, 0.01], log.shape)
+
+
+@pytest.mark.parametrize(
+    ("other", "copy"),
+    [
+        (force(1), True),
+        (force(1)[5:], True),
+        (np.delete(force(1), np.s_[300:305], axis=0), True),
+        (last_digit(force(1).round(2)), True),
+        (force(2), False),
+        (force(1)[:90], False),
+    ],
+    ids=["same", "cut at the start", "cut within", "last digit", "own noise", "too short to tell"],
+)
+def test_copies_have_the_noise_of_another_run(other: FloatArray, copy: bool) -> None:
+    found = near_copies([["a", "b"]], tared(a=force(1), b=other))
+    assert found == ({"a": ("b",), "b": ("a",)} if copy else {})
+    # of another direction they are not looked at
+    assert near_copies([["a"], ["b"]], tared(a=force(1), b=other)) == {}
+
+
+@pytest.mark.parametrize("hum", [0.05, 0.5, 5.0])
+def test_a_hum_that_all_runs_have_in_common_makes_no_copy(hum: float) -> None:
+    runs = tared(a=force(1, hum), b=force(2, hum), c=force(3, hum))
+    assert near_copies([["a", "b", "c"]], runs) == {}
+
+
+def test_of_copies_of_one_direction_one_keeps_its_number() -> None:
+    """c is a copy in another direction, where either may be right: both count."""
+    table = pd.DataFrame({
+        "run_id": list("abcd"), "beta_deg": 0.0, "gamma_deg": [90.0, 90, 45, 90],
+        "direction": "intrusion", "alpha_z_N_per_cm3": [0.3, 0.3, 0.2, 0.31], "n_points": 9,
+        "reason": "", "reason_code": "",
+    })  # fmt: skip
+    before = table.copy()
+    found = counted_once(table, {"a": ("b", "c"), "b": ("a", "c"), "c": ("a", "b"), "d": ()})
+    pd.testing.assert_frame_equal(table, before)
+    assert found["alpha_z_N_per_cm3"].isna().tolist() == [False, True, False, False]
+    assert found["reason_code"].tolist() == ["", "same-readings", "", ""]
+    assert "a" in found.loc[1, "reason"]
+    assert (found["n_points"] == 9).all()
+    pd.testing.assert_frame_equal(counted_once(table, {}), before)
+
+
+def sheet(*names: str, kind: str = "plate") -> dict[str, Any]:
+    return {n: SimpleNamespace(kind=kind, intruder="", force_log=n) for n in names}
+
+
+def test_copies_are_told_from_runs_of_one_file() -> None:
+    by_id = sheet("a", "b", "c", "d") | sheet("rod1", "rod2", kind="rod")
+    by_id["d"].force_log = "c"
+    table = pd.DataFrame({"run_id": list(by_id), "readings": ["1", "1", "2", "2", "3", "3"]})
+    # c and d are one file by the sheet, the rods may be copies
+    assert same_readings(by_id, table) == {"a": ("b",), "b": ("a",), "c": (), "d": ()}
+    # of a log that says nothing there is no digest
+    assert same_readings(by_id, table.assign(readings="")) == {}
+    # legs are runs too
+    assert same_readings(sheet("a", "b", kind="leg"), table[:2]) == {"a": ("b",), "b": ("a",)}
