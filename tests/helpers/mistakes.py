@@ -1,0 +1,431 @@
+"""Mistakes of a lab in the files of a re-enacted campaign: logs, run sheet, configuration."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import yaml
+from campaigns import PROJECT
+from coverage_files import measured
+from mutations import Cells, Written
+
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import load_campaign
+from rftfit.lab.disturb import sizes_of
+from rftfit.lab.enact import planned, run_logs
+from rftfit.lab.plan import Run
+from rftfit.lab.protocols import PAPER
+from rftfit.lab.truth import table_s5
+from rftfit.lab.write import fixed, sheet_text
+from rftfit.measure.alpha import column
+from rftfit.workflow.measure import checks
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    import pandas as pd
+
+    Luck = np.random.Generator
+    Table = np.ndarray
+    """Columns of a log as rows, shape (columns, n)."""
+
+CHANNELS = {"x": 3, "z": 4}
+"""Column of the force log that the demonstration's mount has along x and z: F2 and F3, both turned."""
+LEAST_OFF = 0.005
+"""Of alpha: nearer to the truth than this is not wrong, N/cm^3."""
+POUND_N = 4.4482216152605
+OTHER = {"poppy_CP": "glass0.3mm_LP"}
+"""Another medium of the same lab, by medium; else `poppy_CP`."""
+
+
+def enacted(
+    medium: str,
+    seed: int,
+    errors: Mapping[str, float] | None,
+    directions: Sequence[tuple[float, float]] | None = None,
+    repeats: int = 1,
+    disturb: Sequence[str] = (),
+) -> Written:
+    """Re-enact the plates of a medium in memory, the sheet in the order of time.
+
+    `errors`: the section; None leaves it out. `repeats`: of each plate run, with one rod run for all.
+    """
+    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    del values["robot"], values["errors"]
+    values["media"] = {medium: values["media"][medium]}
+    values["intruders"] = {"plate": values["intruders"]["plate"]}
+    values |= {} if errors is None else {"errors": dict(errors)}
+    config, sizes = Config.model_validate(values), sizes_of(disturb)
+    runs = []
+    for run in planned(config, [medium], directions, PAPER, tare=True, legs=False):
+        shared = replace(run, tare_shared=run.kind == "plate" and repeats > 1)
+        more = range(2, repeats + 1) if run.kind == "plate" else ()
+        runs += [shared, *(replace(shared, run_id=f"{run.run_id}_{number}",
+                                   clock_s=run.clock_s + 40 * (number - 1)) for number in more)]  # fmt: skip
+    runs.sort(key=lambda run: run.clock_s)
+    logs: dict[str, bytes | None] = {}
+    for run in runs:
+        logs |= run_logs(run, config, seed, sizes=sizes)
+    lines = [line.split(",") for line in sheet_text(runs, {}).splitlines()]
+    rows = [dict(zip(lines[0], line, strict=True)) for line in lines[1:]]
+    return Written(values, rows, {name: text for name, text in logs.items() if text is not None})
+
+
+def stated(sizes: Mapping[str, float] | None = None) -> dict[str, float]:
+    """Return the section `errors` of the demonstration, all 0 but what is given."""
+    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    return {**values["errors"], **(sizes or {})}
+
+
+# --- Which rows of the sheet.
+
+
+def some(made: Written, share: float, luck: Luck, where: str = "random") -> list[Cells]:
+    """Return a share of the rows, anywhere or in a `stretch` of the sheet."""
+    count = round(share * len(made.rows))
+    if where == "stretch":
+        first = int(luck.integers(len(made.rows) - count + 1))
+        return made.rows[first : first + count]
+    return [made.rows[place] for place in sorted(luck.permutation(len(made.rows))[:count])]
+
+
+def plates(made: Written) -> list[Cells]:
+    """Return the rows of plates."""
+    return [row for row in made.rows if row["kind"] == "plate"]
+
+
+def one_push(made: Written) -> Cells:
+    """Return the first row of a level plate that is pushed straight down."""
+    return next(row for row in plates(made)
+                if (row["beta_deg"], row["gamma_deg"], row["direction"]) == ("0", "90", "intrusion"))  # fmt: skip
+
+
+def one_slanted(made: Written, luck: Luck) -> Cells:
+    """Return a row of a plate that is pushed along a slanted path."""
+    rows = [
+        row
+        for row in plates(made)
+        if row["direction"] == "intrusion" and 20 < float(row["gamma_deg"]) < 80
+    ]
+    return rows[int(luck.integers(len(rows)))]
+
+
+# --- Readings of logs.
+
+
+def change(made: Written, name: str, how: Callable[[Table], Table | None]) -> None:
+    """Change the columns of a log, in place or by those that `how` returns."""
+    text = made.logs[name].decode()
+    start = text.index("\n", text.index("time_s")) + 1
+    body = text[start:]
+    decimals = [len(cell.partition(".")[2]) for cell in body[: body.index("\n")].split(",")]
+    values = np.array(body.replace("\n", ",").split(",")[:-1], float)
+    columns = values.reshape(-1, len(decimals)).T.copy()
+    other = how(columns)
+    columns = columns if other is None else other
+    made.logs[name] = (text[:start] + fixed(list(columns), decimals)).encode()
+
+
+def of_logs(
+    made: Written,
+    rows: Sequence[Cells],
+    how: Callable[[Table], Table | None],
+    log: str = "force_log",
+) -> list[str]:
+    """Change one log of each row; the run_ids."""
+    for row in rows:
+        change(made, row[log], how)
+    return [row["run_id"] for row in rows]
+
+
+def dead(made: Written, luck: Luck, axis: str, share: float = 1, where: str = "random",
+         noise_N: float = 0.02) -> list[str]:  # fmt: skip
+    """Let a channel read 1.2 N and noise."""
+
+    def how(log: Table) -> None:
+        log[CHANNELS[axis]] = 1.2 + noise_N * luck.standard_normal(log.shape[1])
+
+    return of_logs(made, some(made, share, luck, where), how)
+
+
+def gain(made: Written, luck: Luck, axis: str, factor: float, share: float = 1,
+         where: str = "random") -> list[str]:  # fmt: skip
+    """Multiply a channel; a factor of -1 is a reversed wire."""
+
+    def how(log: Table) -> None:
+        log[CHANNELS[axis]] *= factor
+
+    return of_logs(made, some(made, share, luck, where), how)
+
+
+def turned(made: Written, luck: Luck, degrees: float) -> list[str]:
+    """Turn the mount by so much more than the configuration says."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+
+    def how(log: Table) -> None:
+        x, z = log[CHANNELS["x"]].copy(), log[CHANNELS["z"]].copy()
+        log[CHANNELS["x"]], log[CHANNELS["z"]] = c * x - s * z, s * x + c * z
+
+    return of_logs(made, some(made, 1, luck), how)
+
+
+def exchanged_channels(made: Written, luck: Luck) -> list[str]:
+    """Exchange the wires of x and z."""
+
+    def how(log: Table) -> None:
+        log[[*CHANNELS.values()]] = log[[*CHANNELS.values()][::-1]]
+
+    return of_logs(made, some(made, 1, luck), how)
+
+
+def clipped(made: Written, luck: Luck, newtons: float) -> list[str]:
+    """Cut both channels off."""
+
+    def how(log: Table) -> None:
+        own = [*CHANNELS.values()]
+        log[own] = log[own].clip(-newtons, newtons)
+
+    return of_logs(made, some(made, 1, luck), how)
+
+
+def drift(made: Written, _: Luck, axis: str, newtons_per_s: float) -> list[str]:
+    """Let a channel drift in runs of plates."""
+
+    def how(log: Table) -> None:
+        log[CHANNELS[axis]] += newtons_per_s * (log[0] - log[0, 0])
+
+    return of_logs(made, plates(made), how)
+
+
+def late(made: Written, luck: Luck, seconds: float, share: float = 1,
+         where: str = "random") -> list[str]:  # fmt: skip
+    """Let the channels lag behind the sync line."""
+    count = round(100 * seconds)
+
+    def how(log: Table) -> None:
+        log[2:] = np.hstack([np.repeat(log[2:, :1], count, axis=1), log[2:, :-count]])
+
+    return of_logs(made, some(made, share, luck, where), how)
+
+
+def surface(made: Written, luck: Luck, mm: float, share: float = 1,
+            where: str = "random") -> list[str]:  # fmt: skip
+    """Let the free surface be lower than the arm's z says, by so much."""
+
+    def how(log: Table) -> None:
+        log[2] -= mm
+
+    return of_logs(made, some(made, share, luck, where), how, "motion_log")
+
+
+def pounds(made: Written, luck: Luck) -> list[str]:
+    """Write one run in lbf under a heading of newtons."""
+
+    def how(log: Table) -> None:
+        log[2:] /= POUND_N
+
+    return of_logs(made, [one_slanted(made, luck)], how)
+
+
+def one_off(made: Written, luck: Luck, percent: float) -> list[str]:
+    """Make the force on one of several repeats larger or smaller; its zero stays."""
+    sign = luck.choice([-1, 1])
+
+    def how(log: Table) -> None:
+        zero = log[2:, :100].mean(axis=1, keepdims=True)
+        log[2:] = zero + (log[2:] - zero) * (1 + sign * percent / 100)
+
+    return of_logs(made, [one_slanted(made, luck)], how)
+
+
+# --- Files and the sheet.
+
+LOGS = ("force_log", "motion_log")
+
+
+def swapped(made: Written, luck: Luck, count: int | None, where: str = "random") -> list[str]:
+    """Exchange the logs of some plates with those of their rods."""
+    rods = {row["run_id"]: row for row in made.rows}
+    own = {row["tare_run"]: row for row in plates(made)}  # one of several repeats
+    rows = [*own.values()]
+    chosen = some(Written({}, rows, {}), (count or len(rows)) / len(rows), luck, where)
+    for row in chosen:
+        rod = rods[row["tare_run"]]
+        for name in LOGS:
+            row[name], rod[name] = rod[name], row[name]
+    return [row["run_id"] for row in chosen]
+
+
+def another_run(made: Written, luck: Luck, other: bool = False, turn_deg: float = 0) -> list[str]:
+    """Make one run in another medium, or with the plate at another angle than sheet and arm say."""
+    row = one_slanted(made, luck)
+    own = row["medium"]
+    beta = float(row["beta_deg"])
+    run = Run(
+        row["run_id"], "plate", own, OTHER.get(own, "poppy_CP") if other else own, "plate", row["direction"],
+        beta + (turn_deg if beta <= 0 else -turn_deg), float(row["gamma_deg"]), clock_s=50_000.0,
+    )  # fmt: skip
+    logs = run_logs(run, Config.model_validate(made.config), int(luck.integers(1000)))
+    for name in LOGS:
+        made.logs[row[name]] = logs[getattr(run, name)] or b""
+
+    def how(log: Table) -> None:
+        log[3] += beta - (run.beta_deg or 0)
+
+    return of_logs(made, [row], how, "motion_log")
+
+
+def _cut(log: Table, number: int) -> Table:
+    return log[:, 5 * number :]
+
+
+def _last_digit(log: Table, number: int) -> Table:
+    force = log.shape[0] == len(CHANNELS) + 3
+    log[2 if force else 1 :] += (1e-5 if force else 1e-2) * number
+    return log
+
+
+def _times(log: Table, number: int) -> Table:
+    log[0] *= 1 + 1e-4 * number
+    return log
+
+
+def copies(
+    made: Written, _: Luck, how: Callable[..., Table] | None = None, count: int = 4
+) -> list[str]:
+    """File copies of a straight push as its repeats, each changed by its number."""
+    first = one_push(made)
+    for number in range(1, count + 1):
+        row = first | {"run_id": f"{first['run_id']}_copy{number}"}
+        for name in LOGS:
+            row[name] = f"{row['run_id']}_{name}.csv"
+            made.logs[row[name]] = made.logs[first[name]]
+            if how is not None:
+                change(made, row[name], partial(how, number=number))
+        made.rows.append(row)
+    for row in made.rows:
+        if row["tare_run"] == first["tare_run"]:
+            row["tare_shared"] = "yes"
+    return [first["run_id"], *(row["run_id"] for row in made.rows[-count:])]
+
+
+class Mistake(NamedTuple):
+    """A mistake: makes it and returns the run_ids; checks or flags of which one has to name it."""
+
+    make: Callable[[Written, Luck], list[str]]
+    told: tuple[str, ...]
+
+
+def _each() -> dict[str, Mistake]:
+    found: dict[str, Any] = {}
+    for axis in "xz":
+        found |= {
+            f"{axis} reversed": (partial(gain, axis=axis, factor=-1), "work"),
+            f"{axis} constant": (partial(dead, axis=axis, noise_N=0), "channels"),
+            f"{axis} dead": (partial(dead, axis=axis), "channels"),
+            f"{axis} drifts": (partial(drift, axis=axis, newtons_per_s=0.05), "zero-drifted"),
+        }
+        for share in (0.3, 0.6):
+            for where in ("random", "stretch"):
+                part: dict[str, Any] = {"axis": axis, "share": share, "where": where}
+                ending = f"{share:.0%} {where}"
+                found[f"{axis} dead, {ending}"] = (partial(dead, **part), "channels")
+                found[f"{axis} gain 0.3, {ending}"] = (
+                    partial(gain, factor=0.3, **part),
+                    "channels",
+                )
+    found["x and z exchanged"] = (exchanged_channels, "work")
+    found["clipped at 4 N"] = (partial(clipped, newtons=4), "channels")
+    for degrees in (-7, -4, -2, 2, 4, 7):
+        found[f"turned {degrees:+d} deg"] = (partial(turned, degrees=degrees), "symmetry")
+    found["tares exchanged"] = (partial(swapped, count=None), "rods")
+    for where in ("random", "stretch"):
+        found |= {
+            f"10 tares exchanged, {where}": (partial(swapped, count=10, where=where), "rods"),
+            f"surface 3 mm, half, {where}": (
+                partial(surface, mm=3, share=0.5, where=where), "surface"
+            ),
+            f"lag 0.2 s, half, {where}": (
+                partial(late, seconds=0.2, share=0.5, where=where), "surface"
+            ),
+        }  # fmt: skip
+    found |= {
+        "x reversed, 44% stretch": (
+            partial(gain, axis="x", factor=-1, share=80 / 180, where="stretch"), "work"
+        ),
+        "lag 0.3 s": (partial(late, seconds=0.3), "surface"),
+        "surface +3 mm": (partial(surface, mm=3), "surface"),
+        "surface -3 mm": (partial(surface, mm=-3), "surface"),
+        "copies": (copies, "same_logs"),
+        "copies, 5 rows cut": (partial(copies, how=_cut), "same_logs"),
+        "copies, last digit": (partial(copies, how=_last_digit), "same_logs"),
+        "copies, times 1.0001": (partial(copies, how=_times), "same_logs"),
+        "one run of another medium": (partial(another_run, other=True), "repeats"),
+        "one run in lbf": (pounds, "repeats"),
+        "one run mislabelled": (partial(another_run, turn_deg=30), "repeats"),
+    }  # fmt: skip
+    return {name: Mistake(make, (told,)) for name, (make, told) in found.items()}
+
+
+MISTAKES = _each()
+"""By name. Of one run, and copies: `repeats` of the sheet matter."""
+
+
+def with_mistake(base: Written, name: str, seed: int) -> tuple[Written, list[str]]:
+    """Make a mistake in a copy of a campaign; the run_ids that it is in."""
+    made = Written(copy.deepcopy(base.config), copy.deepcopy(base.rows), dict(base.logs))
+    return made, MISTAKES[name].make(made, np.random.default_rng(seed))
+
+
+# --- What comes out.
+
+
+class Judged(NamedTuple):
+    """Checks and alpha table of a medium as the stages make them."""
+
+    checks: pd.DataFrame
+    alpha: pd.DataFrame
+
+    @property
+    def failed(self) -> dict[str, str]:
+        """Sentences of the checks that fail, by check."""
+        rows = self.checks[self.checks["verdict"] == "failed"]
+        return dict(zip(rows["check"], rows["sentence"], strict=True))
+
+    @property
+    def flags(self) -> set[str]:
+        """Codes of all flags on cells."""
+        return {code for own in self.alpha["flag_codes"] for code in str(own).split()}
+
+    def wrong(self, truth: Callable[[str, float, float], tuple[float, float]] = table_s5) -> Any:
+        """Cells that lie outside their interval and are more than 0.005 N/cm^3 off."""
+        return self.alpha[[self._is_wrong(row, truth) for row in self.alpha.to_dict("records")]]
+
+    def silent(self) -> int:
+        """Number of wrong cells without a flag where no check fails."""
+        return 0 if self.failed else int((self.wrong()["flag_codes"] == "").sum())
+
+    @staticmethod
+    def _is_wrong(row: dict[Any, Any], truth: Any) -> bool:
+        true = truth(row["medium"], row["beta_deg"], row["gamma_deg"])
+        return any(
+            abs(row[column(c)] - value) > LEAST_OFF
+            and not row[column(c, "_lo")] <= value <= row[column(c, "_hi")]
+            for c, value in zip("zx", true, strict=True)
+        )
+
+
+def judged(made: Written) -> Judged:
+    """Write a campaign into files, measure and check it."""
+    with TemporaryDirectory() as folder:
+        root = Path(folder) / "lab"
+        made.write(root)
+        results = measured(load_campaign(root / "config" / "config.yaml"))
+        (medium,) = results.media
+        return Judged(*checks(results, medium))
