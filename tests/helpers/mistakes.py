@@ -14,6 +14,7 @@ import yaml
 from campaigns import PROJECT
 from coverage_files import measured
 from mutations import Cells, Written
+from other_labs import SECTIONS
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
@@ -51,6 +52,8 @@ def enacted(
     directions: Sequence[tuple[float, float]] | None = None,
     repeats: int = 1,
     disturb: Sequence[str] = (),
+    protocol: str = PAPER,
+    tare: bool = True,
 ) -> Written:
     """Re-enact the plates of a medium in memory, the sheet in the order of time.
 
@@ -61,9 +64,11 @@ def enacted(
     values["media"] = {medium: values["media"][medium]}
     values["intruders"] = {"plate": values["intruders"]["plate"]}
     values |= {} if errors is None else {"errors": dict(errors)}
+    values |= SECTIONS[protocol]
+    values["fit"]["missing_tare"] = "refuse" if tare else "flag"
     config, sizes = Config.model_validate(values), sizes_of(disturb)
     runs = []
-    for run in planned(config, [medium], directions, PAPER, tare=True, legs=False):
+    for run in planned(config, [medium], directions, protocol, tare=tare, legs=False):
         shared = replace(run, tare_shared=run.kind == "plate" and repeats > 1)
         more = range(2, repeats + 1) if run.kind == "plate" else ()
         runs += [shared, *(replace(shared, run_id=f"{run.run_id}_{number}",
@@ -71,7 +76,7 @@ def enacted(
     runs.sort(key=lambda run: run.clock_s)
     logs: dict[str, bytes | None] = {}
     for run in runs:
-        logs |= run_logs(run, config, seed, sizes=sizes)
+        logs |= run_logs(run, config, seed, protocol=protocol, sizes=sizes)
     lines = [line.split(",") for line in sheet_text(runs, {}).splitlines()]
     rows = [dict(zip(lines[0], line, strict=True)) for line in lines[1:]]
     return Written(values, rows, {name: text for name, text in logs.items() if text is not None})
@@ -377,9 +382,14 @@ MISTAKES = _each()
 """By name. Of one run, and copies: `repeats` of the sheet matter."""
 
 
+def copied(base: Written) -> Written:
+    """Copy a campaign, to make mistakes in it."""
+    return Written(copy.deepcopy(base.config), copy.deepcopy(base.rows), dict(base.logs))
+
+
 def with_mistake(base: Written, name: str, seed: int) -> tuple[Written, list[str]]:
     """Make a mistake in a copy of a campaign; the run_ids that it is in."""
-    made = Written(copy.deepcopy(base.config), copy.deepcopy(base.rows), dict(base.logs))
+    made = copied(base)
     return made, MISTAKES[name].make(made, np.random.default_rng(seed))
 
 
