@@ -239,12 +239,11 @@ def pounds(made: Written, luck: Luck) -> list[str]:
 
 
 def one_off(made: Written, luck: Luck, percent: float) -> list[str]:
-    """Make the force on one of several repeats larger or smaller; its zero stays."""
-    sign = luck.choice([-1, 1])
+    """Make the force on one of several repeats larger by so much; its zero stays."""
 
     def how(log: Table) -> None:
         zero = log[2:, :100].mean(axis=1, keepdims=True)
-        log[2:] = zero + (log[2:] - zero) * (1 + sign * percent / 100)
+        log[2:] = zero + (log[2:] - zero) * (1 + percent / 100)
 
     return of_logs(made, [one_slanted(made, luck)], how)
 
