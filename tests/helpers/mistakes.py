@@ -91,13 +91,13 @@ def stated(sizes: Mapping[str, float] | None = None) -> dict[str, float]:
 # --- Which rows of the sheet.
 
 
-def some(made: Written, share: float, luck: Luck, where: str = "random") -> list[Cells]:
-    """Return a share of the rows, anywhere or in a `stretch` of the sheet."""
-    count = round(share * len(made.rows))
+def some(rows: list[Cells], share: float, luck: Luck, where: str = "random") -> list[Cells]:
+    """Return a share of the rows, anywhere or in a `stretch`."""
+    count = round(share * len(rows))
     if where == "stretch":
-        first = int(luck.integers(len(made.rows) - count + 1))
-        return made.rows[first : first + count]
-    return [made.rows[place] for place in sorted(luck.permutation(len(made.rows))[:count])]
+        first = int(luck.integers(len(rows) - count + 1))
+        return rows[first : first + count]
+    return [rows[place] for place in sorted(luck.permutation(len(rows))[:count])]
 
 
 def plates(made: Written) -> list[Cells]:
@@ -156,7 +156,7 @@ def dead(made: Written, luck: Luck, axis: str, share: float = 1, where: str = "r
     def how(log: Table) -> None:
         log[CHANNELS[axis]] = 1.2 + noise_N * luck.standard_normal(log.shape[1])
 
-    return of_logs(made, some(made, share, luck, where), how)
+    return of_logs(made, some(made.rows, share, luck, where), how)
 
 
 def gain(made: Written, luck: Luck, axis: str, factor: float, share: float = 1,
@@ -166,10 +166,10 @@ def gain(made: Written, luck: Luck, axis: str, factor: float, share: float = 1,
     def how(log: Table) -> None:
         log[CHANNELS[axis]] *= factor
 
-    return of_logs(made, some(made, share, luck, where), how)
+    return of_logs(made, some(made.rows, share, luck, where), how)
 
 
-def turned(made: Written, luck: Luck, degrees: float) -> list[str]:
+def turned(made: Written, _: Luck, degrees: float) -> list[str]:
     """Turn the mount by so much more than the configuration says."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
 
@@ -177,26 +177,26 @@ def turned(made: Written, luck: Luck, degrees: float) -> list[str]:
         x, z = log[CHANNELS["x"]].copy(), log[CHANNELS["z"]].copy()
         log[CHANNELS["x"]], log[CHANNELS["z"]] = c * x - s * z, s * x + c * z
 
-    return of_logs(made, some(made, 1, luck), how)
+    return of_logs(made, made.rows, how)
 
 
-def exchanged_channels(made: Written, luck: Luck) -> list[str]:
+def exchanged_channels(made: Written, _: Luck) -> list[str]:
     """Exchange the wires of x and z."""
 
     def how(log: Table) -> None:
         log[[*CHANNELS.values()]] = log[[*CHANNELS.values()][::-1]]
 
-    return of_logs(made, some(made, 1, luck), how)
+    return of_logs(made, made.rows, how)
 
 
-def clipped(made: Written, luck: Luck, newtons: float) -> list[str]:
+def clipped(made: Written, _: Luck, newtons: float) -> list[str]:
     """Cut both channels off."""
 
     def how(log: Table) -> None:
         own = [*CHANNELS.values()]
         log[own] = log[own].clip(-newtons, newtons)
 
-    return of_logs(made, some(made, 1, luck), how)
+    return of_logs(made, made.rows, how)
 
 
 def drift(made: Written, _: Luck, axis: str, newtons_per_s: float) -> list[str]:
@@ -216,7 +216,7 @@ def late(made: Written, luck: Luck, seconds: float, share: float = 1,
     def how(log: Table) -> None:
         log[2:] = np.hstack([np.repeat(log[2:, :1], count, axis=1), log[2:, :-count]])
 
-    return of_logs(made, some(made, share, luck, where), how)
+    return of_logs(made, some(made.rows, share, luck, where), how)
 
 
 def surface(made: Written, luck: Luck, mm: float, share: float = 1,
@@ -226,7 +226,7 @@ def surface(made: Written, luck: Luck, mm: float, share: float = 1,
     def how(log: Table) -> None:
         log[2] -= mm
 
-    return of_logs(made, some(made, share, luck, where), how, "motion_log")
+    return of_logs(made, some(made.rows, share, luck, where), how, "motion_log")
 
 
 def pounds(made: Written, luck: Luck) -> list[str]:
@@ -258,7 +258,7 @@ def swapped(made: Written, luck: Luck, count: int | None, where: str = "random")
     rods = {row["run_id"]: row for row in made.rows}
     own = {row["tare_run"]: row for row in plates(made)}  # one of several repeats
     rows = [*own.values()]
-    chosen = some(Written({}, rows, {}), (count or len(rows)) / len(rows), luck, where)
+    chosen = some(rows, (count or len(rows)) / len(rows), luck, where)
     for row in chosen:
         rod = rods[row["tare_run"]]
         for name in LOGS:
@@ -435,6 +435,7 @@ def judged(made: Written) -> Judged:
     with TemporaryDirectory() as folder:
         root = Path(folder) / "lab"
         made.write(root)
-        results = measured(load_campaign(root / "config" / "config.yaml"))
+        campaign = load_campaign(root / "config" / "config.yaml")
+        results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media
         return Judged(*checks(results, medium))
