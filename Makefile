@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep docs test pages lint gallery fuzz accessible mutants killed fulldisk samebytes matrix curved falsealarms mutations reallogs cluster scale disturbed benchmark lock clean FORCE
+.PHONY: help env run sweep docs test pages lint gallery fuzz accessible mutants killed fulldisk samebytes matrix curved reliability mutations reallogs cluster scale disturbed benchmark lock clean FORCE
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -82,8 +82,8 @@ samebytes: env ## run one campaign under different circumstances and compare its
 matrix: env ## run campaigns of other grids and protocols and compare them with the truth, half an hour
 	@$(BIN)/python tests/slow/matrix.py $(ARGS)
 
-falsealarms: env ## count how often the checks doubt re-enacted campaigns without a fault, twenty minutes
-	@$(BIN)/python tests/slow/false_alarms.py $(ARGS)
+reliability: env ## measure false alarms and power of the checks, and coverage, by campaigns that are not kept yet, an hour
+	@$(BIN)/python tests/slow/reliability.py $(ARGS)
 
 mutations: env ## compare check and run on campaigns with mistakes in sheet, config and logs, ten minutes
 	@$(BIN)/python tests/slow/mutations.py $(ARGS)

@@ -80,7 +80,7 @@ def disturbances(asked: Sequence[str]) -> dict[str, Sizes]:
     return {described(sizes) if len(sizes) == 1 else REAL_LAB: sizes for sizes in each}
 
 
-def campaigns_of(sizes: Sizes, campaigns: int, repeats: int) -> pd.DataFrame:
+def campaigns_of(sizes: Sizes, campaigns: int, repeats: int, seed: int = SEED) -> pd.DataFrame:
     """Share of intervals with the truth in them (`inside`) and median width, by told, campaign, level.
 
     Level `flagged` has whether the campaign carries a flag.
@@ -92,12 +92,12 @@ def campaigns_of(sizes: Sizes, campaigns: int, repeats: int) -> pd.DataFrame:
         for what, stated in TOLD.items():
             errors, slow = stated(sizes)
             if slow not in ensembles:
-                ensembles[slow] = simulate(medium, count, SEED + place, sizes, slow)
+                ensembles[slow] = simulate(medium, count, seed + place, sizes, slow)
             scenario = Scenario(
                 what, errors=errors, sizes=sizes, repeats=repeats, slow_noise_N=slow
             )
-            fits = ensembles[slow].fits(SEED + place, repeats=repeats)
-            found = held([ensembles[slow]], scenario, config, SEED + place, methods=("lsq",))
+            fits = ensembles[slow].fits(seed + place, repeats=repeats)
+            found = held([ensembles[slow]], scenario, config, seed + place, methods=("lsq",))
             for number, (levels, own) in enumerate(zip(found, fits, strict=True)):
                 rows += rows_of({"told": what, "medium": medium, "campaign": number}, levels, own)
     return pd.DataFrame(rows).set_index(INDEX)

@@ -80,7 +80,7 @@ def held_in_files(results: Results, told: Errors, sizes: Sizes, number: int) -> 
     stated = Results(replace(results.campaign, config=config))
     for name in MEASURED:
         stated.hold(name.format(medium), results.table(name.format(medium)))
-    verdicts, alpha, _ = measure.checks(stated, medium)
+    verdicts, alpha, *_ = measure.checks(stated, medium)
     stated.hold(f"checks/{medium}.csv", verdicts)
     found = quarters_inside(alpha)
     if "power" in sizes:

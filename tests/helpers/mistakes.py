@@ -63,7 +63,8 @@ def enacted(
     del values["robot"], values["errors"]
     values["media"] = {medium: values["media"][medium]}
     values["intruders"] = {"plate": values["intruders"]["plate"]}
-    values |= ({} if errors is None else {"errors": dict(errors)}) | SECTIONS[protocol]
+    values |= {} if errors is None else {"errors": dict(errors)}
+    values |= SECTIONS[protocol]
     values["fit"]["missing_tare"] = "refuse" if tare else "flag"
     config, sizes = Config.model_validate(values), sizes_of(disturb)
     runs = []
@@ -90,13 +91,13 @@ def stated(sizes: Mapping[str, float] | None = None) -> dict[str, float]:
 # --- Which rows of the sheet.
 
 
-def some(made: Written, share: float, luck: Luck, where: str = "random") -> list[Cells]:
-    """Return a share of the rows, anywhere or in a `stretch` of the sheet."""
-    count = round(share * len(made.rows))
+def some(rows: list[Cells], share: float, luck: Luck, where: str = "random") -> list[Cells]:
+    """Return a share of the rows, anywhere or in a `stretch`."""
+    count = round(share * len(rows))
     if where == "stretch":
-        first = int(luck.integers(len(made.rows) - count + 1))
-        return made.rows[first : first + count]
-    return [made.rows[place] for place in sorted(luck.permutation(len(made.rows))[:count])]
+        first = int(luck.integers(len(rows) - count + 1))
+        return rows[first : first + count]
+    return [rows[place] for place in sorted(luck.permutation(len(rows))[:count])]
 
 
 def plates(made: Written) -> list[Cells]:
@@ -155,7 +156,7 @@ def dead(made: Written, luck: Luck, axis: str, share: float = 1, where: str = "r
     def how(log: Table) -> None:
         log[CHANNELS[axis]] = 1.2 + noise_N * luck.standard_normal(log.shape[1])
 
-    return of_logs(made, some(made, share, luck, where), how)
+    return of_logs(made, some(made.rows, share, luck, where), how)
 
 
 def gain(made: Written, luck: Luck, axis: str, factor: float, share: float = 1,
@@ -165,10 +166,10 @@ def gain(made: Written, luck: Luck, axis: str, factor: float, share: float = 1,
     def how(log: Table) -> None:
         log[CHANNELS[axis]] *= factor
 
-    return of_logs(made, some(made, share, luck, where), how)
+    return of_logs(made, some(made.rows, share, luck, where), how)
 
 
-def turned(made: Written, luck: Luck, degrees: float) -> list[str]:
+def turned(made: Written, _: Luck, degrees: float) -> list[str]:
     """Turn the mount by so much more than the configuration says."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
 
@@ -176,26 +177,26 @@ def turned(made: Written, luck: Luck, degrees: float) -> list[str]:
         x, z = log[CHANNELS["x"]].copy(), log[CHANNELS["z"]].copy()
         log[CHANNELS["x"]], log[CHANNELS["z"]] = c * x - s * z, s * x + c * z
 
-    return of_logs(made, some(made, 1, luck), how)
+    return of_logs(made, made.rows, how)
 
 
-def exchanged_channels(made: Written, luck: Luck) -> list[str]:
+def exchanged_channels(made: Written, _: Luck) -> list[str]:
     """Exchange the wires of x and z."""
 
     def how(log: Table) -> None:
         log[[*CHANNELS.values()]] = log[[*CHANNELS.values()][::-1]]
 
-    return of_logs(made, some(made, 1, luck), how)
+    return of_logs(made, made.rows, how)
 
 
-def clipped(made: Written, luck: Luck, newtons: float) -> list[str]:
+def clipped(made: Written, _: Luck, newtons: float) -> list[str]:
     """Cut both channels off."""
 
     def how(log: Table) -> None:
         own = [*CHANNELS.values()]
         log[own] = log[own].clip(-newtons, newtons)
 
-    return of_logs(made, some(made, 1, luck), how)
+    return of_logs(made, made.rows, how)
 
 
 def drift(made: Written, _: Luck, axis: str, newtons_per_s: float) -> list[str]:
@@ -215,7 +216,7 @@ def late(made: Written, luck: Luck, seconds: float, share: float = 1,
     def how(log: Table) -> None:
         log[2:] = np.hstack([np.repeat(log[2:, :1], count, axis=1), log[2:, :-count]])
 
-    return of_logs(made, some(made, share, luck, where), how)
+    return of_logs(made, some(made.rows, share, luck, where), how)
 
 
 def surface(made: Written, luck: Luck, mm: float, share: float = 1,
@@ -225,7 +226,7 @@ def surface(made: Written, luck: Luck, mm: float, share: float = 1,
     def how(log: Table) -> None:
         log[2] -= mm
 
-    return of_logs(made, some(made, share, luck, where), how, "motion_log")
+    return of_logs(made, some(made.rows, share, luck, where), how, "motion_log")
 
 
 def pounds(made: Written, luck: Luck) -> list[str]:
@@ -238,12 +239,11 @@ def pounds(made: Written, luck: Luck) -> list[str]:
 
 
 def one_off(made: Written, luck: Luck, percent: float) -> list[str]:
-    """Make the force on one of several repeats larger or smaller; its zero stays."""
-    sign = luck.choice([-1, 1])
+    """Make the force on one of several repeats larger by so much; its zero stays."""
 
     def how(log: Table) -> None:
         zero = log[2:, :100].mean(axis=1, keepdims=True)
-        log[2:] = zero + (log[2:] - zero) * (1 + sign * percent / 100)
+        log[2:] = zero + (log[2:] - zero) * (1 + percent / 100)
 
     return of_logs(made, [one_slanted(made, luck)], how)
 
@@ -258,7 +258,7 @@ def swapped(made: Written, luck: Luck, count: int | None, where: str = "random")
     rods = {row["run_id"]: row for row in made.rows}
     own = {row["tare_run"]: row for row in plates(made)}  # one of several repeats
     rows = [*own.values()]
-    chosen = some(Written({}, rows, {}), (count or len(rows)) / len(rows), luck, where)
+    chosen = some(rows, (count or len(rows)) / len(rows), luck, where)
     for row in chosen:
         rod = rods[row["tare_run"]]
         for name in LOGS:
@@ -333,7 +333,7 @@ def _each() -> dict[str, Mistake]:
             f"{axis} reversed": (partial(gain, axis=axis, factor=-1), "work"),
             f"{axis} constant": (partial(dead, axis=axis, noise_N=0), "channels"),
             f"{axis} dead": (partial(dead, axis=axis), "channels"),
-            f"{axis} drifts": (partial(drift, axis=axis, newtons_per_s=0.05), "zero-drifted"),
+            f"{axis} drifts": (partial(drift, axis=axis, newtons_per_s=0.05), "drift"),
         }
         for share in (0.3, 0.6):
             for where in ("random", "stretch"):
@@ -361,7 +361,7 @@ def _each() -> dict[str, Mistake]:
         }  # fmt: skip
     found |= {
         "x reversed, 44% stretch": (
-            partial(gain, axis="x", factor=-1, share=80 / 180, where="stretch"), "work"
+            partial(gain, axis="x", factor=-1, share=80 / 180, where="stretch"), "channels"
         ),
         "lag 0.3 s": (partial(late, seconds=0.3), "surface"),
         "surface +3 mm": (partial(surface, mm=3), "surface"),
@@ -381,9 +381,14 @@ MISTAKES = _each()
 """By name. Of one run, and copies: `repeats` of the sheet matter."""
 
 
+def copied(base: Written) -> Written:
+    """Copy a campaign, to make mistakes in it."""
+    return Written(copy.deepcopy(base.config), copy.deepcopy(base.rows), dict(base.logs))
+
+
 def with_mistake(base: Written, name: str, seed: int) -> tuple[Written, list[str]]:
     """Make a mistake in a copy of a campaign; the run_ids that it is in."""
-    made = Written(copy.deepcopy(base.config), copy.deepcopy(base.rows), dict(base.logs))
+    made = copied(base)
     return made, MISTAKES[name].make(made, np.random.default_rng(seed))
 
 
@@ -430,6 +435,7 @@ def judged(made: Written) -> Judged:
     with TemporaryDirectory() as folder:
         root = Path(folder) / "lab"
         made.write(root)
-        results = measured(load_campaign(root / "config" / "config.yaml"))
+        campaign = load_campaign(root / "config" / "config.yaml")
+        results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media
         return Judged(*checks(results, medium)[:2])

@@ -1,0 +1,329 @@
+"""What the checks tell and cover, by simulated campaigns, kept as rows: `make reliability`.
+
+`no-fault`: campaigns of other media, grids and protocols, with the errors of an ordinary lab, stated
+at their true sizes or not at all, and nothing wrong with them. The other kinds put one mistake of
+some size into such a campaign, 20 directions made three times each. All are written as files and
+checked as `rftfit check --diagnose` does it. `coverage`: 95 % intervals of campaigns in memory under
+all disturbances together, the straight pushes and pulls made three times.
+
+A row that is in the file already is not made again, so the program may be stopped at will; delete
+rows to have them made anew. `--check 0.05` makes such a share of the rows again and compares.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parent / "helpers"), str(HERE.parents[1] / "benchmarks")]
+
+import numpy as np
+import pandas as pd
+from campaigns import FEW
+from coverage_levels import as_disturbed, slow_noise
+from disturbed import LEVELS, campaigns_of
+from mistakes import copied, dead, enacted, judged, one_off, surface, turned
+from other_labs import CASES, GRIDS, Case
+from slices import SLICES, lab_in
+
+from rftfit.lab.disturb import REAL_LAB, sizes_of
+from rftfit.lab.plan import directions_of
+from rftfit.reference import MEDIA
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from mutations import Written
+
+    Row = dict[str, str]
+
+ORDINARY = ("surface=0.5", "surface-session=0.5", "spread-percent=5", "patches=3", "pink=0.05")
+"""Errors of a lab without a fault; bias, drift and noise are in every re-enactment."""
+CURVED = "depth^1.1"
+BEDS = (*MEDIA, CURVED, *SLICES)
+SOUND = "sound"
+
+
+class Kind(NamedTuple):
+    """Campaigns of one kind.
+
+    `sizes`, `campaigns`: of each size so many. `make`: puts the mistake into files. `told`: checks and flags
+    that name it. `least`: so many of 50 campaigns of a size, of either sign, must be told.
+    """
+
+    what: str
+    sizes: tuple[float, ...]
+    campaigns: int
+    make: Callable[..., list[str]] | None = None
+    told: tuple[str, ...] = ()
+    least: dict[float, int] = {}  # noqa: RUF012
+
+
+def _dead(made: Written, luck: np.random.Generator, share: float) -> list[str]:
+    return dead(made, luck, "xz"[luck.integers(2)], share, ("random", "stretch")[luck.integers(2)])
+
+
+def _step(made: Written, luck: np.random.Generator, mm: float) -> list[str]:
+    return surface(made, luck, mm, 0.5, "stretch")
+
+
+NO_FAULT, COVERAGE = "no-fault", "coverage"
+KINDS = {
+    NO_FAULT: Kind("nothing wrong", (0,), 200),
+    "dead": Kind("dead, noisy channel in a share of logs", (0.3, 0.6, 1), 50, _dead, ("channels",), {1: 48}),
+    "turned": Kind("mount turned by deg", (-7, -4, -2, 2, 4, 7), 25, turned, ("symmetry",), {7: 48}),
+    "step": Kind(
+        "step of the surface by mm", (-5, -3, -2, -1, 1, 2, 3, 5), 25, _step, ("surface",), {3: 45}
+    ),
+    "repeat": Kind(
+        "one of three repeats off by %", (-40, -20, -10, 10, 20, 40), 25, one_off, ("repeats",), {40: 45}
+    ),
+    COVERAGE: Kind("intervals with so many repeats", (3,), 14),
+}  # fmt: skip
+FALSE_ALARMS = 0.01
+COVERAGE_OF_ONE_ROW = 30
+RIGHT = {CURVED: {"linearity"}}
+"""Checks that rightly doubt a medium."""
+
+
+class Job(NamedTuple):
+    """What makes a row, or the rows of one block of campaigns in memory."""
+
+    kind: str
+    size: float
+    seed: int
+
+
+def jobs_of(kinds: Sequence[str], campaigns: int | None) -> list[Job]:
+    """List all rows of some kinds, or the first campaigns of each size; those of one seed stand together."""
+    jobs = [
+        Job(name, size, seed)
+        for name in kinds
+        for size in KINDS[name].sizes
+        for seed in range(1, min(KINDS[name].campaigns, campaigns or 1000) + 1)
+    ]
+    return sorted(jobs, key=lambda job: job.seed)
+
+
+def rows_of(job: Job) -> list[Row]:
+    """Simulate one campaign, or a block of campaigns for their coverage."""
+    return covered(job) if job.kind == COVERAGE else [checked(job)]
+
+
+def checked(job: Job) -> Row:
+    """Make a mistake in the files of a campaign, and check it."""
+    kind = KINDS[job.kind]
+    luck = np.random.default_rng([job.seed, [*KINDS].index(job.kind), round(100 * abs(job.size))])
+    case = FEW_THRICE
+    if kind.make is None and luck.random() < 0.5:
+        case = CASES[luck.integers(len(CASES))] if luck.random() < 0.5 else PAPER_ONCE
+    made = copied(without_fault(job.seed, case))
+    if kind.make is not None:
+        kind.make(made, luck, job.size)
+    found = judged(made)
+    effects = {*found.checks["effect"]}
+    verdict = next((one for one in ("unusable", "doubtful") if one in effects), SOUND)
+    return _row(
+        job, told="stated" if is_stated(job.seed) else "default", bed=bed_of(job.seed), design=str(case),
+        verdict=verdict, failed=" ".join(found.failed), flags=" ".join(sorted(found.flags)),
+    )  # fmt: skip
+
+
+FEW_THRICE, PAPER_ONCE = Case("few", "paper"), Case("paper", "paper")
+
+
+def bed_of(seed: int) -> str:
+    """Return the medium that a campaign is made in."""
+    return BEDS[seed // 2 % len(BEDS)]
+
+
+def is_stated(seed: int) -> bool:
+    """Whether the sizes of its errors are stated."""
+    return seed % 2 == 1
+
+
+@lru_cache(maxsize=1)
+def without_fault(seed: int, case: Case) -> Written:
+    """Re-enact a campaign in which nothing is wrong; those of one seed with other mistakes are the same."""
+    bed, luck = bed_of(seed), np.random.default_rng(seed)
+    directions: list[tuple[float, float]] | None = [*FEW] if case == FEW_THRICE else None
+    if case.grid in GRIDS:
+        directions = directions_of(GRIDS[case.grid], seed)
+    disturb = (*ORDINARY, *(("power=1.1",) if bed == CURVED else ()))
+    sizes = sizes_of(disturb)
+    told = as_disturbed(sizes).model_dump(exclude_none=True)
+    with lab_in(SLICES[bed]) if bed in SLICES else nullcontext():
+        made = enacted(
+            bed if bed in MEDIA else str(luck.choice(MEDIA)), seed, told if is_stated(seed) else None,
+            directions, 3 if case == FEW_THRICE else 1, disturb, case.protocol, case.tare,
+        )  # fmt: skip
+    if is_stated(seed):
+        made.config["transducer"]["slow_noise_N"] = slow_noise(sizes)
+    return made
+
+
+def covered(job: Job) -> list[Row]:
+    """Intervals of a block of campaigns in memory: a row for what is stated, by level the share that hold."""
+    sizes, seed = sizes_of([REAL_LAB]), 1000 * job.seed
+    found = campaigns_of(sizes, COVERAGE_OF_ONE_ROW, int(job.size), seed).reset_index()
+    levels = found.pivot_table(index="told", columns="level", values="inside")
+    return [
+        _row(job, told=str(told), bed=REAL_LAB,
+             **{name: f"{shares[level]:.4f}" for name, level in LEVELS.items()})
+        for told, shares in levels.iterrows()
+    ]  # fmt: skip
+
+
+def _row(job: Job, **cells: str) -> Row:
+    return {"kind": job.kind, "size": f"{job.size:g}", "seed": str(job.seed)} | cells
+
+
+# --- Rows in files.
+
+FILES = {COVERAGE: "coverage.csv"}
+"""Rows of other columns are in another file than `reliability.csv`."""
+
+
+class Rows:
+    """The rows that were made, in the files of a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.made: dict[Job, list[Row]] = {}
+        for name in ("reliability.csv", *FILES.values()):
+            if (folder / name).is_file():
+                with (folder / name).open(newline="", encoding="utf-8") as file:
+                    for row in csv.DictReader(file):
+                        job = Job(row["kind"], float(row["size"]), int(row["seed"]))
+                        self.made.setdefault(job, []).append(row)
+
+    def add(self, job: Job, rows: list[Row]) -> None:
+        """Append the rows of a job."""
+        path = self.folder / FILES.get(job.kind, "reliability.csv")
+        new = not path.is_file()
+        with path.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+            if new:
+                writer.writeheader()
+            writer.writerows(rows)
+        self.made[job] = rows
+
+
+def simulated(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, list[Row]]]:
+    """Do jobs, in their order."""
+    if processes == 1:
+        yield from ((job, rows_of(job)) for job in jobs)
+        return
+    with ProcessPoolExecutor(processes) as pool:
+        yield from zip(jobs, pool.map(rows_of, jobs), strict=True)
+
+
+# --- What they say.
+
+
+def report(rows: Rows, kinds: Sequence[str]) -> bool:
+    """Print what the rows of some kinds say; whether that is as good as it must be."""
+    good = True
+    for name in kinds:
+        own = [row for job, found in rows.made.items() if job.kind == name for row in found]
+        if not own:
+            continue
+        table = pd.DataFrame(own)
+        if name == COVERAGE:
+            table[[*LEVELS]] = table[[*LEVELS]].astype(float)
+            shares = table.groupby("told")[[*LEVELS]].mean()
+            count = COVERAGE_OF_ONE_ROW * table["seed"].nunique()
+            print(f"coverage, percent, {count} campaigns:\n{(100 * shares).round(1).to_string()}")
+        elif name == NO_FAULT:
+            good &= _false_alarms(table)
+        else:
+            good &= _power(table, KINDS[name])
+    return good
+
+
+def _false_alarms(table: pd.DataFrame) -> bool:
+    wrong = [
+        bool({*row["failed"].split()} - RIGHT.get(str(row["bed"]), set()))
+        for row in table.to_dict("records")
+    ]
+    doubted = table[wrong]
+    for row in doubted.to_dict("records"):
+        print(f"seed {row['seed']}, {row['bed']}, {row['design']}, {row['told']}: {row['failed']}")
+    curved = table[table["bed"] == CURVED]
+    print(
+        f"{len(doubted)} of {len(table)} campaigns without a fault are doubted; "
+        f"{(curved['verdict'] != SOUND).sum()} of {len(curved)} with {CURVED} are told to be curved"
+    )
+    return len(doubted) <= FALSE_ALARMS * len(table)
+
+
+def _power(table: pd.DataFrame, kind: Kind) -> bool:
+    said = table["failed"] + " " + table["flags"]
+    told = [not {*kind.told}.isdisjoint(one.split()) for one in said]
+    size = table["size"].astype(float)
+    table = table.assign(size=size, by=size.abs(), told=told, doubted=table["verdict"] != SOUND)
+    good = True
+    for by, own in table.groupby("by"):
+        least = kind.least.get(float(str(by)), 0) * len(own) / 50
+        good &= bool(own["told"].sum() >= least)
+        print(f"{kind.what}, {by:g}: named by {' or '.join(kind.told)} in {own['told'].sum()} of {len(own)}, "
+              f"doubted in {own['doubted'].sum()}" + (f"; must be {least:g}" if least else ""))  # fmt: skip
+    share = 100 * table.pivot_table(index="bed", columns="size", values="told")
+    print(f"named, percent, by medium:\n{share.round().to_string()}")
+    return good
+
+
+def same(rows: Rows, jobs: Sequence[Job], share: float, seed: int, processes: int) -> bool:
+    """Make a share of the rows again; whether they come out as they are kept."""
+    there = [job for job in jobs if job in rows.made]
+    luck = np.random.default_rng(seed)
+    chosen = [job for job in there if luck.random() < share] or there[:1]
+    other = [
+        (old, new)
+        for job, found in simulated(chosen, processes)
+        for old, new in zip(rows.made[job], found, strict=True)
+        if old != new
+    ]
+    for old, new in other:
+        print(f"kept: {old}\nmade: {new}")
+    print(f"{len(chosen)} jobs made again, {len(other)} rows came out otherwise")
+    return not other
+
+
+def main() -> int:
+    """Make the rows that are missing and report, or compare; 1 where it is not as it must be."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kinds", nargs="+", choices=[*KINDS], default=[*KINDS])
+    parser.add_argument("--campaigns", type=int, help="the first of each size; default: all")
+    parser.add_argument("--rows", type=Path, default=HERE, help="folder of the rows")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
+    parser.add_argument("--check", type=float, metavar="SHARE", help="make a share again")
+    parser.add_argument("--seed", type=int, default=1, help="of the share")
+    words = parser.parse_args()
+    rows, jobs = Rows(words.rows), jobs_of(words.kinds, words.campaigns)
+    if words.check:
+        return int(not same(rows, jobs, words.check, words.seed, words.jobs))
+    missing = [job for job in jobs if job not in rows.made]
+    began = time.perf_counter()
+    for number, (job, found) in enumerate(simulated(missing, words.jobs), 1):
+        rows.add(job, found)
+        each = (time.perf_counter() - began) / number
+        print(
+            f"\r{number} of {len(missing)}, {each:.2f} s each", end="", file=sys.stderr, flush=True
+        )
+    print(file=sys.stderr)
+    return int(not report(rows, words.kinds))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
