@@ -146,16 +146,8 @@ def few_cells(rows: Sequence[tuple[float, ...]], **columns: Any) -> pd.DataFrame
     table = pd.DataFrame(
         rows, columns=["beta_deg", "gamma_deg", *(f"{n}_N_per_cm3" for n in names)]
     )
-    return table.assign(
-        **{
-            "medium": "m",
-            "spread": "stated",
-            "run_ids": "",
-            "flags": "",
-            "alpha_x_turn_N_per_cm3": 0.0,
-        }
-        | columns
-    )
+    usual: dict[str, Any] = {"medium": "m", "spread": "stated", "run_ids": "", "flags": ""}
+    return table.assign(**usual | {"alpha_x_turn_N_per_cm3": 0.0} | columns)
 
 
 @pytest.mark.parametrize("work", [-0.0049, -0.0051, 0.02])
@@ -267,7 +259,8 @@ def channels_of(
     share of the stroke at one reading, and that reading.
     """
     usual = {"kind": "plate", "direction": "intrusion", "beta_deg": 30.0, "gamma_deg": 60.0}
-    sheet, rows = {}, []
+    sheet: dict[str, Any] = {}
+    rows = []
     for number, (run, channels) in enumerate(logs):
         name = f"r{number}"
         sheet[name] = SimpleNamespace(**usual | {k: v for k, v in run.items() if k != "status"})
@@ -284,7 +277,7 @@ def channels_of(
         name: SimpleNamespace(constant=0.0 if name in constant else None)
         for name in ("F1", "F2", "F3")
     }
-    config = SimpleNamespace(
+    config: Any = SimpleNamespace(
         transducer=SimpleNamespace(
             axes=SimpleNamespace(x="+F1", y="-F2", z="-F3"), range_N=RANGE_N, precision_N=0.05
         ),
@@ -301,7 +294,7 @@ def channels_of(
         none[["run_id", *KNOWN]],
         (),
         False,
-    )  # type: ignore[arg-type]
+    )
 
 
 FINE: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
@@ -936,7 +929,7 @@ def test_what_trend_is_allowed() -> None:
 
 
 def test_copies_are_listed_with_what_they_are_copies_of() -> None:
-    sheet = {name: SimpleNamespace(intruder="") for name in "abcd"}
+    sheet: Any = {name: SimpleNamespace(intruder="") for name in "abcd"}
     found = check_logs(sheet, {"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")})
     assert found.verdict == "failed"
     assert [(one.run_id, one.values["runs"]) for one in found.runs] == [

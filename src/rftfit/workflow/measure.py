@@ -66,7 +66,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     errors, surface = errors_of(fits, config)
     level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
     grid = config.grid_of(medium)
-    alpha = alpha_table(fits, medium, level, depths, errors, grid, surface, apart(peers))
+    alpha = alpha_table(fits, medium, level, depths, errors, grid, surface, apart=apart(peers))
     found = check_medium(
         results.campaign, medium, tables | {"alpha": alpha, "peers": peers}, copies
     )
