@@ -51,3 +51,6 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path: Path, power: flo
         force = truth * power_law(np.array(depth), power) / depth
         assert ((lo <= force) & (force <= hi))[there].mean() > 0.9
         assert page[0][f"_lo{depth:g}"] < page[0][f"{depth:g}"] < page[0][f"_hi{depth:g}"]
+    # a window that holds none of the depths has no row on the page
+    results.hold(f"alpha_at_depth/{medium}.csv", table.assign(alpha_z_N_per_cm3=np.nan))
+    assert not at_depths(results).rows

@@ -141,7 +141,7 @@ def peaks_from(results: Results) -> tuple[list[str], list[str]]:
 
 
 def at_depths(results: Results) -> Table:
-    """One row a medium whose stress is curved: alpha of a level plate straight down at stated depths."""
+    """One row a medium whose stress is curved: alpha of a level plate straight down at depths in its window."""
     depths, rows = results.config.fit.depths_cm, []
     for medium in results:
         row: dict[str, Any] = {"medium": medium.name, "power": power_of(medium.fits)}
@@ -149,9 +149,9 @@ def at_depths(results: Results) -> Table:
             continue
         for at, table in medium.alpha_at_depth.groupby("depth_cm"):
             cell = cell_at(table, 0, 90)
-            if cell is not None:
+            if cell is not None and math.isfinite(cell[column("z")]):
                 row |= {f"{end}{at:g}": cell[column("z", end)] for end in ("", "_lo", "_hi")}
-        rows.append(row)
+        rows += [row] if len(row) > 2 else []
     head = ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}, at "
     return Table(
         "Alpha at stated depths",
