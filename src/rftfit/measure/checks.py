@@ -808,6 +808,8 @@ def _two_levels(
 
     `left`, shape (2, n), cm: start of the stress without the common lag; lag without the common start.
     """
+    if strokes.empty:
+        return None
     names = strokes["run_id"].to_numpy()
     order = np.argsort([sheet[name].row for name in names], kind="stable")
     names, left = names[order], left[:, order]
