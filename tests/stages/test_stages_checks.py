@@ -162,7 +162,7 @@ def test_plates_and_rods_exchanged(lab: Lab) -> None:
     found = lab.measured()
     assert found["rods"]["effect"] == "unusable"
     assert found["rods"]["sentence"].startswith("Logs of plates and rods look exchanged")
-    assert found["work"]["sentence"].startswith("The logs of plates and rods look exchanged")
+    assert found["work"]["verdict"] == "not checked"
 
 
 @pytest.mark.parametrize(("stated", "turned"), [(0.0, 4.0), (-4.0, 8.0)])
@@ -173,7 +173,7 @@ def test_a_mount_that_is_turned_otherwise(lab: Lab, stated: float, turned: float
     said = found["sentence"].split()
     assert said[:5] == ["The", "mount", "looks", "turned", "by"]
     assert said[6:9] == ["deg", "more", "than"]
-    assert float(said[5]) == pytest.approx(turned, abs=0.8)
+    assert float(said[5]) == pytest.approx(turned, abs=1.0)
 
 
 def test_the_scale_is_checked_only_where_it_is_stated(lab: Lab) -> None:
@@ -266,7 +266,8 @@ def test_copies_of_a_log_are_no_repeats(lab: Lab) -> None:
     assert found["effect"] == "unusable"
     assert found["sentence"].startswith("Copies of a log are no repeats (7 runs")
     cell = lab.alpha.query("beta_deg == 0 and gamma_deg == 90").iloc[0]
-    assert ("same-readings", "copy3") in {(one.code, one.run_id) for one in flags_of({**cell})}
+    assert cell["n_runs"] == 1
+    assert [one.code for one in flags_of({**cell})] == ["same-readings"]
 
 
 def test_an_accepted_medium_is_used_and_says_why(lab: Lab) -> None:

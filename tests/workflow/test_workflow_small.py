@@ -74,6 +74,8 @@ def watched(patch: pytest.MonkeyPatch) -> Iterator[set[str]]:
 
     for name in LISTS:
         patch.setattr(Campaign, name, hidden(getattr(Campaign, name)))
+    # a copy reads nothing: its own sections are watched as well
+    patch.setattr(Config, "model_copy", hidden(Config.model_copy))
     patch.setattr(Config, "__getattribute__", look)
     yield found
 

@@ -497,16 +497,17 @@ def check_channels(
         np.array([row[f"{axes[c]}_high_N"] - row[f"{axes[c]}_low_N"] for row in slanted])
         for c in "yx"
     )
-    # what stands still or stops is the first name of what feels nothing
+    # what stands still or stops, or an exchange, is the first name of what feels nothing
     if more:
         causes, flags = more, [*bad.values()]
-    if slanted and not causes and np.median(across) > 10 * config.transducer.precision_N:
+    elif slanted and np.median(across) > 10 * config.transducer.precision_N:
         ratio = float(np.median(across / np.maximum(along, 1e-9)))
         if ratio > _SIDEWAYS:
-            causes.append(
+            told = (
                 f"x and y look exchanged: {axes['y']}, across the motion, feels {ratio:.3g} times "
-                f"what {axes['x']}, along it, does: look at transducer.axes"
             )
+            causes = [f"{told}what {axes['x']}, along it, does: look at transducer.axes"]
+            flags = []
     found = "; ".join(causes) or f"{len(rows)} logs"
     allowed = f"below {_FROZEN:.0%} of a stroke at one reading, no end in common below the range"
     return _judged("channels", not causes, found, allowed, _sentence([found]), *flags)
