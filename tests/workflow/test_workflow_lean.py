@@ -80,7 +80,9 @@ def test_a_sand_alone_is_scaled_with_the_published_media(sand: Folder) -> None:
     value, se = alpha[column("z")], alpha[column("z", "_se")]
     assert value == pytest.approx(0.69, abs=0.01)
     # least squares at the angles of Table S5, small terms dropped
-    assert row["chi"] == pytest.approx(np.mean([1.23537, 1.08716, 1.10806, 0.97435, 1.21970]), abs=1e-4)
+    assert row["chi"] == pytest.approx(
+        np.mean([1.23537, 1.08716, 1.10806, 0.97435, 1.21970]), abs=1e-4
+    )
     assert row["zeta"] == pytest.approx(value / row["chi"], rel=5e-6)
     words = ("--alpha", f"{value}", "--se", f"{se}", "--output", "scaled.csv", "--json")
     scaled = json.loads(rftfit(sand, "scale", *words))
