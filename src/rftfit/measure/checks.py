@@ -83,7 +83,7 @@ _SIGMAS_PUSH = 2.0
 """Of one cell that is known beforehand: no medium pulls a level plate down that is pushed straight down."""
 _LEAST_D, _CELLS = 0.005, 3
 _TURN, _MOST_TURN_DEG, _ALIKE = 0.04, 10.0, 0.05
-"""Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.7 deg."""
+"""Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.4 deg."""
 _ALPHA_FROM, _ALPHA_TO = 0.01, 10.0
 _CLIPPED, _FROZEN, _LOGS, _SIDEWAYS = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
