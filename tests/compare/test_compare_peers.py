@@ -66,9 +66,9 @@ def test_a_cell_in_another_unit_stands_apart_from_the_map(medium: str) -> None:
         ((0.30, 0.31, 0.29), []),
         ((0.30, 0.31, 0.60), ["r2"]),
         ((0.30, 0.10, 0.31), ["r1"]),
-        # 3.4 spreads of 5 % of 0.30 off, and 4.5
-        ((0.30, 0.30, 0.368), []),
-        ((0.30, 0.30, 0.390), ["r2"]),
+        # 4.5 spreads of 5 % of 0.30 off, and 7
+        ((0.30, 0.30, 0.390), []),
+        ((0.30, 0.30, 0.440), ["r2"]),
     ],
 )
 def test_one_of_three_repeats(values: tuple[float, ...], which: list[str]) -> None:

@@ -33,7 +33,7 @@ _BED, _LEAST = 0.05, 0.05
 """Ordinary scatter of a run: relative to its alpha, and to the largest alpha of its medium."""
 _FEW_PAIRS = 24
 """Fewer pairs of repeats than this do not tell how much repeats of this medium differ."""
-_TIMES_REPEATS, _LEAST_REPEATS = 4.2, 0.10
+_TIMES_REPEATS, _LEAST_REPEATS = 6.0, 0.10
 _TIMES_MAP, _LEAST_MAP, _TAIL, _FEWEST = 5.5, 0.13, 0.95, 10
 """Of the map: where each run is left out in turn, the published media differ from the map of the others by up to
 0.13 of their largest alpha and 4.4 times the 95 % quantile of all differences, with beds 5 % apart 4.9 times."""

@@ -92,7 +92,7 @@ above the third no ordinary turn of the mount changes a sign."""
 _MOST, _GAIN = 0.8, 1.5
 _DRIFT, _DRIFT_ALONE = 0.015, 0.15
 _TREND = 0.10
-_PULLED = 1.5
+_ROD_ALONE = 1.5
 _FEW_RUNS = 3
 _SURE = 3.7
 """Standard errors of one of several numbers that are looked at together."""
@@ -636,9 +636,7 @@ def check_rods(tares: pd.DataFrame, sheet: Mapping[str, Run]) -> Check:
         return Check("rods", NOT_CHECKED, "no plate run has a tare")
     typical = float(np.nanmedian(ratio))
     stronger = [
-        row["run_id"]
-        for row, one in zip(rows, ratio, strict=True)
-        if one >= (_PULLED if sheet[row["run_id"]].direction == "extraction" else 1)
+        row["run_id"] for row, one in zip(rows, ratio, strict=True) if one >= _ROD_ALONE or one == 1
     ]
     found = f"a rod alone feels {typical:.3g} times what plate and rod feel (median of {known.sum()} runs)"
     if stronger:
@@ -650,7 +648,14 @@ def check_rods(tares: pd.DataFrame, sheet: Mapping[str, Run]) -> Check:
         "look at the logs, kind and tare_run of these runs."
     )
     flags = [remark("rod-stronger", run_id=run) for run in stronger]
-    return _judged("rods", not stronger, found, "a ratio below 1 in each run", said, *flags)
+    return _judged(
+        "rods",
+        not stronger,
+        found,
+        f"a ratio below {_ROD_ALONE:g} in each run, and not 1",
+        said,
+        *flags,
+    )
 
 
 def check_logs(sheet: Mapping[str, Run], logs: Mapping[str, Collection[str]]) -> Check:
