@@ -89,7 +89,7 @@ _CLIPPED, _FROZEN, _LOGS, _SIDEWAYS = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
 """Relative to alpha_z(0, 90): less is silence; all published media feel more than the second in some directions;
 above the third no ordinary turn of the mount changes a sign."""
-_MOST, _GAIN = 0.8, 1.5
+_MOST, _GAIN, _FAINT = 0.8, 1.5, 0.1
 _DRIFT, _DRIFT_ALONE = 0.015, 0.15
 _TREND = 0.10
 _ROD_ALONE = 1.5
@@ -559,8 +559,9 @@ def _against_known(
         opposite &= np.abs(known[place]) >= _MUST_FEEL
         against = opposite & strong[place]
         must = int((np.abs(known[place]) >= _MUST_FEEL).sum())
+        fewest = min(max(_LOGS, math.ceil(_FAINT * must)), must)
         whose = f"{name}, along {axis}," if not config.table else f"alpha_{axis}"
-        if not explained and silent.sum() >= min(_LOGS, must) > 0:
+        if not explained and silent.sum() >= fewest > 0:
             runs = table.loc[faint, "run_id"]
             causes.append(
                 f"{whose} feels nothing in {silent.sum()} of {must} runs that must feel something "

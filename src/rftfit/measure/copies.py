@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _LEAST, _SHORTEST, _ALONE = 0.3, 100, 2.0
 """Of the correlation of noise: independent repeats reach 0.01 +- 0.05; in so many samples; and so many times
 what it is at any other shift, which a hum that all runs have in common is not."""
+_JUMP = 5.0
 _NEAR, _SHIFTS = 3, 3
 """Samples to each side that belong to a shift; a copy with rows cut out in two places has three shifts."""
 
@@ -94,6 +95,9 @@ def _noise(force: FloatArray) -> FloatArray:
     steps = np.diff(force[np.isfinite(force).all(axis=1)], 2, axis=0)
     if not steps.size:
         return np.zeros(0)
+    # a jump, as where the motion begins, is alike in all repeats and would outweigh the noise
+    most = _JUMP * np.median(np.abs(steps), axis=0)
+    steps = np.clip(steps, -most, most)
     own = steps[:, steps.std(axis=0).argmax()]
     return own / own.std() if own.std() > 0 else np.zeros(0)
 
