@@ -92,7 +92,8 @@ above the third no ordinary turn of the mount changes a sign."""
 _MOST, _GAIN, _FAINT = 0.8, 1.5, 0.1
 _DRIFT, _DRIFT_ALONE = 0.015, 0.15
 _TREND = 0.10
-_ROD_ALONE = 1.5
+_ROD_ALONE, _ROD_CLEAR, _ROD_FORCE = 1.5, 3.0, 0.1
+"""A rod over its plate and rod: in a run that is clear by force, as a share of the medium's median; in any run."""
 _FEW_RUNS = 3
 _SURE = 3.7
 """Standard errors of one of several numbers that are looked at together."""
@@ -150,8 +151,10 @@ def check_medium(
     drift = check_drift(sheet, tables["runs"], tables["tares"])
     # what other axes would mend, or a drift of all runs, also looks like channels that feel nothing
     explained = other is not None or len(drift.runs) == len(tables["fits"])
+    runs = tables["runs"]
+    against = against_known(config, sheet, runs, tables["fits"], peers, exchanged, explained)
     found = [
-        check_channels(config, sheet, tables["runs"], tables["fits"], peers, exchanged, explained),
+        check_channels(config, sheet, runs, against),
         rods,
         drift,
         *check_axes(cells, other, alpha, where, sheet),
@@ -446,16 +449,13 @@ def check_channels(
     config: Config,
     sheet: Mapping[str, Run],
     facts: pd.DataFrame,
-    fits: pd.DataFrame,
-    peers: pd.DataFrame,
-    exchanged: Collection[str],
-    explained: bool,
+    against: tuple[list[str], list[Remark]],
 ) -> Check:
     """Look for a channel that is constant, frozen or cut off, feels nothing, or is another's or reversed.
 
-    `exchanged`: Runs whose logs look like those of rods. `explained`: Whether something else is wrong with all runs.
+    `against`: What `against_known` finds.
     """
-    causes, flags = _against_known(config, sheet, facts, fits, peers, exchanged, explained)
+    causes, flags = against
     read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
     rows = [(sheet[row["run_id"]], row) for row in read]
     rows = [(run, row) for run, row in rows if run.kind in ("plate", "leg")]
@@ -518,7 +518,7 @@ def _sentence(causes: Sequence[str]) -> str:
     return f"{words[0].upper()}{words[1:]}."
 
 
-def _against_known(
+def against_known(
     config: Config,
     sheet: Mapping[str, Run],
     facts: pd.DataFrame,
@@ -527,7 +527,10 @@ def _against_known(
     exchanged: Collection[str],
     explained: bool,
 ) -> tuple[list[str], list[Remark]]:
-    """Runs in which a channel feels nothing of what every known medium makes it feel, the opposite, or a part."""
+    """Runs in which a channel feels nothing of what every known medium makes it feel, the opposite, or a part.
+
+    `exchanged`: Runs whose logs look like those of rods. `explained`: Whether something else is wrong with all runs.
+    """
     table = fits.merge(peers[["run_id", "known_z_ratio", "known_x_ratio"]], on="run_id")
     table = table.merge(facts[["run_id", *(f"F{n}_noise_N" for n in (1, 2, 3))]], on="run_id")
     table = table[~table["run_id"].isin([*exchanged])]
@@ -636,9 +639,10 @@ def check_rods(tares: pd.DataFrame, sheet: Mapping[str, Run]) -> Check:
     if not known.any():
         return Check("rods", NOT_CHECKED, "no plate run has a tare")
     typical = float(np.nanmedian(ratio))
-    stronger = [
-        row["run_id"] for row, one in zip(rows, ratio, strict=True) if one >= _ROD_ALONE or one == 1
-    ]
+    # forces of the weakest directions are little more than the noise of their zeros
+    clear = tare - force > _ROD_FORCE * np.nanmedian(np.fmax(tare, force))
+    wrong = (ratio == 1) | (ratio >= np.where(clear, _ROD_ALONE, _ROD_CLEAR))
+    stronger = [row["run_id"] for row, one in zip(rows, wrong, strict=True) if one]
     found = f"a rod alone feels {typical:.3g} times what plate and rod feel (median of {known.sum()} runs)"
     if stronger:
         found = (
@@ -653,7 +657,7 @@ def check_rods(tares: pd.DataFrame, sheet: Mapping[str, Run]) -> Check:
         "rods",
         not stronger,
         found,
-        f"a ratio below {_ROD_ALONE:g} in each run, and not 1",
+        f"a ratio below {_ROD_ALONE:g} in each run ({_ROD_CLEAR:g} where forces are weak), and not 1",
         said,
         *flags,
     )
@@ -686,6 +690,8 @@ def check_logs(sheet: Mapping[str, Run], logs: Mapping[str, Collection[str]]) ->
 
 def check_drift(sheet: Mapping[str, Run], runs: pd.DataFrame, tares: pd.DataFrame) -> Check:
     """Whether the zero drifts already while the intruder rests in air before its stroke."""
+    from scipy.special import ndtr, stdtrit
+
     table = runs.merge(tares[["run_id", "force_rms_N"]], on="run_id")
     trend = table[["zero_trend_z_N", "zero_trend_x_N"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
@@ -695,9 +701,11 @@ def check_drift(sheet: Mapping[str, Run], runs: pd.DataFrame, tares: pd.DataFram
         return Check("drift", NOT_CHECKED, why)
     table, trend, typical = table[known], trend[:, known], float(np.median(force[known]))
     middle, se = np.array([_median(part) for part in trend]).T
+    # few runs hardly tell their own scatter: Student's t at the same level
+    limit = stdtrit(known.sum() - 1, ndtr(_SURE)) * se
     off = np.abs(trend - middle[:, None])
     # where most runs drift alike it is all of them, else those that stand out
-    common = (np.abs(middle) > _SURE * se) & (np.abs(middle) > _DRIFT * typical)
+    common = (np.abs(middle) > limit) & (np.abs(middle) > _DRIFT * typical)
     spread = 1.4826 * np.median(off, axis=1)[:, None]
     alone = (off > _MODES * spread) & (off > _DRIFT_ALONE * np.maximum(force[known], typical))
     alone = alone.any(axis=0)
@@ -706,7 +714,7 @@ def check_drift(sheet: Mapping[str, Run], runs: pd.DataFrame, tares: pd.DataFram
         f"a drift at rest before the strokes that would move F_{'zx'[worst]} by {middle[worst]:+.2g} N until their "
         f"middle (median of {known.sum()} runs)"
     )
-    allowed = f"{max(_DRIFT * typical, _SURE * float(se[worst])):.2g} N of either sign"
+    allowed = f"{max(_DRIFT * typical, float(limit[worst])):.2g} N of either sign"
     which = table["run_id"] if common.any() else table.loc[alone, "run_id"]
     if alone.any() and not common.any():
         found = f"{alone.sum()} of {known.sum()} runs drift at rest before their strokes"
@@ -797,15 +805,17 @@ def _offset_and_lag(
     the two apart: then it is all offset.
     """
     design = np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1)
-    weight, spread = np.ones_like(start), 1.0
+    weight, spread, pushes = np.ones_like(start), np.ones_like(start), sine > 0
     for _ in range(10):
-        scaled = design * (weight / error**2)[:, None]
+        scaled = design * (weight / (error * spread) ** 2)[:, None]
         inverse = np.linalg.pinv(design.T @ scaled)
         found = inverse @ scaled.T @ start
         rest = np.abs(start - design @ found) / error
-        spread = max(1.4826 * float(np.median(rest)), 0.3)
+        for side in (slice(None), pushes, ~pushes):  # pulls scatter by more than their own errors
+            if rest[side].size >= _FEW_RUNS:
+                spread[side] = max(1.4826 * float(np.median(rest[side])), 0.3)
         weight = np.minimum(1.0, 1.5 * spread / np.maximum(rest, 1e-9))
-    return found, np.asarray(inverse * spread**2)
+    return found, np.asarray(inverse)
 
 
 def _two_levels(
@@ -870,8 +880,9 @@ def step_or_heap(
             part = place >= split
             middles = np.median(values[part]), np.median(values[~part])
             rest = np.abs(values - np.where(part, *middles))
-            middle = max(float(np.median(rest[part])), float(np.median(rest[~part])))
-            spread = max(1.4826 * middle, floor)
+            # of few runs, parted where they lie apart, the median deviation is small by chance
+            typical, normal = (np.median, 1.4826) if errors else (np.mean, 1.2533)
+            spread = max(normal * float(max(typical(rest[part]), typical(rest[~part]))), floor)
             scale = spread * (
                 math.sqrt(1 / part.sum() + 1 / (~part).sum()) * 1.2533 if errors else 1
             )
