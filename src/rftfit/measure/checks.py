@@ -881,8 +881,7 @@ def step_or_heap(
             middles = np.median(values[part]), np.median(values[~part])
             rest = np.abs(values - np.where(part, *middles))
             # of few runs, parted where they lie apart, the median deviation is small by chance
-            typical, normal = (np.median, 1.4826) if errors else (np.mean, 1.2533)
-            spread = max(normal * float(max(typical(rest[part]), typical(rest[~part]))), floor)
+            spread = max(1.2533 * float(max(rest[part].mean(), rest[~part].mean())), floor)
             scale = spread * (
                 math.sqrt(1 / part.sum() + 1 / (~part).sum()) * 1.2533 if errors else 1
             )
