@@ -100,9 +100,11 @@ _SURE = 3.7
 _SURFACE_CM, _LAG_S = 0.05, 0.03
 """Ordinary errors, that no verdict rests on: a bed levelled by a blade; filter of an amplifier."""
 _CURVED = 0.05
-_STEP_CM, _STEP, _MODES, _LEAST_SPREAD, _HEAP = 0.1, 6.0, 8.0, 0.03, 0.15
-"""Two levels: least difference, in standard errors along the sheet, in spreads of two heaps; least spread, cm or ratio;
-least share of the runs."""
+_STEP_CM, _STEP, _ENDS = 0.15, 5.0, 300
+"""A stretch of the sheet with another surface: least difference, in standard errors of the best of all stretches;
+at most so many places where one begins or ends."""
+_MODES, _LEAST_SPREAD, _HEAP = 8.0, 0.03, 0.15
+"""Two heaps: least difference in spreads; least spread, cm or ratio; least share of the runs."""
 
 
 @dataclass(frozen=True)
@@ -600,7 +602,7 @@ def _other_gain(
     size = noise.to_numpy(float)
     if not (size > 0).all():
         return None
-    found = step_or_heap(np.log(size))
+    found = two_heaps(np.log(size))
     if found is None:
         return None
     other = found[1]
@@ -741,23 +743,28 @@ def check_surface(
         why = "stress is a line only near the surface of a natural sand"
     elif flagged_with(fits, "no-tare").any():
         why = "the force on the rod, which begins elsewhere, is in it"
-    known = fits[(fits["gamma_deg"].abs() >= 45) & (fits["free_slope_z_N_per_cm3"].abs() > 0)]
+    known = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
     alpha, se = (known[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
     clear = np.abs(alpha) > _SIGMAS * se
-    known = known[clear]
+    known, alpha = known[clear], np.abs(alpha[clear])
     pushes = known["direction"].to_numpy() == "intrusion"
     if not why and pushes.sum() < _FEW_RUNS:
         why = "too few pushes with a slope of their own"
     if why:
         return Check("surface", NOT_CHECKED, why), Check("linearity", NOT_CHECKED, why)
-    start = -(known["intercept_z_N_per_cm2"] / known["free_slope_z_N_per_cm3"]).to_numpy(float)
-    error = (se / np.abs(alpha))[clear] * known["depth_to_cm"].to_numpy(float)
+    start = known["start_cm"].to_numpy(float)
     stated = [config.errors.surface_run_mm, config.errors.surface_session_mm]
     run_cm, session_cm = (max(_SURFACE_CM, (one or 0) / 10) for one in stated)
     sine = np.where(pushes, 1, -1) * np.abs(np.sin(np.radians(known["gamma_deg"].to_numpy(float))))
-    ordinary = np.diag([session_cm**2, (_LAG_S * speed) ** 2])
-    (off, late), covariance = _offset_and_lag(sine, start, np.hypot(error, run_cm))
-    covariance = covariance + ordinary
+    # the weaker a run, the farther a drift of its zero moves its start
+    error = np.hypot(run_cm, _SURFACE_CM * np.median(alpha[pushes]) / alpha)
+    paths = np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1)
+    # the zero of a tare, which moves weak pulls, is one error of all that share it
+    alike = known.groupby(["tare_run", "direction"])["run_id"].transform("size").to_numpy(float)
+    (off, late), covariance, _ = _robust_fit(
+        paths, start, error, pushes, np.where(pushes, 1, alike)
+    )
+    covariance = covariance + np.diag([session_cm**2, (_LAG_S * speed) ** 2])
     mean = np.array([1.0, float(sine[pushes].mean())])
     down, down_se = off + mean[1] * late, math.sqrt(mean @ covariance @ mean)
     off_se, late_se = np.sqrt(np.diag(covariance))
@@ -769,9 +776,11 @@ def check_surface(
         found += f", {10 * (off - late):+.1f} mm in pulls straight up"
         allowed += f", by the surface {10 * _SURE * off_se:.1f} mm, by a lag {_SURE * late_se / speed:.2f} s"
     line = _check_linearity(known[pushes])
-    sharp = error < _STEP_CM
-    left = np.stack([start - late * sine, (start - off) / sine])[:, sharp]
-    heaps = _two_levels(known[sharp], left, speed, sheet, line.verdict == FAILED)
+    if line.verdict == FAILED or abs(float(known["exponent_z"][pushes].median()) - 1) > _CURVED:
+        # a line through curved stress begins the deeper the deeper it ends
+        deep = known["depth_to_cm"].to_numpy(float)
+        paths = np.column_stack([paths, deep - deep.mean()])
+    heaps = _two_levels(paths, start, error, pushes, [sheet[run] for run in known["run_id"]], speed)
     if heaps is not None:
         return _judged("surface", False, found, allowed, heaps[0], *heaps[1]), line
     said = []
@@ -796,106 +805,142 @@ def check_surface(
     return _judged("surface", not said, found, allowed, " ".join(said)), line
 
 
-def _offset_and_lag(
-    sine: FloatArray, start: FloatArray, error: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Start of the stress that all paths share, and what grows with the speed of sinking; covariance.
+def _robust_fit(
+    design: FloatArray,
+    start: FloatArray,
+    error: FloatArray,
+    pushes: npt.NDArray[np.bool_] | None = None,
+    alike: FloatArray | float = 1.0,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Least squares in which a run that lies far off counts less: what is found, covariance, standard deviations.
 
-    cm, shapes (2,) and (2, 2). A run that lies far off counts less. Paths that are all alike do not tell
-    the two apart: then it is all offset.
+    Errors are known but for a factor, which the scatter tells, of `pushes` and of pulls each its own;
+    so many runs have one error in common.
     """
-    design = np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1)
-    weight, spread, pushes = np.ones_like(start), np.ones_like(start), sine > 0
+    sides = [slice(None)] if pushes is None else [slice(None), pushes, ~pushes]
+    weight, spread = np.ones_like(start), np.ones_like(start)
     for _ in range(10):
-        scaled = design * (weight / (error * spread) ** 2)[:, None]
-        inverse = np.linalg.pinv(design.T @ scaled)
-        found = inverse @ scaled.T @ start
+        sigma = error * spread * np.sqrt(alike / weight)
+        scaled = design / sigma[:, None]
+        inverse = np.linalg.pinv(scaled.T @ scaled)
+        found = inverse @ scaled.T @ (start / sigma)
         rest = np.abs(start - design @ found) / error
-        for side in (slice(None), pushes, ~pushes):  # pulls scatter by more than their own errors
+        for side in sides:
             if rest[side].size >= _FEW_RUNS:
                 spread[side] = max(1.4826 * float(np.median(rest[side])), 0.3)
         weight = np.minimum(1.0, 1.5 * spread / np.maximum(rest, 1e-9))
-    return found, np.asarray(inverse)
+    return found, inverse, sigma
 
 
 def _two_levels(
-    strokes: pd.DataFrame, left: FloatArray, speed: float, sheet: Mapping[str, Run], curved: bool
+    paths: FloatArray,
+    start: FloatArray,
+    error: FloatArray,
+    pushes: npt.NDArray[np.bool_],
+    runs: Sequence[Run],
+    speed: float,
 ) -> tuple[str, list[Remark]] | None:
     """Name the runs whose surface or whose lag is not that of the others; None where all are alike.
 
-    `left`, shape (2, n), cm: start of the stress without the common lag; lag without the common start.
+    `paths` (n, k): what all `start` (n,), cm, have in common: the surface, a lag, and curvature if there is any.
     """
-    if strokes.empty:
+    order = np.argsort([run.row for run in runs], kind="stable")
+    paths, start, error, pushes = paths[order], start[order], error[order], pushes[order]
+    # pulls are too weak to find it by
+    one = paths[pushes], start[pushes], error[pushes]
+    found, _, sigma = _robust_fit(*one)
+    heaps = two_heaps(one[1] - one[0] @ found)
+    clear, part = heaps if heaps is not None else (0.0, np.zeros(sigma.size, dtype=bool))
+    other = np.zeros(start.size, dtype=bool)
+    other[pushes] = part
+    for _ in range(2):
+        stretch = _stretch(*one[:2], sigma)
+        found, covariance, sigma = _robust_fit(np.column_stack([one[0], stretch]), *one[1:])
+    if abs(found[-1]) / math.sqrt(covariance[-1, -1]) / _STEP > max(clear, 1.0):
+        # a pull is as the push before it
+        other = stretch[np.maximum(np.cumsum(pushes) - 1, 0)]
+    elif heaps is None:
         return None
-    names = strokes["run_id"].to_numpy()
-    order = np.argsort([sheet[name].row for name in names], kind="stable")
-    names, left = names[order], left[:, order]
-    deep = strokes["depth_to_cm"].to_numpy(float)[order]
-    if curved and np.ptp(deep) > 0:
-        from scipy.stats import theilslopes
-
-        # a line through curved stress begins the deeper the deeper it ends
-        off = deep - np.median(deep)
-        left = np.stack([part - theilslopes(part, deep).slope * off for part in left])
-    kinds = {name: step_or_heap(part) for name, part in zip(("surface", "lag"), left, strict=True)}
-    found = {name: one for name, one in kinds.items() if one is not None}
-    if not found:
-        return None
-    kind = max(found, key=lambda name: found[name][0])
-    other = found[kind][1]
-    values = left[0] if kind == "surface" else left[1]
-    gap = float(np.median(values[other]) - np.median(values[~other]))
+    gaps = {}
+    for kind, moves in (("surface", paths[:, 0]), ("lag", paths[:, 1])):
+        if moves.any():
+            design = np.column_stack([paths, moves * other])
+            found, covariance, _ = _robust_fit(design, start, error, pushes)
+            gaps[kind] = abs(found[-1]) / math.sqrt(covariance[-1, -1]), float(found[-1])
+    kind = max(gaps, key=lambda name: gaps[name][0])
+    gap = gaps[kind][1]
     if abs(gap) < _STEP_CM:
         return None
-    runs = names[other]
-    count = f"in {other.sum()} of {other.size} runs than in the others ({rows_of(runs, sheet)})"
+    names = [run.run_id for run, its in zip([runs[n] for n in order], other, strict=True) if its]
+    rows = rows_of(names, {run.run_id: run for run in runs})
+    count = f"in {other.sum()} of {other.size} runs than in the others ({rows})"
     if kind == "surface":
         way = "deeper" if gap > 0 else "higher"
         said = f"Stress begins {10 * abs(gap):.1f} mm {way} {count}: look at surface_z_mm of these runs."
+        gap *= 10
     else:
         way = "later" if gap > 0 else "earlier"
-        said = f"The force log is {abs(gap) / speed:.2g} s {way} {count}: look at the clocks of these runs."
-    return said, [remark(f"{kind}-differs", run_id=run, gap=10 * gap if kind == "surface" else gap / speed)
-                  for run in runs]  # fmt: skip
+        gap /= speed
+        said = f"The force log is {abs(gap):.2g} s {way} {count}: look at the clocks of these runs."
+    return said, [remark(f"{kind}-differs", run_id=run, gap=gap) for run in names]
 
 
-def step_or_heap(
+def _stretch(common: FloatArray, start: FloatArray, sigma: FloatArray) -> npt.NDArray[np.bool_]:
+    """Find the stretch of runs, in order, whose start least squares move farthest, in standard errors."""
+    count, fewest = start.size, _fewest(start.size)
+    ends = np.unique(np.linspace(0, count, min(count, _ENDS) + 1).astype(int))
+    first, last = (ends[k] for k in np.triu_indices(ends.size, 1))
+    fits = (last - first >= fewest) & (count - (last - first) >= fewest)
+    other = np.zeros(count, dtype=bool)
+    if not fits.any():
+        return other
+    first, last = first[fits], last[fits]
+    basis, _ = np.linalg.qr(common / sigma[:, None])
+    rest = start / sigma
+    rest = rest - basis @ (basis.T @ rest)
+    sums = np.zeros((count + 1, 2 + basis.shape[1]))
+    sums[1:] = np.cumsum(np.column_stack([rest, 1 / sigma, basis]) / sigma[:, None], axis=0)
+    along, power, *shared = (sums[last] - sums[first]).T
+    free = np.maximum(power - np.sum(np.square(shared), axis=0), 1e-9)
+    best = int(np.argmax(np.abs(along) / np.sqrt(free)))
+    other[first[best] : last[best]] = True
+    # the smaller part is the other one
+    return other if 2 * other.sum() <= count else ~other
+
+
+def _fewest(count: int) -> int:
+    return max(_FEW_RUNS + 1, math.ceil(_HEAP * count))
+
+
+def two_heaps(
     values: FloatArray, floor: float = _LEAST_SPREAD
 ) -> tuple[float, npt.NDArray[np.bool_]] | None:
-    """Tell which of some values, in order, lie on a second level: after a step, or in a heap of their own.
+    """Tell which of some values lie in a heap of their own; None where there is one heap.
 
-    The smaller part, or of two equal ones that which is farther from 0, with how clear it is; None where
-    there is one level. `floor`: No spread is taken to be less.
+    The smaller one, or of two equal ones that which is farther from 0, with how clear it is. `floor`: No
+    spread is taken to be less.
     """
-    count = values.size
-    fewest = max(_FEW_RUNS + 1, math.ceil(_HEAP * count))
-    if count < 2 * fewest:
-        return None
-    best: tuple[float, npt.NDArray[np.bool_]] = (0.0, np.zeros(count, dtype=bool))
+    count, fewest = values.size, _fewest(values.size)
+    best: tuple[float, npt.NDArray[np.bool_]] = (1.0, np.zeros(count, dtype=bool))
     least_rest = math.inf
     ranks = np.empty(count, dtype=int)
     ranks[np.argsort(values, kind="stable")] = np.arange(count)
-    for place, least, errors in ((np.arange(count), _STEP, True), (ranks, _MODES, False)):
-        for split in range(fewest, count - fewest + 1):
-            part = place >= split
-            middles = np.median(values[part]), np.median(values[~part])
-            rest = np.abs(values - np.where(part, *middles))
-            # of few runs, parted where they lie apart, the median deviation is small by chance
-            spread = max(1.2533 * float(max(rest[part].mean(), rest[~part].mean())), floor)
-            scale = spread * (
-                math.sqrt(1 / part.sum() + 1 / (~part).sum()) * 1.2533 if errors else 1
-            )
-            size = abs(middles[0] - middles[1]) / max(scale, 1e-9) / least
-            # with the wrong split some runs lie far off; medians alone do not feel them
-            if size > 1.0 and rest.sum() < least_rest - 1e-9:
-                best, least_rest = (size, part), float(rest.sum())
-    if best[0] <= 1.0:
+    for split in range(fewest, count - fewest + 1):
+        part = ranks >= split
+        middles = np.median(values[part]), np.median(values[~part])
+        rest = np.abs(values - np.where(part, *middles))
+        # of few runs, parted where they lie apart, the median deviation is small by chance
+        spread = max(1.2533 * float(max(rest[part].mean(), rest[~part].mean())), floor)
+        clear = abs(middles[0] - middles[1]) / spread / _MODES
+        if clear > 1.0 and rest.sum() < least_rest - 1e-9:
+            best, least_rest = (clear, part), float(rest.sum())
+    clear, part = best
+    if clear <= 1.0:
         return None
-    part = best[1]
     sizes = part.sum(), (~part).sum()
     farther = abs(np.median(values[part])) >= abs(np.median(values[~part]))
     first = sizes[0] < sizes[1] or (sizes[0] == sizes[1] and farther)
-    return best[0], part if first else ~part
+    return clear, part if first else ~part
 
 
 def _median(values: FloatArray) -> tuple[float, float]:

@@ -61,7 +61,7 @@ _OF_COMPONENT = (
 )  # fmt: skip
 FIT_COLUMNS = [
     "run_id", "medium", "beta_deg", "gamma_deg", "direction", "mirrored", "tare_run", "depth_from_cm",
-    "depth_to_cm", "n_points", "lever_per_cm", "offset_cm", "offset_se_cm", *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
+    "depth_to_cm", "n_points", "lever_per_cm", "offset_cm", "offset_se_cm", "start_cm", *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
     *FLAGS, "note", *REASON,
 ]  # fmt: skip
 
@@ -495,7 +495,11 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     if slope is None:
         return row
     row |= {"n_points": slope.points, "lever_per_cm": slope.lever}
-    row |= {"offset_cm": slope.offset[0], "offset_se_cm": slope.offset_se[0]}
+    row |= {
+        "offset_cm": slope.offset[0],
+        "offset_se_cm": slope.offset_se[0],
+        "start_cm": slope.start[0],
+    }
     lo, hi = slope.interval(confidence)
     values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup, slope.tare,
               slope.curvature, fit.rod, slope.intercept, slope.free_slope, *_other_laws(fit),

@@ -160,6 +160,8 @@ def unfinished_start(
     return left
 
 
+_NEAR = 0.1
+"""Of the largest depth: below it noise outweighs the bed's own unevenness."""
 _LEVEL = 0.005
 
 
@@ -170,7 +172,8 @@ class Slope:
     `alpha`: sum(sigma z) / sum(z^2), N/cm^3; `se` allows for autocorrelation and for the error of the
     zero, `ols_se` takes samples for independent.
     `intercept`, `free_slope`: of the line with a free intercept, N/cm^2 and N/cm^3; `offset`, `offset_se`:
-    depth at which it has no stress, cm. These and the nonlinearity are NaN in a horizontal run.
+    depth at which it has no stress, cm; `start`: of `stress_begins`. These and the nonlinearity are NaN in a
+    horizontal run.
     `nonlinear_p`: probability that a straight line through zero shows this much curvature by noise;
     `nonlinear_ratio`: how far a parabola through zero leaves it at the end of the window, relative
     to the stress there.
@@ -197,6 +200,7 @@ class Slope:
     lever: float
     offset: FloatArray
     offset_se: FloatArray
+    start: FloatArray
     shift: FloatArray
     shift_of_tare: FloatArray
 
@@ -262,7 +266,7 @@ def fit_slope(
     return Slope(
         alpha, se, combine_dof(parts, dofs), ols_se, intercept, free_slope, p_value, ratio,
         depth.size, moved, np.sqrt(tare), curvature, lever,
-        *_offset(depth, intercept, free_slope, noise, shift.sum(axis=0)),
+        *_offset(depth, intercept, free_slope, noise, shift.sum(axis=0)), stress_begins(depth, stress),
         shift.sum(axis=0), zero_variance[1:].sum(axis=0),
     )  # fmt: skip
 
@@ -283,7 +287,7 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
     lever = float(depth.sum() / (depth @ depth))
     return Slope(
         alpha, se, dof, se, intercept, free_slope, unknown[0], unknown[1], depth.size, nothing,
-        nothing, nothing, lever, unknown[0], unknown[1], nothing, nothing,
+        nothing, nothing, lever, unknown[0], unknown[1], stress_begins(depth, stress), nothing, nothing,
     )  # fmt: skip
 
 
@@ -296,6 +300,18 @@ def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, F
         return nothing, nothing
     slope = stress @ centred / spread
     return stress.mean(axis=1) - slope * depth.mean(), slope
+
+
+def stress_begins(depth: FloatArray, stress: FloatArray) -> FloatArray:
+    """Depth at which each stress begins, cm: of a line whose weight falls with depth, as a bed is uneven by so many percent."""
+    nothing = np.full(len(stress), np.nan)
+    if depth.size < 3 or level_path(depth):
+        return nothing
+    weight = 1 / (depth**2 + (_NEAR * np.abs(depth).max()) ** 2)
+    weight /= weight.sum()
+    off, middle = depth - weight @ depth, stress @ weight
+    slope = stress @ (weight * off) / (weight @ off**2)
+    return np.divide(-middle, slope, out=nothing, where=slope != 0) + weight @ depth
 
 
 def _offset(
