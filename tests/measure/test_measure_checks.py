@@ -654,7 +654,10 @@ def test_size(value: float, expected: tuple[float, float] | None, verdict: str) 
         ([0.0] * 3 + [1.0] * 4, None),
         ([0.0] * 4 + [1.0] * 4, range(4, 8)),
         # few runs of one wide spread, parted where they lie apart by chance: a campaign without a fault
-        ([-0.10, 0.21, -0.16, 0.03, -0.07, 0.21, -0.08, 0.01, -0.07, 0.25, 0.01, -0.06, -0.09], None),
+        (
+            [-0.10, 0.21, -0.16, 0.03, -0.07, 0.21, -0.08, 0.01, -0.07, 0.25, 0.01, -0.06, -0.09],
+            None,
+        ),
     ],
 )
 def test_two_heaps(values: list[float], which: range | None) -> None:

@@ -100,10 +100,10 @@ _SURE = 3.7
 _SURFACE_CM, _LAG_S = 0.05, 0.03
 """Ordinary errors, that no verdict rests on: a bed levelled by a blade; filter of an amplifier."""
 _CURVED = 0.05
-_STEP_CM, _STEP, _ENDS = 0.15, 5.0, 300
+_STEP_CM, _STEP, _ENDS = 0.22, 5.5, 300
 """A stretch of the sheet with another surface: least difference, in standard errors of the best of all stretches;
 at most so many places where one begins or ends."""
-_MODES, _LEAST_SPREAD, _HEAP = 8.0, 0.03, 0.15
+_MODES, _LEAST_SPREAD, _HEAP = 8.0, 0.03, 0.2
 """Two heaps: least difference in spreads; least spread, cm or ratio; least share of the runs."""
 
 
@@ -856,7 +856,7 @@ def _two_levels(
     for _ in range(2):
         stretch = _stretch(*one[:2], sigma)
         found, covariance, sigma = _robust_fit(np.column_stack([one[0], stretch]), *one[1:])
-    if abs(found[-1]) / math.sqrt(covariance[-1, -1]) / _STEP > max(clear, 1.0):
+    if stretch.any() and abs(found[-1]) > max(clear, 1.0) * _STEP * math.sqrt(covariance[-1, -1]):
         # a pull is as the push before it
         other = stretch[np.maximum(np.cumsum(pushes) - 1, 0)]
     elif heaps is None:
