@@ -12,6 +12,8 @@ from rftfit.measure.slopes import (
     combine_dof,
     fit_few,
     fit_slope,
+    free_intercept,
+    stress_begins,
     student_quantile,
     weighted_sum_variance,
     zero_intercept,
@@ -278,3 +280,15 @@ def test_variance_of_independent_errors_is_the_textbooks() -> None:
     weight = np.linspace(1, 3, 400)
     variance, _ = weighted_sum_variance(noise, weight)
     assert np.mean(variance) == pytest.approx(4 * weight @ weight, rel=0.05)
+
+
+def test_where_stress_begins() -> None:
+    """Of lines exactly; an unevenness that grows with depth moves it less than it moves the plain line."""
+    depth = np.linspace(1, 7, 200)
+    begins = stress_begins(depth, np.stack([0.3 * (depth - 0.4), -0.05 * (depth + 0.2)]))
+    np.testing.assert_allclose(begins, [0.4, -0.2], rtol=1e-9)
+    uneven = 0.3 * depth * (1 + 0.05 * (depth > 5))
+    intercept, slope = free_intercept(depth, uneven[None])
+    assert abs(stress_begins(depth, uneven[None])[0]) < 0.5 * abs(intercept[0] / slope[0])
+    for level, stress in ((np.full(9, 2.0), np.ones((1, 9))), (depth, np.ones((1, 200)))):
+        assert np.isnan(stress_begins(level, stress)).all()

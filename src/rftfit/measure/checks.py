@@ -817,7 +817,8 @@ def _robust_fit(
     Errors are known but for a factor, which the scatter tells, of `pushes` and of pulls each its own;
     so many runs have one error in common.
     """
-    sides = [slice(None)] if pushes is None else [slice(None), pushes, ~pushes]
+    whole = np.ones(start.size, dtype=bool)
+    sides = [whole] if pushes is None else [whole, pushes, ~pushes]
     weight, spread = np.ones_like(start), np.ones_like(start)
     for _ in range(10):
         sigma = error * spread * np.sqrt(alike / weight)
@@ -829,7 +830,7 @@ def _robust_fit(
             if rest[side].size >= _FEW_RUNS:
                 spread[side] = max(1.4826 * float(np.median(rest[side])), 0.3)
         weight = np.minimum(1.0, 1.5 * spread / np.maximum(rest, 1e-9))
-    return found, inverse, sigma
+    return found, np.asarray(inverse), sigma
 
 
 def _two_levels(
@@ -931,7 +932,7 @@ def two_heaps(
         rest = np.abs(values - np.where(part, *middles))
         # of few runs, parted where they lie apart, the median deviation is small by chance
         spread = max(1.2533 * float(max(rest[part].mean(), rest[~part].mean())), floor)
-        clear = abs(middles[0] - middles[1]) / spread / _MODES
+        clear = float(abs(middles[0] - middles[1])) / spread / _MODES
         if clear > 1.0 and rest.sum() < least_rest - 1e-9:
             best, least_rest = (clear, part), float(rest.sum())
     clear, part = best

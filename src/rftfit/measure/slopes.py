@@ -311,7 +311,7 @@ def stress_begins(depth: FloatArray, stress: FloatArray) -> FloatArray:
     weight /= weight.sum()
     off, middle = depth - weight @ depth, stress @ weight
     slope = stress @ (weight * off) / (weight @ off**2)
-    return np.divide(-middle, slope, out=nothing, where=slope != 0) + weight @ depth
+    return np.asarray(np.divide(-middle, slope, out=nothing, where=slope != 0) + weight @ depth)
 
 
 def _offset(
