@@ -290,5 +290,5 @@ def test_where_stress_begins() -> None:
     uneven = 0.3 * depth * (1 + 0.05 * (depth > 5))
     intercept, slope = free_intercept(depth, uneven[None])
     assert abs(stress_begins(depth, uneven[None])[0]) < 0.5 * abs(intercept[0] / slope[0])
-    for level, stress in ((np.full(9, 2.0), np.ones((1, 9))), (depth, np.ones((1, 200)))):
+    for level, stress in ((np.full(9, 2.0), np.ones((1, 9))), (depth, np.zeros((1, 200)))):
         assert np.isnan(stress_begins(level, stress)).all()
