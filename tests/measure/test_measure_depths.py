@@ -34,14 +34,15 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path: Path, power: flo
     sizes = {"power": power} if power > 1 else {}
     results = measured(load_campaign(written(tmp_path, sizes, 0, 3, 200)))
     (medium,) = results.media
-    table = measure.checks(results, medium)[2]
+    verdicts, _, table, _ = measure.checks(results, medium)
+    results.hold(f"checks/{medium}.csv", verdicts)
     results.hold(f"alpha_at_depth/{medium}.csv", table)
     page = at_depths(results).rows
     if power == 1:
         assert table.empty
         assert not page
         return
-    assert power_of(results[medium].fits) == pytest.approx(power, abs=0.03)
+    assert power_of(results[medium].fits, verdicts) == pytest.approx(power, abs=0.03)
     assert len(page) == 1
     assert set(table["reason_code"]) == {"", "outside-window"}
     for depth in DEPTHS_CM:
