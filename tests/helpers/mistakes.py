@@ -39,8 +39,9 @@ CHANNELS = {"x": 3, "z": 4}
 """Column of the force log that the demonstration's mount has along x and z: F2 and F3, both turned."""
 LEAST_OFF = 0.005
 """Of alpha: nearer to the truth than this is not wrong, N/cm^3."""
-NARROWER = 0.01
-"""Of an interval: by less than this it is not narrower."""
+NARROWER, EQUAL = 1 / 3, 1e-6
+"""Shares by which an interval becomes narrower: less than the first comes with alpha itself, since most errors are
+relative to it or to its change from cell to cell."""
 POUND_N = 4.4482216152605
 OTHER = {"poppy_CP": "glass0.3mm_LP"}
 """Another medium of the same lab, by medium; else `poppy_CP`."""
@@ -422,13 +423,16 @@ class Judged(NamedTuple):
         """Number of wrong cells without a flag where no check fails."""
         return 0 if self.failed else int((self.wrong()["flag_codes"] == "").sum())
 
-    def narrower(self, than: Judged) -> Any:
-        """Cells, in alpha and at depths, that have a narrower interval than without a mistake."""
-        return pd.concat(
-            [
-                _narrower(self.alpha, than.alpha, []),
-                _narrower(self.at_depth, than.at_depth, ["depth_cm"]),
-            ]
+    def narrower(self, than: Judged, least: float = NARROWER) -> pd.DataFrame:
+        """Cells, of alpha and at depths, whose interval is narrower, with the `share` of its width that is left."""
+        return pd.concat([_narrower(self.alpha, than.alpha, (), least),
+                          _narrower(self.at_depth, than.at_depth, ("depth_cm",), least)])  # fmt: skip
+
+    def silently(self, than: Judged) -> pd.DataFrame:
+        """Of these, cells without a flag where no check fails that did not fail before."""
+        found = self.narrower(than)
+        return (
+            found.iloc[:0] if self.failed.keys() - than.failed else found[found["flag_codes"] == ""]
         )
 
     @staticmethod
@@ -441,14 +445,17 @@ class Judged(NamedTuple):
         )
 
 
-def _narrower(after: pd.DataFrame, before: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
-    keys = ["beta_deg", "gamma_deg", *keys]
-    both = after.merge(before[[*keys, *map(column, "zz", ("_lo", "_hi")), *map(column, "xx", ("_lo", "_hi"))]],
-                       on=keys, suffixes=("", "_before"))  # fmt: skip
-    width = {(c, end): both[column(c, "_hi") + end] - both[column(c, "_lo") + end]
-             for c in "zx" for end in ("", "_before")}  # fmt: skip
-    less = [width[c, ""] < (1 - NARROWER) * width[c, "_before"] - 1e-9 for c in "zx"]
-    return both[less[0] | less[1]]
+def _narrower(
+    after: pd.DataFrame, before: pd.DataFrame, more: tuple[str, ...], least: float
+) -> pd.DataFrame:
+    both = after.merge(before, on=["beta_deg", "gamma_deg", *more], suffixes=("", "_before"))
+    width, old = (
+        np.stack([both[column(c, "_hi") + end] - both[column(c, "_lo") + end] for c in "zx"])
+        for end in ("", "_before")
+    )
+    left = np.nan_to_num(width / np.maximum(old, 1e-9), nan=1.0).min(axis=0)
+    found: pd.DataFrame = both.assign(share=left)[left < 1 - least]
+    return found
 
 
 def judged(made: Written) -> Judged:
