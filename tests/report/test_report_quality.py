@@ -246,7 +246,7 @@ def repeats(count: int, wrong: int, each: int) -> pd.DataFrame:
         (5, 0, 5, "5 runs, 0 of 5 apart"),
         (90, 2, 3, "90 runs, 2 of 90 apart"),
         (1000, 8, 20, "1000 runs, 8 of 1000 apart"),
-        (1, 0, 1, "1 run: too few to tell how far runs differ"),
+        (5, 0, 1, "5 runs: too few to tell how far runs differ"),
     ],
 )
 def test_runs_side_by_side(count: int, wrong: int, each: int, said: str) -> None:
@@ -270,10 +270,12 @@ def test_runs_side_by_side(count: int, wrong: int, each: int, said: str) -> None
     assert ("and 2 more" in text) == (wrong == 8)
     caption = next(one for one in figures() if one.name == "runs_side_by_side").caption_of(results)
     assert (f"{wrong} of the {count} runs" in caption) == (wrong > 0)
-    assert ("None of the" in caption) == (count > 1 and not wrong)
+    assert ("None of the" in caption) == ("0 of" in said)
     assert ("Filled" in caption, "Hollow" in caption) == (each > 2, each < 3)
 
 
-def test_without_a_run_there_is_nothing_side_by_side() -> None:
-    results = memory({"peers/{medium}.csv": pd.DataFrame(columns=COLUMNS)}, ["poppy_LP"])
+@pytest.mark.parametrize("table", [pd.DataFrame(columns=COLUMNS), repeats(1, 0, 1)])
+def test_without_two_runs_there_is_nothing_side_by_side(table: pd.DataFrame) -> None:
+    results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
+    assert not next(one for one in figures() if one.name == "runs_side_by_side").caption_of(results)
     assert "nothing to compare" in words(runs_side_by_side(results))[0]

@@ -57,8 +57,9 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
     groups = directions_of(known)
     others, times, apart = _beside_repeats(alpha, groups)
     single = np.array([(groups == own).sum() < 3 for own in groups])
-    said, of_map, far = _beside_map(known, alpha)
-    others[:, single], times[single], apart[single] = said[:, single], of_map[single], far[single]
+    if single.any():
+        said, of_map, far = (part[..., single] for part in _beside_map(known, alpha))
+        others[:, single], times[single], apart[single] = said, of_map, far
     largest = float(np.nanmax(np.abs(alpha)))
     off = (alpha - others) / largest
     rows = {

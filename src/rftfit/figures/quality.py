@@ -402,10 +402,19 @@ _NAMED, _NAME = 6, 30
 """Runs that stand apart that the list has room for, and letters of their names."""
 
 
+def _compared(results: Results) -> dict[str, pd.DataFrame]:
+    """Runs beside the others, of each medium with two or more."""
+    every = {medium: results.table(f"peers/{medium}.csv") for medium in results.laboratory}
+    return {medium: table for medium, table in every.items() if len(table) > 1}
+
+
 def _beside_numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
-    peers = results.joined("peers/{medium}.csv", results.laboratory)
-    if peers.empty:
+    import pandas as pd
+
+    tables = _compared(results).values()
+    if not tables:
         return None
+    peers = pd.concat(tables)
     judged, apart = int(peers["times_spread"].notna().sum()), int(peers["apart"].sum())
     found: Words = {name: bool((peers["beside"] == name).any()) for name in (REPEATS, MAP)}
     return found | {
@@ -432,10 +441,9 @@ Good: all points about zero, none red.""",
 )
 def runs_side_by_side(results: Results) -> Figure:
     """Draw each run against the others of its medium, a row a medium."""
-    every = {medium: results.table(f"peers/{medium}.csv") for medium in results.laboratory}
-    tables = {medium: table for medium, table in every.items() if len(table)}
+    tables = _compared(results)
     if not tables:
-        return style.missing("no plate run has alpha: there is nothing to compare")
+        return style.missing("no medium has two plate runs with alpha: there is nothing to compare")
     tall = _SIDE_TOP_CM + len(tables) * _SIDE_ROW_CM + _SIDE_FOOT_CM
     page = style.new_figure(style.DOUBLE_CM, tall)
     for row, (medium, table) in enumerate(tables.items()):
@@ -495,15 +503,15 @@ _MANY_RUNS = 200
 
 def _summary(table: pd.DataFrame) -> str:
     """Say how many runs there are and how far they differ."""
-    times, count = table["times_spread"], f"{len(table)} run{'s' * (len(table) > 1)}"
+    times = table["times_spread"]
     if times.isna().all():
-        return f"{count}: too few to tell how far runs differ"
+        return f"{len(table)} runs: too few to tell how far runs differ"
     half = [
         captions.quantile((table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"]).abs(), 0.5, 4)
         for c in "zx"
     ]  # fmt: skip
     return (
-        f"{count}, {int(table['apart'].sum())} of {times.notna().sum()} apart\n"
+        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart\n"
         f"half of them within {half[0]} (z) and {half[1]} (x) {style.PER_CM3}\n"
         f"farthest: {style.number(float(times.max()), 1)} times the spread"
     )
