@@ -46,7 +46,7 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path: Path, power: flo
     found = power_of(results[medium].fits, verdicts)
     assert found == pytest.approx(power, abs=0.03)
     # the page has the power that the check has
-    assert f"depth^{found:.2f}" in verdicts.set_index("check").loc["linearity", "found"]
+    assert f"depth^{found:.2f}" in str(verdicts.set_index("check").loc["linearity", "found"])
     assert len(page) == 1
     assert set(table["reason_code"]) == {"", "outside-window"}
     for depth in DEPTHS_CM:

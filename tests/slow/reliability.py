@@ -295,13 +295,13 @@ def report(rows: Rows, kinds: Sequence[str]) -> bool:
 def _narrow(table: pd.DataFrame) -> bool:
     counts = table.assign(**{name: table[name].astype(int) for name in ("narrower", "silently")})
     rows = [
-        {"mistake": mistake, "narrower": own["narrower"].max(), "share left": own["least"].min() or "",
+        {"mistake": mistake, "narrower": own["narrower"].max(), "share left": pd.to_numeric(own["least"]).min(),
          "silently": own["silently"].max(),
          "told by": " ".join(sorted({*" ".join([*own["failed"], *own["flags"]]).split()})) or "-"}
         for mistake, own in counts.groupby("mistake", sort=False)
     ]  # fmt: skip
     print(f"cells with a narrower interval, the most of {table['seed'].nunique()} campaigns:")
-    print(pd.DataFrame(rows).to_string(index=False))
+    print(pd.DataFrame(rows).to_string(index=False, na_rep=""))
     copied_too = counts["mistake"].str.startswith("copies") & (counts["narrower"] > 0)
     return not (copied_too.any() or counts["silently"].any())
 
