@@ -66,7 +66,8 @@ def test_a_cell_in_another_unit_stands_apart_from_the_map(medium: str) -> None:
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium: str) -> None:
     """It pulls the map at its neighbours, which must not tell how far is far; it stood apart in none of these."""
-    rows = [(*cell, *table_s5(medium, *cell)) for cell in directions_of(GRIDS["no-vertical"], 5)]
+    cells = directions_of(GRIDS["no-vertical"], 5)
+    rows: list[tuple[float, ...]] = [(*cell, *table_s5(medium, *cell)) for cell in cells]
     place = next(n for n, row in enumerate(rows) if row[:2] == (20, 75))
     assert not compare_runs(fits(rows), medium)["apart"].any()
     rows[place] = (*rows[place][:2], *(value / 4.45 for value in rows[place][2:]))
