@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 import pytest
+from other_labs import GRIDS
 
 from rftfit import reference
 from rftfit.compare.peers import COLUMNS, apart, compare_runs
+from rftfit.lab.plan import directions_of
+from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
 
 if TYPE_CHECKING:
@@ -58,6 +61,18 @@ def test_a_cell_in_another_unit_stands_apart_from_the_map(medium: str) -> None:
     assert off_z == pytest.approx(3.45 * true[2], rel=0.3)
     assert found.loc[place, "off_z_ratio"] == pytest.approx(off_z / (4.45 * true[2]), rel=0.5)
     assert math.isfinite(off_x)
+
+
+@pytest.mark.parametrize("medium", reference.MEDIA)
+def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium: str) -> None:
+    """It pulls the map at its neighbours, which must not tell how far is far; it stood apart in none of these."""
+    cells = directions_of(GRIDS["no-vertical"], 5)
+    rows: list[tuple[float, ...]] = [(*cell, *table_s5(medium, *cell)) for cell in cells]
+    place = next(n for n, row in enumerate(rows) if row[:2] == (20, 75))
+    assert not compare_runs(fits(rows), medium)["apart"].any()
+    rows[place] = (*rows[place][:2], *(value / 4.45 for value in rows[place][2:]))
+    found = compare_runs(fits(rows), medium)
+    assert found.loc[found["apart"], "run_id"].tolist() == [f"r{place}"]
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import yaml
 from campaigns import PROJECT
 from coverage_files import measured
@@ -30,8 +31,6 @@ from rftfit.workflow.measure import checks
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    import pandas as pd
-
     Luck = np.random.Generator
     Table = np.ndarray
     """Columns of a log as rows, shape (columns, n)."""
@@ -40,6 +39,9 @@ CHANNELS = {"x": 3, "z": 4}
 """Column of the force log that the demonstration's mount has along x and z: F2 and F3, both turned."""
 LEAST_OFF = 0.005
 """Of alpha: nearer to the truth than this is not wrong, N/cm^3."""
+NARROWER, EQUAL = 1 / 3, 1e-6
+"""Shares by which an interval becomes narrower: less than the first comes with alpha itself, since most errors are
+relative to it or to its change from cell to cell."""
 POUND_N = 4.4482216152605
 OTHER = {"poppy_CP": "glass0.3mm_LP"}
 """Another medium of the same lab, by medium; else `poppy_CP`."""
@@ -396,10 +398,11 @@ def with_mistake(base: Written, name: str, seed: int) -> tuple[Written, list[str
 
 
 class Judged(NamedTuple):
-    """Checks and alpha table of a medium as the stages make them."""
+    """Checks and tables of alpha, and of alpha at depths, of a medium as the stages make them."""
 
     checks: pd.DataFrame
     alpha: pd.DataFrame
+    at_depth: pd.DataFrame
 
     @property
     def failed(self) -> dict[str, str]:
@@ -420,6 +423,18 @@ class Judged(NamedTuple):
         """Number of wrong cells without a flag where no check fails."""
         return 0 if self.failed else int((self.wrong()["flag_codes"] == "").sum())
 
+    def narrower(self, than: Judged, least: float = NARROWER) -> pd.DataFrame:
+        """Cells, of alpha and at depths, whose interval is narrower, with the `share` of its width that is left."""
+        return pd.concat([_narrower(self.alpha, than.alpha, (), least),
+                          _narrower(self.at_depth, than.at_depth, ("depth_cm",), least)])  # fmt: skip
+
+    def silently(self, than: Judged) -> pd.DataFrame:
+        """Of these, cells without a flag where no check fails that did not fail before."""
+        found = self.narrower(than)
+        return (
+            found.iloc[:0] if self.failed.keys() - than.failed else found[found["flag_codes"] == ""]
+        )
+
     @staticmethod
     def _is_wrong(row: dict[Any, Any], truth: Any) -> bool:
         true = truth(row["medium"], row["beta_deg"], row["gamma_deg"])
@@ -430,6 +445,19 @@ class Judged(NamedTuple):
         )
 
 
+def _narrower(
+    after: pd.DataFrame, before: pd.DataFrame, more: tuple[str, ...], least: float
+) -> pd.DataFrame:
+    both = after.merge(before, on=["beta_deg", "gamma_deg", *more], suffixes=("", "_before"))
+    width, old = (
+        np.stack([both[column(c, "_hi") + end] - both[column(c, "_lo") + end] for c in "zx"])
+        for end in ("", "_before")
+    )
+    left = np.nan_to_num(width / np.maximum(old, 1e-9), nan=1.0).min(axis=0)
+    found: pd.DataFrame = both.assign(share=left)[left < 1 - least]
+    return found
+
+
 def judged(made: Written) -> Judged:
     """Write a campaign into files, measure and check it."""
     with TemporaryDirectory() as folder:
@@ -438,4 +466,4 @@ def judged(made: Written) -> Judged:
         campaign = load_campaign(root / "config" / "config.yaml")
         results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media
-        return Judged(*checks(results, medium)[:2])
+        return Judged(*checks(results, medium)[:3])

@@ -75,17 +75,29 @@ def test_a_jump_where_all_runs_begin_to_move_makes_no_copy() -> None:
     assert near_copies([["a", "b"]], tared(a=jump(force(1)), b=jump(force(1))[5:])) != {}
 
 
+def test_copies_are_found_among_many_repeats_of_any_length() -> None:
+    """300 of 100 samples took 9 s, pair by pair; with a hum all of them look alike at some shift."""
+    logs = {f"{number:03}": force(number, 0.5)[: 110 + number] for number in range(300)}
+    logs |= {"copy": logs["299"][5:], "other": logs["298"][:300] + 0.1}
+    found = near_copies([list(logs)], tared(**logs))
+    assert found == {"299": ("copy",), "copy": ("299",), "298": ("other",), "other": ("298",)}
+
+
 def test_of_copies_of_one_direction_one_keeps_its_number() -> None:
     """c is a copy in another direction, where either may be right: both count."""
     table = pd.DataFrame({
         "run_id": list("abcd"), "beta_deg": 0.0, "gamma_deg": [90.0, 90, 45, 90],
         "direction": "intrusion", "alpha_z_N_per_cm3": [0.3, 0.3, 0.2, 0.31], "n_points": 9,
+        "offset_cm": 0.1, "depth_to_cm": 8.0,
         "reason": "", "reason_code": "",
     })  # fmt: skip
     before = table.copy()
     found = counted_once(table, {"a": ("b", "c"), "b": ("a", "c"), "c": ("a", "b"), "d": ()})
     pd.testing.assert_frame_equal(table, before)
-    assert found["alpha_z_N_per_cm3"].isna().tolist() == [False, True, False, False]
+    # the surface is not told from copies either
+    for column in ("alpha_z_N_per_cm3", "offset_cm"):
+        assert found[column].isna().tolist() == [False, True, False, False]
+    assert (found["depth_to_cm"] == 8).all()
     assert found["reason_code"].tolist() == ["", "same-readings", "", ""]
     assert "a" in str(found.loc[1, "reason"])
     assert (found["n_points"] == 9).all()

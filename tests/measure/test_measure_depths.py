@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 import pytest
 from coverage_files import measured, written
 from coverage_levels import alpha_cells
@@ -34,14 +35,18 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path: Path, power: flo
     sizes = {"power": power} if power > 1 else {}
     results = measured(load_campaign(written(tmp_path, sizes, 0, 3, 200)))
     (medium,) = results.media
-    table = measure.checks(results, medium)[2]
+    verdicts, _, table, _ = measure.checks(results, medium)
+    results.hold(f"checks/{medium}.csv", verdicts)
     results.hold(f"alpha_at_depth/{medium}.csv", table)
     page = at_depths(results).rows
     if power == 1:
         assert table.empty
         assert not page
         return
-    assert power_of(results[medium].fits) == pytest.approx(power, abs=0.03)
+    found = power_of(results[medium].fits, verdicts)
+    assert found == pytest.approx(power, abs=0.03)
+    # the page has the power that the check has
+    assert f"depth^{found:.2f}" in str(verdicts.set_index("check").loc["linearity", "found"])
     assert len(page) == 1
     assert set(table["reason_code"]) == {"", "outside-window"}
     for depth in DEPTHS_CM:
@@ -54,3 +59,18 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path: Path, power: flo
     # a window that holds none of the depths has no row on the page
     results.hold(f"alpha_at_depth/{medium}.csv", table.assign(alpha_z_N_per_cm3=np.nan))
     assert not at_depths(results).rows
+
+
+@pytest.mark.parametrize(
+    ("verdict", "power"),
+    [("failed", 1.2), ("accepted", 1.2), ("passed", np.nan), ("not checked", np.nan)],
+)
+def test_the_check_of_linearity_decides_what_is_curved(verdict: str, power: float) -> None:
+    """By steep pushes that are clear; the last three runs are none."""
+    fits = pd.DataFrame({
+        "direction": ["intrusion"] * 5 + ["extraction"], "gamma_deg": [90.0, 60, 45, 30, 90, -90],
+        "exponent_z": [1.1, 1.2, 1.3, 2, 2, 2], "alpha_z_se_N_per_cm3": [0.01] * 4 + [0.2, 0.01],
+        "alpha_z_N_per_cm3": 0.3,
+    })  # fmt: skip
+    checks = pd.DataFrame({"check": ["surface", "linearity"], "verdict": ["failed", verdict]})
+    assert power_of(fits, checks) == pytest.approx(power, nan_ok=True)

@@ -9,12 +9,14 @@ import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.text import Text
-from memory import of_runs
+from memory import memory, of_runs
 
+from rftfit.compare.peers import COLUMNS, compare_runs
 from rftfit.figures import style
 from rftfit.figures.captions import half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
-from rftfit.figures.quality import draw_quality, lay_out, quality
+from rftfit.figures.quality import draw_quality, lay_out, quality, runs_side_by_side
+from rftfit.figures.registry import figures
 from rftfit.figures.style import save
 from rftfit.figures.traces import nice, problem_text, span, stress_of, thin
 from rftfit.measure.flags import FLAGS, flag_columns, remark
@@ -221,3 +223,59 @@ def test_alpha_that_pushes_along_the_motion_is_positive() -> None:
 def test_marks_stand_out_from_the_data() -> None:
     used = {*style.COMPONENT_COLOURS.values(), *style.PALE_COLOURS.values()}
     assert style.MARK not in used
+
+
+def repeats(count: int, wrong: int, each: int) -> pd.DataFrame:
+    """Runs beside their repeats, `each` a direction; the first of each of some directions is half as strong."""
+    luck = np.random.default_rng(1)
+    direction = np.arange(count) // each
+    table = pd.DataFrame(
+        {"run_id": [f"run${number}" for number in range(count)], "gamma_deg": 90.0}
+    )
+    table["beta_deg"] = direction * 2.0 - 80
+    for c, alpha in (("z", 0.3), ("x", 0.1 + 0.0 * direction)):
+        off = 1 + 0.03 * luck.standard_normal(count)
+        off[: wrong * each : each] = 0.5
+        table[f"alpha_{c}_N_per_cm3"], table[f"alpha_{c}_se_N_per_cm3"] = alpha * off, 0.001
+    return compare_runs(table.assign(depth_from_cm=np.nan), "poppy_LP")
+
+
+@pytest.mark.parametrize(
+    ("count", "wrong", "each", "said"),
+    [
+        (5, 0, 5, "5 runs, 0 of 5 apart"),
+        (90, 2, 3, "90 runs, 2 of 90 apart"),
+        (1000, 8, 20, "1000 runs, 8 of 1000 apart"),
+        (5, 0, 1, "5 runs: too few to tell how far runs differ"),
+    ],
+)
+def test_runs_side_by_side(count: int, wrong: int, each: int, said: str) -> None:
+    table = repeats(count, wrong, each)
+    results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
+    page = runs_side_by_side(results)
+    points, red = [], []
+    for axes in page.axes:
+        dots = [line for line in axes.lines if line.get_marker() == "o"]
+        marked_ones = [line for line in dots if line.get_color() == style.MARK]
+        points.append(sum(np.size(line.get_xdata()) for line in dots) - len(marked_ones))
+        red.append(len(marked_ones))
+    assert (points, red) == ([count] * 2, [wrong] * 2)
+    text = "\n".join(words(page))
+    assert said in text
+    # the farthest are named, and their numbers stand once, where they differ most
+    far = table[table["apart"]].sort_values("times_spread", ascending=False)["run_id"]
+    for number, name in enumerate(far[:6], 1):
+        assert f"{number}  {style.plain(name)}: $\\alpha_z$ " in text
+        assert words(page).count(f"{number}") == 1
+    assert ("and 2 more" in text) == (wrong == 8)
+    caption = next(one for one in figures() if one.name == "runs_side_by_side").caption_of(results)
+    assert (f"{wrong} of the {count} runs" in caption) == (wrong > 0)
+    assert ("None of the" in caption) == ("0 of" in said)
+    assert ("Filled" in caption, "Hollow" in caption) == (each > 2, each < 3)
+
+
+@pytest.mark.parametrize("table", [pd.DataFrame(columns=COLUMNS), repeats(1, 0, 1)])
+def test_without_two_runs_there_is_nothing_side_by_side(table: pd.DataFrame) -> None:
+    results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
+    assert not next(one for one in figures() if one.name == "runs_side_by_side").caption_of(results)
+    assert "nothing to compare" in words(runs_side_by_side(results))[0]

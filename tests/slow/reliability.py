@@ -4,7 +4,9 @@
 at their true sizes or not at all, and nothing wrong with them. The other kinds put one mistake of
 some size into such a campaign, 20 directions made three times each. All are written as files and
 checked as `rftfit check --diagnose` does it. `coverage`: 95 % intervals of campaigns in memory under
-all disturbances together, the straight pushes and pulls made three times.
+all disturbances together, the straight pushes and pulls made three times. `narrow`: all mistakes of
+`tests/helpers/mistakes.py` in campaigns of two media; which cells have a narrower interval with it, by what
+that is told. A copy must narrow none, and no other mistake any in silence.
 
 A row that is in the file already is not made again, so the program may be stopped at will; delete
 rows to have them made anew. `--check 0.05` makes such a share of the rows again and compares.
@@ -32,7 +34,20 @@ import pandas as pd
 from campaigns import FEW
 from coverage_levels import as_disturbed, slow_noise
 from disturbed import LEVELS, campaigns_of
-from mistakes import copied, dead, enacted, judged, one_off, surface, turned
+from mistakes import (
+    EQUAL,
+    MISTAKES,
+    Judged,
+    copied,
+    dead,
+    enacted,
+    judged,
+    one_off,
+    stated,
+    surface,
+    turned,
+    with_mistake,
+)
 from other_labs import CASES, GRIDS, Case
 from slices import SLICES, lab_in
 
@@ -77,7 +92,7 @@ def _step(made: Written, luck: np.random.Generator, mm: float) -> list[str]:
     return surface(made, luck, mm, 0.5, "stretch")
 
 
-NO_FAULT, COVERAGE = "no-fault", "coverage"
+NO_FAULT, COVERAGE, NARROW = "no-fault", "coverage", "narrow"
 KINDS = {
     NO_FAULT: Kind("nothing wrong", (0,), 200),
     "dead": Kind("dead, noisy channel in a share of logs", (0.3, 0.6, 1), 50, _dead, ("channels",), {1: 48}),
@@ -89,6 +104,7 @@ KINDS = {
         "one of three repeats off by %", (-40, -20, -10, 10, 20, 40), 25, one_off, ("repeats",), {40: 45}
     ),
     COVERAGE: Kind("intervals with so many repeats", (3,), 14),
+    NARROW: Kind("mistakes by their places in the list", tuple(range(len(MISTAKES))), 4),
 }  # fmt: skip
 FALSE_ALARMS = 0.01
 COVERAGE_OF_ONE_ROW = 30
@@ -117,6 +133,8 @@ def jobs_of(kinds: Sequence[str], campaigns: int | None) -> list[Job]:
 
 def rows_of(job: Job) -> list[Row]:
     """Simulate one campaign, or a block of campaigns for their coverage."""
+    if job.kind == NARROW:
+        return [narrowed(job)]
     return covered(job) if job.kind == COVERAGE else [checked(job)]
 
 
@@ -184,13 +202,34 @@ def covered(job: Job) -> list[Row]:
     ]  # fmt: skip
 
 
+@lru_cache(maxsize=1)
+def thrice(seed: int) -> tuple[Written, Judged]:
+    """Re-enact and judge 20 directions made three times each, as the demonstration does; errors stated as 0 or left out."""
+    medium = ("poppy_CP", "glass0.3mm_LP")[seed // 2 % 2]
+    made = enacted(medium, seed, stated() if is_stated(seed) else None, [*FEW], 3)
+    return made, judged(made)
+
+
+def narrowed(job: Job) -> Row:
+    """Make a mistake of the list: how many cells are narrower with it, and how many of these in silence."""
+    (base, sound), name = thrice(job.seed), [*MISTAKES][int(job.size)]
+    found = judged(with_mistake(base, name, job.seed)[0])
+    cells = found.narrower(sound, EQUAL) if name.startswith("copies") else found.narrower(sound)
+    return _row(
+        job, told="stated" if is_stated(job.seed) else "default", bed=base.rows[0]["medium"], mistake=name,
+        narrower=str(len(cells)), silently=str(len(found.silently(sound))),
+        least=f"{cells['share'].min():.2f}" if len(cells) else "",
+        failed=" ".join(found.failed.keys() - sound.failed), flags=" ".join(sorted(found.flags - sound.flags)),
+    )  # fmt: skip
+
+
 def _row(job: Job, **cells: str) -> Row:
     return {"kind": job.kind, "size": f"{job.size:g}", "seed": str(job.seed)} | cells
 
 
 # --- Rows in files.
 
-FILES = {COVERAGE: "coverage.csv"}
+FILES = {COVERAGE: "coverage.csv", NARROW: "narrow.csv"}
 """Rows of other columns are in another file than `reliability.csv`."""
 
 
@@ -244,11 +283,27 @@ def report(rows: Rows, kinds: Sequence[str]) -> bool:
             shares = table.groupby("told")[[*LEVELS]].mean()
             count = COVERAGE_OF_ONE_ROW * table["seed"].nunique()
             print(f"coverage, percent, {count} campaigns:\n{(100 * shares).round(1).to_string()}")
+        elif name == NARROW:
+            good &= _narrow(table)
         elif name == NO_FAULT:
             good &= _false_alarms(table)
         else:
             good &= _power(table, KINDS[name])
     return good
+
+
+def _narrow(table: pd.DataFrame) -> bool:
+    counts = table.assign(**{name: table[name].astype(int) for name in ("narrower", "silently")})
+    rows = [
+        {"mistake": mistake, "narrower": own["narrower"].max(), "share left": pd.to_numeric(own["least"]).min(),
+         "silently": own["silently"].max(),
+         "told by": " ".join(sorted({*" ".join([*own["failed"], *own["flags"]]).split()})) or "-"}
+        for mistake, own in counts.groupby("mistake", sort=False)
+    ]  # fmt: skip
+    print(f"cells with a narrower interval, the most of {table['seed'].nunique()} campaigns:")
+    print(pd.DataFrame(rows).to_string(index=False, na_rep=""))
+    copied_too = counts["mistake"].str.startswith("copies") & (counts["narrower"] > 0)
+    return not (copied_too.any() or counts["silently"].any())
 
 
 def _false_alarms(table: pd.DataFrame) -> bool:

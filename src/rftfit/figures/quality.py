@@ -1,4 +1,4 @@
-"""Quality sheets: every plate run of a medium as a small panel, bad ones marked, on A3 paper."""
+"""Quality sheets: every plate run of a medium as a small panel, on A3 paper; runs beside the others of their medium."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.compare.peers import MAP, REPEATS
 from rftfit.figures import captions, style
-from rftfit.figures.registry import figure
+from rftfit.figures.registry import figure, only_if
 from rftfit.figures.traces import DIRECTIONS, by_run, problem_text, span, stress_of, thin
 from rftfit.measure.fits import describe_shared_flags, shared_flags
 
@@ -390,3 +391,144 @@ class Sheet:
             "it. α in N/cm³. Extractions as filed."
         )
         self.axes.text(LEFT, -self.paper[1] + 1.05, text, fontsize=7.5, va="center")
+
+
+# Runs side by side
+
+
+_SIDE_LEFT_CM, _SIDE_CM, _SIDE_PITCH_CM, _LIST_CM = 1.6, 4.2, 5.4, 11.8
+_SIDE_TOP_CM, _SIDE_ROW_CM, _SIDE_FOOT_CM = 0.7, 3.6, 1.0
+_NAMED, _NAME = 6, 30
+"""Runs that stand apart that the list has room for, and letters of their names."""
+
+
+def _compared(results: Results) -> dict[str, pd.DataFrame]:
+    """Runs beside the others, of each medium with two or more."""
+    every = {medium: results.table(f"peers/{medium}.csv") for medium in results.laboratory}
+    return {medium: table for medium, table in every.items() if len(table) > 1}
+
+
+def _beside_numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
+    import pandas as pd
+
+    tables = _compared(results).values()
+    if not tables:
+        return None
+    peers = pd.concat(tables)
+    judged, apart = int(peers["times_spread"].notna().sum()), int(peers["apart"].sum())
+    found: Words = {name: bool((peers["beside"] == name).any()) for name in (REPEATS, MAP)}
+    return found | {
+        "judged": str(judged),
+        "apart": f"{apart}" if apart else "",
+        "alike": judged > 0 and not apart,
+    }
+
+
+@figure(
+    "runs_side_by_side",
+    reads=("peers/{laboratory}.csv",),
+    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    section="Measurement",
+    caption="""Does each run agree with the others of its medium? Alpha of a run less what the others say, over what \
+they say.
+{repeats}Filled: one of three runs of a direction or more, beside the median of the rest.
+{map}Hollow: one of fewer, beside what all other runs of the medium and the shape that granular media share say of it.
+{apart} of the {judged} runs that could be judged stand apart: red, the farthest with their names. Where one of \
+three is wrong, the two others are off zero too.
+{alike}None of the {judged} runs that could be judged stands apart.
+Good: all points about zero, none red.""",
+    numbers=_beside_numbers,
+)
+def runs_side_by_side(results: Results) -> Figure:
+    """Draw each run against the others of its medium, a row a medium."""
+    tables = _compared(results)
+    if not tables:
+        return style.missing("no medium has two plate runs with alpha: there is nothing to compare")
+    tall = _SIDE_TOP_CM + len(tables) * _SIDE_ROW_CM + _SIDE_FOOT_CM
+    page = style.new_figure(style.DOUBLE_CM, tall)
+    for row, (medium, table) in enumerate(tables.items()):
+        top = _SIDE_TOP_CM + row * _SIDE_ROW_CM
+        title = style.title_of(results, medium)
+        style.text_cm(page, _SIDE_LEFT_CM, top - 0.12, title, va="bottom", fontsize=7)
+        apart = table[table["apart"].astype(bool)].sort_values("times_spread", ascending=False)
+        for column, c in enumerate("zx"):
+            left = _SIDE_LEFT_CM + column * _SIDE_PITCH_CM
+            axes = style.axes_cm(page, left, top, _SIDE_CM, _SIDE_ROW_CM - 0.85)
+            _side_by_side(axes, table, apart, c)
+            if row == len(tables) - 1:
+                axes.set_xlabel(f"what the others say, {style.alpha_label(c)}")
+            if column == 0:
+                axes.set_ylabel(f"run less others ({style.PER_CM3})")
+        style.text_cm(page, _LIST_CM, top, _summary(table), va="top", fontsize=6)
+        style.text_cm(
+            page, _LIST_CM, top + 1.05, _names(apart), va="top", fontsize=5.5, color=style.MARK
+        )
+    entries = {
+        "three runs of a direction or more": style.dots(style.GREY, 3),
+        "one or two": style.dots(style.GREY, 3, markerfacecolor="none"),
+        "stands apart": style.dots(style.MARK, 4),
+    }
+    style.legend(page, entries, 3)
+    return page
+
+
+def _side_by_side(axes: Axes, table: pd.DataFrame, apart: pd.DataFrame, c: str) -> None:
+    """Draw one component of the runs of a medium; both have the same height, so that they can be compared."""
+    style.zero_line(axes)
+    own, others = (table[[f"{name}_{one}_N_per_cm3" for one in "zx"]].to_numpy(float)
+                   for name in ("alpha", "others"))  # fmt: skip
+    off, place = own - others, "zx".index(c)
+    rows, size = np.flatnonzero(table["beside"] == MAP), 3 if len(table) < _MANY_RUNS else 1.8
+    faces = np.where(np.isin(np.arange(len(table)), rows), "none", style.COMPONENT_COLOURS[c])
+    for face in dict.fromkeys(faces):
+        part = faces == face
+        axes.plot(others[part, place], off[part, place], "o", markersize=size, alpha=0.7,
+                  color=style.COMPONENT_COLOURS[c], markerfacecolor=face, markeredgewidth=0.5)  # fmt: skip
+    for number, run in enumerate(apart.reset_index().to_dict("records"), 1):
+        here = others[run["index"], place], off[run["index"], place]
+        axes.plot(*here, "o", markersize=4, color=style.MARK)
+        if number <= _NAMED and _most(run) == c:
+            axes.annotate(f"{number}", here, (3, 2), textcoords="offset points",
+                          fontsize=5.5, color=style.MARK)  # fmt: skip
+    most = 1.15 * float(np.nanmax(np.abs(off), initial=1e-4))
+    axes.set_ylim(-most, most)
+    axes.axvline(0, color=style.GREY, linewidth=0.4)
+    axes.margins(x=0.08)
+    for axis in (axes.xaxis, axes.yaxis):
+        style.ticks(axis, 5)
+
+
+_MANY_RUNS = 200
+
+
+def _summary(table: pd.DataFrame) -> str:
+    """Say how many runs there are and how far they differ."""
+    times = table["times_spread"]
+    if times.isna().all():
+        return f"{len(table)} runs: too few to tell how far runs differ"
+    half = [
+        captions.quantile((table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"]).abs(), 0.5, 4)
+        for c in "zx"
+    ]  # fmt: skip
+    return (
+        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart\n"
+        f"half of them within {half[0]} (z) and {half[1]} (x) {style.PER_CM3}\n"
+        f"farthest: {style.number(float(times.max()), 1)} times the spread"
+    )
+
+
+def _most(run: Row) -> str:
+    """Component in which a run differs most from the others."""
+    return "zx"[abs(run["off_x_ratio"]) > abs(run["off_z_ratio"])]
+
+
+def _names(apart: pd.DataFrame) -> str:
+    """Name the runs that stand apart, with their alpha and that of the others where these differ most."""
+    lines = []
+    for number, run in enumerate(apart.to_dict("records")[:_NAMED], 1):
+        c = _most(run)
+        own, others = (style.number(run[f"{name}_{c}_N_per_cm3"]) for name in ("alpha", "others"))
+        name = str(run["run_id"])
+        name = name if len(name) <= _NAME else "\N{HORIZONTAL ELLIPSIS}" + name[1 - _NAME :]
+        lines.append(rf"{number}  {style.plain(name)}: $\alpha_{c}$ {own} beside {others}")
+    return "\n".join(lines + [f"and {len(apart) - _NAMED} more"] * (len(apart) > _NAMED))

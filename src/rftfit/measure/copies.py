@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +11,7 @@ from rftfit.measure.flags import REASON, reason_cells, remark
 from rftfit.measure.strokes import split_runs
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     import pandas as pd
 
@@ -82,11 +81,10 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
     for group in groups:
         noise = {name: _noise(force[where[name]]) for name in group if name in where}
         names = [name for name in noise if noise[name].size >= _SHORTEST]
-        for place, one in enumerate(names):
-            for other in names[place + 1 :]:
-                if _alike(noise[one], noise[other]):
-                    found.setdefault(one, []).append(other)
-                    found.setdefault(other, []).append(one)
+        for pair in _alike([noise[name] for name in names]):
+            one, other = (names[place] for place in pair)
+            found.setdefault(one, []).append(other)
+            found.setdefault(other, []).append(one)
     return {name: tuple(others) for name, others in found.items()}
 
 
@@ -102,16 +100,30 @@ def _noise(force: FloatArray) -> FloatArray:
     return own / own.std() if own.std() > 0 else np.zeros(0)
 
 
-def _alike(one: FloatArray, other: FloatArray) -> bool:
-    """Whether two noises are one, shifted by some samples."""
-    size = 1 << (one.size + other.size).bit_length()
-    spectrum = np.fft.rfft(one, size) * np.conj(np.fft.rfft(other, size))
-    match = np.abs(np.fft.irfft(spectrum, size)) / min(one.size, other.size)
-    best, rest = float(match.max()), match
-    for _ in range(_SHIFTS):
-        rest = np.delete(np.roll(rest, _NEAR - int(rest.argmax())), np.s_[: 2 * _NEAR + 1])
-    least = max(_LEAST, 8 / math.sqrt(min(one.size, other.size)))
-    return bool(best > least and best > _ALONE * rest.max())
+def _alike(noise: Sequence[FloatArray]) -> Iterator[tuple[int, int]]:
+    """Pairs of noises that are one, shifted by some samples."""
+    sizes = np.array([one.size for one in noise], dtype=int)
+    size = 1 << (2 * int(sizes.max(initial=1))).bit_length()
+    padded = np.zeros((len(noise), size), np.float32)
+    for row, one in zip(padded, noise, strict=True):
+        row[: one.size] = one
+    spectra = np.fft.rfft(padded)
+    for place, own in enumerate(np.conj(spectra)):
+        for start in range(place + 1, len(noise), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            shorter = np.minimum(sizes[block], sizes[place])
+            match = np.abs(np.fft.irfft(spectra[block] * own, size))
+            best = match.max(axis=1)
+            high = np.flatnonzero(best > shorter * np.maximum(_LEAST, 8 / np.sqrt(shorter)))
+            rest = match[high]
+            for _ in range(_SHIFTS):
+                near = rest.argmax(axis=1)[:, None] + np.arange(-_NEAR, _NEAR + 1)
+                np.put_along_axis(rest, near % size, 0, axis=1)
+            alone = best[high] > _ALONE * rest.max(axis=1)
+            yield from ((place, start + int(other)) for other in high[alone])
+
+
+_BLOCK = 32
 
 
 def counted_once(fits: pd.DataFrame, copies: Mapping[str, Sequence[str]]) -> pd.DataFrame:
@@ -125,7 +137,10 @@ def counted_once(fits: pd.DataFrame, copies: Mapping[str, Sequence[str]]) -> pd.
             kept.add(name)
         rows.append(own)
     later = np.array([bool(own) for own in rows])
-    numbers = [name for name in map(str, fits) if name.startswith("alpha_")]
+    numbers = [
+        name for name in map(str, fits.select_dtypes("float"))
+        if not name.startswith(("beta_", "gamma_", "depth_"))
+    ]  # fmt: skip
     fits = fits.copy()
     fits.loc[later, numbers] = np.nan
     why = [reason_cells([remark("same-readings", runs=", ".join(own))]) for own in rows if own]

@@ -11,7 +11,7 @@ from rftfit.campaign.config import Disc, Plate
 from rftfit.compare.sensitivity import ARC_STEPS_DEG
 from rftfit.figures.captions import PROFILES, lift_errors, name_of, of_method, predicted_by, tared
 from rftfit.figures.style import number
-from rftfit.measure.depths import power_of, steep_runs
+from rftfit.measure.depths import power_of, steep_pushes
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
 from rftfit.measure.flags import flagged_with
 from rftfit.measure.slopes import FEWEST
@@ -178,8 +178,8 @@ def _law(results: Results) -> str:
     """Say once where stress is not proportional to depth, and what the line through zero then misses."""
     told = []
     for medium in results:
-        fits = medium.fits
-        steep, power = steep_runs(fits), power_of(fits)
+        steep = steep_pushes(medium.fits)
+        power = power_of(medium.fits, results.table(f"checks/{medium.name}.csv"))
         if math.isnan(power):
             continue
         top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
@@ -188,7 +188,7 @@ def _law(results: Results) -> str:
         at = [f"{100 * (depth ** (power - 1) / line - 1):+.0f} % at {depth:.1f} cm"
               for depth in (max(top, 0.25 * deep), 0.5 * deep, deep)]  # fmt: skip
         told.append(
-            f"in {medium.title} as depth to the power of {power:.2f} ({'one run' if len(steep) == 1 else f'median of {len(steep)} runs'}), so that "
+            f"in {medium.title} as depth to the power of {power:.2f} (median of {len(steep)} pushes), so that "
             f"forces by alpha times depth are off by what stress differs from the line: {', '.join(at)}"
         )
     return f" Stress does not grow in proportion to depth: {'; '.join(told)}." if told else ""

@@ -144,8 +144,9 @@ def at_depths(results: Results) -> Table:
     """One row a medium whose stress is curved: alpha of a level plate straight down at depths in its window."""
     depths, rows = results.config.fit.depths_cm, []
     for medium in results:
-        row: dict[str, Any] = {"medium": medium.name, "power": power_of(medium.fits)}
-        if math.isnan(row["power"]):
+        power = power_of(medium.fits, results.table(f"checks/{medium.name}.csv"))
+        row: dict[str, Any] = {"medium": medium.name, "power": power}
+        if math.isnan(power):
             continue
         for at, table in medium.alpha_at_depth.groupby("depth_cm"):
             cell = cell_at(table, 0, 90)

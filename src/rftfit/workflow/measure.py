@@ -65,18 +65,21 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     peers = compare_runs(fits, medium)
     errors, surface = errors_of(fits, config)
     level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
-    grid = config.grid_of(medium)
-    alpha = alpha_table(fits, medium, level, depths, errors, grid, surface, apart=apart(peers))
-    found = check_medium(
-        results.campaign, medium, tables | {"alpha": alpha, "peers": peers}, copies
-    )
+    grid, off = config.grid_of(medium), apart(peers)
+
+    def cells(fits: pd.DataFrame, at_cm: float | None = None) -> pd.DataFrame:
+        return alpha_table(
+            counted_once(fits, copies), medium, level, depths, errors, grid, surface, at_cm, off
+        )
+
+    tables |= {"alpha": cells(fits), "peers": peers}
+    found = check_medium(results.campaign, medium, tables, copies)
     rows = [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
     table = pd.DataFrame(rows, columns=COLUMNS)
     own = marks_of(table, config.media).get(medium, ())
-    alpha = marked(alpha, found, own)
-    at_depth = alpha_at_depths(results.campaign, medium, tables, alpha)
+    at_depth = alpha_at_depths(results.campaign, medium, tables | {"checks": table}, cells)
     at_depth = at_depth if at_depth.empty else marked(at_depth, found, own)
-    return table, alpha, at_depth, peers
+    return table, marked(tables["alpha"], found, own), at_depth, peers
 
 
 def check_logs(campaign: Campaign) -> pd.DataFrame:
