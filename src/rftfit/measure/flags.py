@@ -45,7 +45,7 @@ SENTENCES = {
     "no-force-x": "alpha_x was not measured: the config states a constant for its channel",
     "several-plates": "{plate}, one of {count} plates in this medium",
     "not-linear": "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
-    "gives-back": "the medium gives energy back: look at the direction and the angles of this run",
+    "gives-back": "the medium gives energy back: look at transducer.axes, the direction and the angles of this run",
     "channel-still": "channel {channel} does not move",
     "channel-clipped": "channel {channel} stops at {newtons:g} N",
     "channel-silent": "channel {channel} feels nothing",
@@ -349,6 +349,7 @@ MARKS = ("checks", "checks_code")
 
 def flag_columns(flags: Collection[Remark]) -> dict[str, str]:
     """Columns of flags: words, codes, and the values that the words hold."""
+    flags = list(dict.fromkeys(flags))
     values = [dict(one.values) | ({"run_id": one.run_id} if one.run_id else {}) for one in flags]
     told = say(flags), " ".join(one.code for one in flags), json.dumps(values) if flags else ""
     return dict(zip(FLAGS, told, strict=True))
