@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 UNDERGROUND_CM = 0.3
 DEPTH_TOLERANCE_CM = 0.1
-SHORTEST_CM = 0.2
+SHORTEST_CM = 0.1
 BOTTOM_CM = 0.02
 _TURN_CM = 0.05
 """A way back that is shorter is noise, or the arm putting itself right."""
