@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -98,3 +99,27 @@ def test_the_rule_for_the_surface_is_told(depth_cm: float, words: str) -> None:
     motion = pushes.motion()
     motion.z[motion.z.argmin()] = -depth_cm
     assert words in refusal(motion, row(90), pushes.arm)
+
+
+LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
+
+
+@pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
+@pytest.mark.parametrize(
+    ("file", "columns", "speed_cm_per_s", "ends"),
+    # the instron begins in motion; the texture analyser at rest
+    [("instron/cyclic_W27_PA_Cream.csv", (0, 1), 0.5, [(0.0, 11.87), (11.87, 23.66)]),
+     ("texture_analyser/frame_stiffness.tab.gz", (2, 1), 0.001, [(0.0, 200.0), (200.0, 400.0)])],
+)  # fmt: skip
+def test_out_and_back_of_real_machines(
+    file: str, columns: tuple[int, int], speed_cm_per_s: float, ends: list[tuple[float, float]]
+) -> None:
+    import pandas as pd
+
+    rows = pd.read_csv(LOGS / file, sep=None, engine="python", header=None, skiprows=4)
+    time, down = (rows[column].to_numpy(float) for column in columns)
+    motion = Motion(time, 0 * time, -0.3 - down / 10, 0 * time)
+    arm = Arm(speed_cm_per_s=speed_cm_per_s)
+    runs = row(90), row(90, way="extraction")
+    found = [find_stroke(motion, motion.spans(arm), run, arm) for run in runs]
+    np.testing.assert_allclose(found, ends, atol=0.25)
