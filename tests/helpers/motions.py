@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -112,12 +112,12 @@ class Pushes:
     def judge(self) -> list[tuple[str, str]]:
         """What becomes of each row that may be written of this log, and the reason."""
         motion, told = self.motion(), []
-        depth = {} if self.gamma_deg else {"depth_cm": 3.0}
+        depth_cm = NAN if self.gamma_deg else 3.0
         for back in (False, True) if self.gamma_deg else (False,):
             true = self.strokes(back=back)
             way = "extraction" if back else ""
             for stroke in (None, *range(1, len(true) + 2)):
-                run = replace(row(self.gamma_deg, stroke, way), **depth)
+                run = row(self.gamma_deg, stroke, way, depth_cm)
                 told.append(self._judge(motion, run, true))
         return told
 
