@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep docs test pages lint gallery fuzz accessible mutants killed fulldisk samebytes matrix curved reliability mutations reallogs cluster scale disturbed benchmark lock clean FORCE
+.PHONY: help env run sweep docs test pages lint gallery fuzz accessible mutants killed fulldisk samebytes matrix strokes curved reliability mutations reallogs cluster scale disturbed benchmark lock clean FORCE
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -90,6 +90,9 @@ mutations: env ## compare check and run on campaigns with mistakes in sheet, con
 
 reallogs: env ## run a campaign around each log of ../shared/data/logs, eight minutes
 	@$(BIN)/python tests/slow/real_logs.py $(ARGS)
+
+strokes: env ## find the strokes in 500 motions of machines and arms, a minute
+	@$(BIN)/python tests/slow/strokes.py $(ARGS)
 
 curved: env ## measure intervals of the force at stated depths where stress is curved, ten minutes
 	@$(BIN)/python tests/slow/curved.py $(ARGS)

@@ -156,6 +156,7 @@ SAYS = {
         "inspect": "1302 can be read",
         "scale": "zeta",
     },
+    "docs/howto/cyclic.md": {"check": "the log holds 3 strokes along this path, of 4.0 cm"},
     "docs/howto/wrong.md": {"check": "speed_cm_per_s"},
     "docs/howto/field.md": {
         "scale": "0.8001",

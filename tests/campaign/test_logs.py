@@ -136,6 +136,34 @@ def test_a_push_and_its_pull_back_may_be_one_file(room: Room) -> None:
     assert {problem.code for problem in room.check()} == {"sheet.tare-missing"}
 
 
+@pytest.mark.parametrize(
+    ("rows", "refused"),
+    [([("1", "intrusion", "45"), ("1", "intrusion", "90")], []),
+     ([("1", "intrusion", "45"), ("2", "intrusion", "45"), ("1", "extraction", "45")], []),
+     # both would be found along either way
+     ([("1", "intrusion", "45"), ("1", "intrusion", "48")], ["p2"]),
+     ([("1", "extraction", "90"), ("1", "extraction", "-90")], ["p2"]),
+     ([("1", "intrusion", "45"), ("2", "intrusion", "45"), ("2", "intrusion", "45")], ["p3"])],
+)  # fmt: skip
+def test_strokes_of_one_log(
+    room: Room, rows: list[tuple[str, str, str]], refused: list[str]
+) -> None:
+    first, names = room.rows["p1"], [f"p{k}" for k in range(1, len(rows) + 1)]
+    del room.rows["t1"]
+    for name, (stroke, direction, gamma) in zip(names, rows, strict=True):
+        if name != "p1":
+            room.add(name, "p1")
+        room.rows[name] |= {one: first[one] for one in ("force_log", "motion_log")}
+        room.rows[name] |= {
+            "stroke": stroke,
+            "direction": direction,
+            "gamma_deg": gamma,
+            "tare_run": "",
+        }
+    found = {one.place.row for one in room.check() if one.code == "sheet.shared-file"}
+    assert found == {2 + list(room.rows).index(name) for name in refused}
+
+
 def test_one_file_named_by_two_runs(room: Room) -> None:
     room.rows["t1"]["force_log"] = room.rows["p1"]["force_log"]
     problem = room.only("sheet.shared-file")

@@ -57,6 +57,14 @@ def test_what_holds_for_every_run_is_one_error(
     assert f"of 12 runs would be dropped, for example {MEDIUM}_" in told[0]
 
 
+def test_a_turned_sign_is_told(folder: Folder) -> None:
+    change(folder, "z: -F3", "z: +F3")
+    code, said = check(folder)
+    assert code == 0
+    assert "runs would be flagged" in said
+    assert "the medium gives energy back: look at transducer.axes" in said
+
+
 def test_what_a_run_would_drop_is_what_check_tells(folder: Folder) -> None:
     """Several damages at once: each is told, the run drops the same runs, and nothing else."""
     raw = folder.root / "raw" / "paper" / MEDIUM

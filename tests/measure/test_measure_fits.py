@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
 
 AREA = 3.81 * 2.54
-ALPHA_Z, ALPHA_X = 0.31, -0.12
+ALPHA_Z, ALPHA_X = 0.31, 0.12
 
 
 ODD = remark("zero-drifted", newtons=0.3)
@@ -207,10 +207,12 @@ def test_a_path_outside_of_the_container_is_told_as_that(paper_config: Config) -
 
 
 def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config: Config) -> None:
-    for end, there in ((2.37, False), (2.39, True)):
+    for end, there in ((2.37, False), (2.3805, False), (2.39, True)):
         found = fit_run(run(), stroke(np.linspace(2.0, end, 400)), paper_config)
         assert (found.slope is not None) == there
         assert codes_of(found.reason[:1]) == ("" if there else "short-window")
+        if not there:
+            assert f"covers {end - 2:.4g} cm of depth, 0.381 cm wanted" in str(found.reason[0])
     fit = paper_config.fit.model_copy(update={"min_depth_cm": 0.3})
     config = paper_config.model_copy(update={"fit": fit})
     assert fit_run(run(), stroke(np.linspace(2.0, 2.37, 400)), config).reason == ()
@@ -272,7 +274,9 @@ def test_a_table_may_hold_few_depths_in_any_order(paper_config: Config, depth: l
     found = fit_run(run("extraction"), given, config)
     # exactly linear, so its scatter is not known; one depth has none to know
     exact = (remark("no-scatter"),) if len(depth) > 1 else ()
-    assert (found.beta_deg, found.gamma_deg, found.flags) == (-30, -45, (ODD, *exact))
+    # lift on the way up is energy that the medium gives
+    flags = (ODD, *exact, remark("gives-back"))
+    assert (found.beta_deg, found.gamma_deg, found.flags) == (-30, -45, flags)
     np.testing.assert_allclose(alpha(found), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
     assert (found.depth_from_cm, found.depth_to_cm) == (min(depth), max(depth))
     assert (found.why == RowStatus.GOOD).all()
@@ -297,8 +301,34 @@ def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config: Config) 
     found = fit_run(run(), stroke(depth, depth_sd=0.02), paper_config)
     assert found.slope is not None
     np.testing.assert_allclose(
-        found.slope.se, 0.02 * lever * np.array([ALPHA_Z, -ALPHA_X]), rtol=1e-9
+        found.slope.se, 0.02 * lever * np.array([ALPHA_Z, ALPHA_X]), rtol=1e-9
     )
+
+
+@pytest.mark.parametrize(
+    ("gamma", "direction", "signs", "told"),
+    [(90.0, "intrusion", (1, 1), ""), (90.0, "intrusion", (-1, 1), "gives-back"),
+     (45.0, "intrusion", (1, 1), ""), (45.0, "intrusion", (-1, 1), "gives-back"),
+     (45.0, "intrusion", (1, -1), ""),
+     (0.0, "horizontal", (1, 1), ""), (0.0, "horizontal", (1, -1), "gives-back"),
+     (90.0, "extraction", (-1, 1), ""), (90.0, "extraction", (1, 1), "gives-back")],
+)  # fmt: skip
+def test_a_force_with_the_wrong_sign_is_flagged(
+    paper_config: Config, gamma: float, direction: str, signs: tuple[int, int], told: str
+) -> None:
+    depth = np.full(701, 5.08) if direction == "horizontal" else DOWN
+    given = stroke(depth, path=np.linspace(0, 7, depth.size))
+    turned = dataclasses.replace(given, force=given.force * np.array(signs)[:, None])
+    assert codes_of(fit_run(run(direction, 0.0, gamma), turned, paper_config).flags) == told
+    # within the noise it is no sign
+    for size in (0.1, 10.0) if told else ():
+        noise = size * np.abs(turned.force).max() * np.random.default_rng(3).normal(size=depth.size)
+        flags = fit_run(
+            run(direction, 0.0, gamma),
+            dataclasses.replace(turned, force=turned.force + noise),
+            paper_config,
+        ).flags
+        assert ("gives-back" in codes_of(flags)) == (size < 1)
 
 
 def test_a_curve_is_told_with_its_size_and_sign(paper_config: Config) -> None:

@@ -134,8 +134,7 @@ COLUMNS = (
     _optional(
         "stroke",
         "number",
-        "which stroke along the path, from 1, where one log holds several; blank: the longest",
-        kinds=_PLATES,
+        "which stroke along the path, in the order of time from 1; needed where one log holds several",
         low=1,
         high=10000,
     ),

@@ -54,7 +54,7 @@ class Run:
     `tare_shared`: Whether that tare is meant to serve several runs.
     `surface_z_mm`: Arm z of the free surface; None means the configuration's.
     `zero_log`: Force log without load that gives the zero; empty: the run's own rest in air.
-    `stroke`: Which stroke along the path, from 1; None: the longest.
+    `stroke`: Which stroke along the path, from 1; None: the only one.
     `row`: As a spreadsheet numbers it; the header is row 1.
     """
 
@@ -77,6 +77,15 @@ class Run:
     row: int
     zero_log: str = ""
     stroke: int | None = None
+
+    @property
+    def way_deg(self) -> float:
+        """Angle gamma of the motion itself: an extraction goes back along a path that is stated on the way down."""
+        return _way_deg(self.direction, self.gamma_deg)
+
+
+def _way_deg(direction: str, gamma_deg: float) -> float:
+    return gamma_deg - 180 if direction == "extraction" and gamma_deg > 0 else gamma_deg
 
 
 @dataclass(frozen=True)
@@ -272,30 +281,40 @@ def same_file_needs_one_clock(method: str) -> str:
 def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     config = vocabulary.config
     method = "same_clock" if config is None else config.clock.method
-    first: dict[str, tuple[DraftRow, str]] = {}
+    tolerance = ANGLE_TOLERANCE_DEG if config is None else config.arm.angle_tolerance_deg
+    uses: defaultdict[object, list[tuple[DraftRow, str]]] = defaultdict(list)
     for draft in drafts:
         for column in _LOGS:
             name, path = column.name, draft.text[column.name]
             if not path:
                 continue
-            other, use = first.setdefault(folded(path), (draft, name))
-            same_row = other is draft and use != name and other.text[use] == path
-            if same_row and method != "same_clock":
-                draft.note(name, "one-file", path, same_file_needs_one_clock(method))
-            elif _are_strokes(draft, other) and other.text[use] == path:
-                continue
-            elif (other, use) != (draft, name) and not same_row:
-                where = "of this row" if other is draft else f"of row {other.row}"
-                allowed = f"a file of its own; {use} {where} names this one"
-                if other.text[use] != path:
-                    allowed += f", as {other.text[use]}: not every disk tells the two apart"
-                draft.note(name, "shared-file", path, allowed)
+            # of the strokes of one log those with the same number
+            named, alike = uses[folded(path)], uses[path, draft.number.get("stroke")]
+            for other, use in [*named[:1], *alike]:
+                same_row = other is draft and other.text[use] == path
+                if same_row and method != "same_clock":
+                    draft.note(name, "one-file", path, same_file_needs_one_clock(method))
+                elif other.text[use] == path and (same_row or _apart(draft, other, tolerance)):
+                    continue
+                else:
+                    where = "of this row" if other is draft else f"of row {other.row}"
+                    allowed = f"a file of its own; {use} {where} names this one"
+                    if other.text[use] != path:
+                        allowed += f", as {other.text[use]}: not every disk tells the two apart"
+                    draft.note(name, "shared-file", path, allowed)
+                break
+            named.append((draft, name))
+            alike.append((draft, name))
 
 
-def _are_strokes(one: DraftRow, other: DraftRow) -> bool:
+def _apart(one: DraftRow, other: DraftRow, tolerance_deg: float) -> bool:
     """Whether two rows name different strokes of one log: of a push and its pull back, 1 and 1."""
-    first, second = ((row.number.get("stroke"), row.text["direction"]) for row in (one, other))
-    return None not in (first[0], second[0]) and first != second
+    first, second = one.number.get("stroke"), other.number.get("stroke")
+    if first is None or second is None or first != second:
+        return None not in (first, second)
+    ways = [_way_deg(row.text["direction"], row.number.get("gamma_deg", 0)) for row in (one, other)]
+    # within the arm's tolerance both would be found along either way
+    return abs((ways[0] - ways[1] + 180) % 360 - 180) > 2 * tolerance_deg
 
 
 def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:

@@ -79,6 +79,14 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     return long
 
 
+def flickers(time: FloatArray, speed: FloatArray, threshold: float) -> bool:
+    """Whether most stretches of motion are so short that they are the noise of an encoder."""
+    moving = np.concatenate([[False], speed > threshold, [False]])
+    change = np.flatnonzero(moving[1:] != moving[:-1])
+    short = time[change[1::2] - 1] - time[change[::2]] < _JITTER_S
+    return bool(short.size and short.mean() > 0.5)
+
+
 def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
     """Leave out stretches whose start or end lies outside a log, `first` to `last`, s."""
     return spans[(spans[:, 0] > first) & (spans[:, 1] < last)]

@@ -48,6 +48,8 @@ if TYPE_CHECKING:
 SHORTEST_WINDOW = 0.1
 """Depth that a window must cover at least, relative to the length of the plate."""
 
+_LEAST_WORK, _SIGMAS = 0.005, 3.0
+"""D = alpha_x cos gamma + alpha_z sin gamma may be so far below 0: N/cm^3, and standard errors."""
 _CURVED_RATIO = 0.10
 _EXACT = 1e-6
 """Of the largest stress: no transducer is that fine, and tables are printed with six digits."""
@@ -228,7 +230,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         slope, exact = _of_table(fit_few(depth, stress[:, usable]), depth, stress[:, usable], run)
         return RunFit(
             beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why=why,
-            flags=stroke.flags + exact,
+            flags=stroke.flags + exact + _gives_back(slope, gamma_deg),
         )  # fmt: skip
     slope = fit_slope(
         depth, stress[:, usable], stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof,
@@ -242,6 +244,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     if stroke.tare is not None:
         rod = zero_intercept(depth, stroke.tare[:, usable] / plate.area_cm2)[0] * [1.0, sign_x]
     laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
+    flags += _gives_back(slope, gamma_deg)
     return RunFit(
         beta_deg, gamma_deg, float(depth.min()), float(depth.max()),
         by_law(slope, laws, config.fit.law), laws, slope.alpha, rod, why, flags,
@@ -261,12 +264,21 @@ def _of_table(
     return replace(slope, se=np.where(exact, np.nan, slope.se)), (remark("no-scatter"),)
 
 
+def _gives_back(slope: Slope, gamma_deg: float) -> tuple[Remark, ...]:
+    """Flag a force that pulls the plate along its way, as a turned sign makes it."""
+    share = np.array([math.sin(math.radians(gamma_deg)), math.cos(math.radians(gamma_deg))])
+    noise = _SIGMAS * math.hypot(*(share * np.nan_to_num(slope.se)))
+    back = float(share @ slope.alpha) < -max(_LEAST_WORK, noise)
+    return (remark("gives-back"),) if back else ()
+
+
 def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
     """Whether a window covers too little depth to give a slope; None where it covers enough."""
     stated = fit.min_depth_cm
     least = SHORTEST_WINDOW * plate.length_cm if stated is None else stated
     covered = float(np.ptp(depth))
-    if covered >= least:
+    # a sample's way may lack at either end
+    if covered >= 0.999 * least:
         return None
     of = "a tenth of the plate's length" if stated is None else "fit.min_depth_cm"
     return remark("short-window", found=covered, wanted=least, least=of)

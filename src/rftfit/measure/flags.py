@@ -45,7 +45,7 @@ SENTENCES = {
     "no-force-x": "alpha_x was not measured: the config states a constant for its channel",
     "several-plates": "{plate}, one of {count} plates in this medium",
     "not-linear": "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
-    "gives-back": "the medium gives energy back: look at the direction and the angles of this run",
+    "gives-back": "the medium gives energy back: look at transducer.axes, the direction and the angles of this run",
     "channel-still": "channel {channel} does not move",
     "channel-clipped": "channel {channel} stops at {newtons:g} N",
     "channel-silent": "channel {channel} feels nothing",
@@ -74,7 +74,7 @@ SENTENCES = {
         " % needed. Do the two files belong to one run?"
     ),
     "clocks-uncertain": (
-        "the offset of the clocks is uncertain by {seconds:.2f} s (standard error); allowed: {most:g} s. A push that "
+        "the offset of the clocks is uncertain by {seconds:.3g} s (standard error); allowed: {most:g} s. A push that "
         "starts, stops or changes speed in the medium decides it"
     ),
     "two-offsets": (
@@ -131,6 +131,10 @@ SENTENCES = {
         "the arm never moved straight for {least:g} cm below the surface, at half of arm.speed_cm_per_s ({stated:g} "
         "cm/s) or faster; its speed there was {fastest:.3g} cm/s at most"
     ),
+    "several-strokes": (
+        "the log holds {count} strokes along this path, of {lengths} {unit}: say which one in the column stroke of the "
+        "run sheet"
+    ),
     "other-direction": (
         "below the surface the arm moved along gamma = {seen} deg; the sheet's {direction} at gamma {gamma:g} is "
         "along {way:.1f} deg"
@@ -141,7 +145,7 @@ SENTENCES = {
     "other-angle": "the arm log shows the plate at beta = {found:.1f} deg, the sheet says {stated:g}",
     "other-depth": "the arm log shows a depth of {found:.2f} cm, the sheet says {stated:g}",
     "no-rotation": (
-        "the leg turned by {seen} deg; a rotation turns it by +10 deg or more in one stretch, from negative theta to "
+        "the leg turned by {seen} deg; a rotation turns it by {least:+g} deg or more in one stretch, from negative theta to "
         "positive"
     ),
     "no-force-in-stroke": "the force log has no sample during the stroke; do the two logs belong to one run?",
@@ -161,10 +165,11 @@ SENTENCES = {
         "surface.method find works for flat plates pushed down, which meet the surface all at once (beta within "
         "{most:g} deg of 0); this run needs surface_z_mm"
     ),
-    "surface-uncertain": "surface not found well enough: its standard error is {se:.2f} cm; allowed: {most:g} cm",
+    "surface-uncertain": "surface not found well enough: its standard error is {se:.3g} cm; allowed: {most:g} cm",
     "other-unit": "{quantity} in {found}, but the config says {declared}",
     "unknown-unit": "{quantity} in {found}; allowed: {allowed}",
-    "surface-not-reached": "surface not reached: the lowest point of the path is z = {lowest:+.2f} cm",
+    "surface-not-reached": "surface not reached: the lowest point of the path is z = {lowest:+.4g} cm; a stroke goes down to "
+    "{least:+g} cm at least",
     "upside-down": (
         "surface not reached: the lowest point of the path is z = {lowest:+.2f} cm, where it begins; z points up "
         "(factor: -1 where the log counts downward)"
@@ -182,7 +187,7 @@ SENTENCES = {
     "window-saturated": "transducer saturated in {count} samples of the window",
     "few-points": "too few points: {found} in the window, {wanted} wanted",
     "zero-depths": "all depths are 0, where a stress has no slope through zero",
-    "short-window": "window too short: it covers {found:.2f} cm of depth, {wanted:.2f} cm wanted ({least}): a slope "
+    "short-window": "window too short: it covers {found:.4g} cm of depth, {wanted:.4g} cm wanted ({least}): a slope "
     "cannot be told from a constant stress",
     "most-samples": "{count} of {size} samples {why}",
     "most-beyond-wall": "{count} of {size} samples {why}: the path goes from x = {first:.1f} to {last:.1f} cm, allowed are "
@@ -344,6 +349,7 @@ MARKS = ("checks", "checks_code")
 
 def flag_columns(flags: Collection[Remark]) -> dict[str, str]:
     """Columns of flags: words, codes, and the values that the words hold."""
+    flags = list(dict.fromkeys(flags))
     values = [dict(one.values) | ({"run_id": one.run_id} if one.run_id else {}) for one in flags]
     told = say(flags), " ".join(one.code for one in flags), json.dumps(values) if flags else ""
     return dict(zip(FLAGS, told, strict=True))

@@ -61,6 +61,8 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
         for table in (status, tares, fits):
             reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
         flags |= {row["run_id"]: flags_of(row) for row in status.to_dict("records")}
+        for row in fits.to_dict("records"):
+            flags[row["run_id"]] += tuple(one for one in flags_of(row) if one.code == "gives-back")
     # of the others the sheet has said so
     told = [run for run in runs if not run.excluded and None not in sizes[run.run_id]]
     found.runs = len(told)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit.conventions import direction, intrusion_angle
-from rftfit.measure.clocks import moving_spans
+from rftfit.measure.clocks import flickers, moving_spans
 from rftfit.measure.flags import Refused
 
 if TYPE_CHECKING:
@@ -24,10 +25,14 @@ if TYPE_CHECKING:
 
 UNDERGROUND_CM = 0.3
 DEPTH_TOLERANCE_CM = 0.1
-SHORTEST_CM = 0.2
+SHORTEST_CM = 0.1
 BOTTOM_CM = 0.02
-_STROKE_SHARE = 0.5
+_TURN_CM = 0.05
+"""A way back that is shorter is noise, or the arm putting itself right."""
 _CORNER_CM, _CORNER_DEG = 0.1, 10.0
+_LEAST_TURN_DEG = 10.0
+_LONGEST_STEP_S = 0.5
+_TOLD = 6
 
 
 @dataclass(frozen=True)
@@ -47,12 +52,56 @@ class Motion:
         """Start and end, s, of every stretch in which the arm is faster than half its speed: (k, 2)."""
         if self.time.size < 3:
             return np.empty((0, 2))
-        step = self.time[2:] - self.time[:-2]
-        # central differences, so that an edge is not seen half a step late
-        speed = np.hypot(self.x[2:] - self.x[:-2], self.z[2:] - self.z[:-2])
-        turning = np.abs(self.angle[2:] - self.angle[:-2])
-        relative = np.maximum(speed / arm.speed_cm_per_s, turning / arm.leg_speed_rad_per_s)
-        return moving_spans(self.time[1:-1], relative / step, 0.5)
+        usual = float(np.median(np.diff(self.time)))
+        at = np.arange(1, self.time.size - 1)
+        most = (at.size + 1) // 2
+        # over so many samples that noise makes no tenth of the speed
+        least_s = math.sqrt(2) * self._noise() / (0.1 * arm.speed_cm_per_s)
+        steps = min(max(math.ceil(least_s / (2 * usual)), 1), most)
+        while True:
+            # central differences, so that an edge is not seen half a step late
+            first = np.clip(at - steps, 0, at.size + 1 - 2 * steps)
+            step, x, z, angle = (
+                part[first + 2 * steps] - part[first]
+                for part in (self.time, self.x, self.z, self.angle)
+            )
+            relative = np.maximum(
+                np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s
+            )
+            time, speed = self.time[at], relative / step
+            if (
+                not flickers(time, speed, 0.5)
+                or 4 * steps * usual > _LONGEST_STEP_S
+                or 2 * steps > most
+            ):
+                return self._joined(moving_spans(time, speed, 0.5), arm, 2 * steps * usual)
+            steps *= 2
+
+    def _joined(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
+        """Join stretches where the arm went on between them, or no rest of `least_s` could be seen."""
+        ends = spans.ravel()
+        x, z, angle = (np.abs(np.diff(part)[1::2]) for part in self.at(ends))
+        far = np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, angle / arm.leg_speed_rad_per_s)
+        gap = np.diff(ends)[1::2]
+        rest = (gap > least_s) & (far < 0.5 * gap)
+        kept = np.concatenate([[True], np.repeat(rest, 2), [True]]) if ends.size else ends > 0
+        joined: FloatArray = ends[kept].reshape(-1, 2)
+        return joined
+
+    def _noise(self) -> float:
+        """Standard deviation of a position, cm: how far the middle one of three is off a steady motion."""
+        share = (self.time[1:-1] - self.time[:-2]) / (self.time[2:] - self.time[:-2])
+        off = [part[1:-1] - part[:-2] - share * (part[2:] - part[:-2]) for part in (self.x, self.z)]
+        # of two channels the noisier one; of a normal number the median is 0.826 of its deviation
+        return max(float(np.median(np.abs(one))) for one in off) / 0.826
+
+    def heading(self, start: float, end: float) -> tuple[float, float]:
+        """Direction (x, z) of a straight stretch, from the middle of its first to that of its second half."""
+        halves = np.linspace([start, (start + end) / 2], [(start + end) / 2, end], 101)
+        x, z, _ = self.at(halves)
+        (x,), (z,) = np.diff(x.mean(axis=0)), np.diff(z.mean(axis=0))
+        length = math.hypot(x, z)
+        return x / length, z / length
 
     def fastest_below(self) -> float:
         """Largest speed below the surface, cm/s, over a tenth of the samples there at least."""
@@ -74,24 +123,37 @@ class Motion:
 def find_stroke(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
     """Find start and end of a run's stroke, s, in the spans of its motion, or refuse it."""
     if run.kind in ("leg", "leg_air"):
-        return _rotation(motion, spans)
+        return _chosen(_rotations(motion, spans), run, "deg")
     if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:
-        return _uneven_push(motion)
+        return _chosen(_uneven_pushes(motion), run, "cm")
     if (lowest := float(motion.z.min())) > -UNDERGROUND_CM:
         upside_down = motion.z[0] < min(lowest + 0.1, motion.z.max() - 1)
         code = "upside-down" if upside_down else "surface-not-reached"
-        raise Refused(code, lowest=lowest)
-    start, end = _longest_along(motion, spans, run, arm)
+        raise Refused(code, lowest=lowest, least=-UNDERGROUND_CM)
+    start, end = _chosen(_along(motion, spans, run, arm), run, "cm")
     _check_plate(motion, start, end, run, arm)
     return start, end
 
 
-def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
-    """Longest stretch below the surface along the path that the sheet names."""
-    wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.gamma_deg)))
-    if run.direction == "extraction" and run.gamma_deg > 0:
-        wanted_x, wanted_z = -wanted_x, -wanted_z
-    along: list[tuple[float, float, float]] = []
+_Found = tuple[float, float, float]
+"""A stroke: its length, cm or deg, its start and its end, s."""
+
+
+def _chosen(strokes: Sequence[_Found], run: Run, unit: str) -> tuple[float, float]:
+    """The stroke that the sheet names, in the order of time; where it names none, the only one."""
+    if run.stroke is None and len(strokes) > 1:
+        told = [f"{length:.1f}" for length, _, _ in strokes]
+        told = told[:1] if len(set(told)) == 1 else [*told[:_TOLD], *["..."] * (len(told) > _TOLD)]
+        raise Refused("several-strokes", count=len(strokes), lengths=", ".join(told), unit=unit)
+    if (run.stroke or 1) > len(strokes):
+        raise Refused("no-such-stroke", wanted=run.stroke, found=len(strokes))
+    return strokes[(run.stroke or 1) - 1][1:]
+
+
+def _along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> list[_Found]:
+    """Straight stretches below the surface along the path that the sheet names."""
+    wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.way_deg)))
+    along: list[_Found] = []
     seen: list[str] = []
     parts = [part for first, last in spans for part in _straight(motion, float(first), float(last))]
     for first, last in parts:
@@ -100,39 +162,65 @@ def _longest_along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tup
         length = math.hypot(x1 - x0, z1 - z0)
         if min(z0, z1) > -UNDERGROUND_CM or length < SHORTEST_CM:
             continue
-        seen.append(f"{math.degrees(float(intrusion_angle(x1 - x0, z1 - z0))):.1f}")
-        cosine = ((x1 - x0) * wanted_x + (z1 - z0) * wanted_z) / length
-        if cosine >= math.cos(math.radians(arm.angle_tolerance_deg)):
-            underground = length if run.direction == "horizontal" else abs(min(z0, 0) - min(z1, 0))
-            along.append((underground, float(start), float(end)))
+        along_x, along_z = motion.heading(start, end)
+        seen.append(f"{math.degrees(float(intrusion_angle(along_x, along_z))):.1f}")
+        if along_x * wanted_x + along_z * wanted_z >= math.cos(
+            math.radians(arm.angle_tolerance_deg)
+        ):
+            along.append((length, float(start), float(end)))
     if not seen:
         fastest = motion.fastest_below()
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
-        way = math.degrees(float(intrusion_angle(wanted_x, wanted_z)))
         raise Refused(
             "other-direction",
             seen=", ".join(seen),
             direction=run.direction,
             gamma=run.gamma_deg,
-            way=way,
+            way=run.way_deg,
         )
-    longest = max(along, key=lambda one: one[0])
-    if run.stroke is None:
-        return longest[1:]
-    # in the order of time; a stretch much shorter than the others is no stroke
-    strokes = [one for one in along if one[0] > _STROKE_SHARE * longest[0]]
-    if run.stroke > len(strokes):
-        raise Refused("no-such-stroke", wanted=run.stroke, found=len(strokes))
-    return strokes[run.stroke - 1][1:]
+    return along
 
 
 def _straight(motion: Motion, start: float, end: float) -> list[tuple[float, float]]:
-    """Part a stretch at its corners: an arm may change its direction without a pause."""
-    inside = (motion.time > start) & (motion.time < end)
-    x, z = motion.x[inside], motion.z[inside]
+    """Part a stretch where it turns back and at its corners: an arm may do so without a pause."""
+    first, last = np.searchsorted(motion.time, start, "right"), np.searchsorted(motion.time, end)
+    time, x, z = motion.time[first:last], motion.x[first:last], motion.z[first:last]
     if x.size < 3:
         return [(start, end)]
+    at = [float(time[turn]) for turn in _turns(x - x.mean(), z - z.mean())]
+    if not at and (corner := _corner(x, z)) is not None:
+        at = [float(time[corner])]
+    if not at:
+        return [(start, end)]
+    return [part for ends in pairwise([start, *at, end]) for part in _straight(motion, *ends)]
+
+
+def _turns(x: FloatArray, z: FloatArray) -> list[int]:
+    """Where a path about its middle turns back along its own main direction, noise left out."""
+    main = math.atan2(2 * float(x @ z), float(x @ x - z @ z)) / 2
+    way = x * math.cos(main) + z * math.sin(main)
+    back = [float((np.maximum.accumulate(one) - one).max()) for one in (way, -way)]
+    turns: list[int] = []
+    if min(back) <= _TURN_CM:
+        return turns
+    rising: bool | None = None
+    low = high = 0
+    values = way.tolist()
+    for at, value in enumerate(values):
+        low = at if value < values[low] else low
+        high = at if value > values[high] else high
+        if not rising and value - values[low] > _TURN_CM:
+            turns += [] if rising is None else [low]
+            rising, high = True, at
+        elif rising is not False and values[high] - value > _TURN_CM:
+            turns += [] if rising is None else [high]
+            rising, low = False, at
+    return turns
+
+
+def _corner(x: FloatArray, z: FloatArray) -> int | None:
+    """Where a path is farthest from its chord, if it has a corner there."""
     dx, dz = x[-1] - x[0], z[-1] - z[0]
     off = np.abs(dx * (z - z[0]) - dz * (x - x[0])) / max(math.hypot(dx, dz), SHORTEST_CM)
     corner = int(off.argmax())
@@ -140,12 +228,9 @@ def _straight(motion: Motion, start: float, end: float) -> list[tuple[float, flo
     before, after = np.diff(ends).T
     lengths = float(np.hypot(*before)), float(np.hypot(*after))
     if off[corner] < _CORNER_CM or min(lengths) < SHORTEST_CM:
-        return [(start, end)]
+        return None
     cosine = float(before @ after) / (lengths[0] * lengths[1])
-    if cosine > math.cos(math.radians(_CORNER_DEG)):
-        return [(start, end)]
-    at = float(motion.time[inside][corner])
-    return _straight(motion, start, at) + _straight(motion, at, end)
+    return None if cosine > math.cos(math.radians(_CORNER_DEG)) else corner
 
 
 def _below(motion: Motion, start: float, end: float) -> tuple[float, float]:
@@ -169,17 +254,23 @@ def _below(motion: Motion, start: float, end: float) -> tuple[float, float]:
     return start, end
 
 
-def _uneven_push(motion: Motion) -> tuple[float, float]:
-    """Stroke of an arm that is not driven steadily: from the surface straight down to the bottom."""
-    lowest = float(motion.z.min())
-    above = np.flatnonzero(motion.z > 0)
-    if lowest > -5 * BOTTOM_CM or not above.size:
-        raise Refused("surface-not-crossed", highest=motion.z.max(), lowest=lowest)
-    end = int(np.argmax(motion.z <= lowest + BOTTOM_CM))
-    before = above[above < end]
-    if not before.size:
+def _uneven_pushes(motion: Motion) -> list[_Found]:
+    """Pushes of an arm that is not driven steadily: from the surface straight down to the bottom."""
+    z = motion.z
+    if (lowest := float(z.min())) > -5 * BOTTOM_CM or z.max() <= 0:
+        raise Refused("surface-not-crossed", highest=z.max(), lowest=lowest)
+    # every time below the surface that goes as deep as a stroke, and the deepest
+    firsts = np.flatnonzero((z <= 0) & np.append(True, z[:-1] > 0))
+    lows = np.minimum.reduceat(z, firsts)
+    deep = lows <= max(lowest, -UNDERGROUND_CM)
+    if firsts[0] == 0 and lows[0] == lowest:
         raise Refused("begins-below")
-    return float(motion.time[before[-1]]), float(motion.time[end])
+    found = []
+    for first, low in zip(firsts[deep], lows[deep], strict=True):
+        end = first + int(np.argmax(z[first:] <= low + BOTTOM_CM))
+        if first > 0:
+            found.append((-float(low), float(motion.time[first - 1]), float(motion.time[end])))
+    return found
 
 
 def _check_plate(motion: Motion, start: float, end: float, run: Run, arm: Arm) -> None:
@@ -195,14 +286,19 @@ def _check_plate(motion: Motion, start: float, end: float, run: Run, arm: Arm) -
             raise Refused("other-depth", found=depth, stated=run.depth_cm)
 
 
-def _rotation(motion: Motion, spans: FloatArray) -> tuple[float, float]:
-    """Longest turn of a leg."""
-    turns = [float(np.diff(np.interp(span, motion.time, motion.angle))[0]) for span in spans]
-    if not turns or max(turns, key=abs) < 0 or max(turns) < math.radians(10):
-        seen = ", ".join(f"{math.degrees(turn):+.0f}" for turn in turns) or "nothing"
-        raise Refused("no-rotation", seen=seen)
-    start, end = spans[int(np.argmax(turns))]
-    return float(start), float(end)
+def _rotations(motion: Motion, spans: FloatArray) -> list[_Found]:
+    """Turns of a leg toward positive theta."""
+    turns = [
+        math.degrees(float(np.diff(np.interp(span, motion.time, motion.angle))[0]))
+        for span in spans
+    ]
+    if not turns or max(turns, key=abs) < 0 or max(turns) < _LEAST_TURN_DEG:
+        seen = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
+        raise Refused("no-rotation", seen=seen, least=_LEAST_TURN_DEG)
+    ends = [(float(start), float(end)) for start, end in spans]
+    return [
+        (turn, *span) for turn, span in zip(turns, ends, strict=True) if turn >= _LEAST_TURN_DEG
+    ]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,185 @@
+"""Motions of testing machines and arms, with the strokes that are truly in them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from rftfit.campaign.config import Arm
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import direction
+from rftfit.measure.flags import Refused
+from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, Motion, find_stroke
+
+AIR_CM = 2.0
+NAN = float("nan")
+RIGHT, WRONG, REFUSED = "right", "wrong", "refused"
+
+
+def row(gamma_deg: float, stroke: int | None = None, way: str = "", depth_cm: float = NAN) -> Run:
+    """A row of a run sheet: an intrusion or a horizontal run, unless it says extraction."""
+    way = way or ("intrusion" if gamma_deg else "horizontal")
+    return Run(
+        "push", "plate", "sand", "plate", way, 0.0, gamma_deg, depth_cm, "log.csv", "log.csv",
+        "", False, None, False, "", "", 2, "", stroke,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Pushes:
+    """Pushes out and back, one after the other, each along `gamma_deg` and back to where it began.
+
+    `lengths_cm`: of each push. `begins`: at rest in air, at the surface without a rest, or below it; level ones
+    begin below. `back`: how much of the way each goes back. `stated`: the speed that the config says, of the true one.
+    `dwell_s`: rest at either end. `noise_cm`: standard deviation and step of the encoder.
+    """
+
+    gamma_deg: float = 90.0
+    lengths_cm: tuple[float, ...] = (4.0,)
+    begins: str = "air"
+    back: float = 1.0
+    stated: float = 1.0
+    rate_Hz: float = 100.0
+    speed_cm_per_s: float = 1.0
+    dwell_s: float = 0.0
+    noise_cm: tuple[float, float] = (0.0, 0.0)
+    seed: int = 0
+
+    @property
+    def top_cm(self) -> float:
+        """Where each push begins."""
+        if not self.gamma_deg:
+            return -3.0
+        return {"air": AIR_CM, "contact": 0.0, "below": -1.0}[self.begins]
+
+    @property
+    def arm(self) -> Arm:
+        return Arm(speed_cm_per_s=self.stated * self.speed_cm_per_s)
+
+    def corners(self) -> np.ndarray:
+        """Time, s, and way along the path, cm, of every corner: shape (n, 2)."""
+        rest = 1.0 if self.begins == "air" else 0.0
+        corners, time = [(0.0, 0.0)], rest
+        if rest:
+            corners.append((time, 0.0))
+        for length in self.lengths_cm:
+            for at in (length, (1 - self.back) * length):
+                time += abs(at - corners[-1][1]) / self.speed_cm_per_s
+                corners.append((time, at))
+                if self.dwell_s:
+                    time += self.dwell_s
+                    corners.append((time, at))
+        return np.array([*corners, (time + rest, corners[-1][1])] if rest else corners)
+
+    def motion(self) -> Motion:
+        random = np.random.default_rng(self.seed)
+        corners = self.corners()
+        time = np.arange(0, corners[-1, 0] + 1e-9, 1 / self.rate_Hz)
+        way = np.interp(time, *corners.T)
+        sd, step = self.noise_cm
+        x, z = (
+            part * way + random.normal(0, sd, time.size)
+            for part in direction(math.radians(self.gamma_deg))
+        )
+        if step:
+            x, z = (
+                np.round(x / step) * step,
+                np.round((z + self.top_cm) / step) * step - self.top_cm,
+            )
+        return Motion(time, x, z + self.top_cm, np.zeros(time.size))
+
+    def strokes(self, *, back: bool = False) -> list[tuple[float, float]]:
+        """Start and end, s, of each push that goes below the surface, or of each pull."""
+        down = -math.sin(math.radians(self.gamma_deg))
+        found = []
+        for (begin, one), (end, other) in pairwise(self.corners()):
+            if one == other or (other < one) != back:
+                continue
+            z = self.top_cm + down * one, self.top_cm + down * other
+            if min(z) > -UNDERGROUND_CM:
+                continue
+            ends = begin, end
+            if max(z) > UNDERGROUND_CM:
+                crossing = begin + (end - begin) * z[0] / (z[0] - z[1])
+                ends = (begin, crossing) if back else (crossing, end)
+            if (ends[1] - ends[0]) * self.speed_cm_per_s >= SHORTEST_CM:
+                found.append(ends)
+        return found
+
+    def judge(self) -> list[tuple[str, str]]:
+        """What becomes of each row that may be written of this log, and the reason."""
+        motion, told = self.motion(), []
+        depth_cm = NAN if self.gamma_deg else 3.0
+        for back in (False, True) if self.gamma_deg else (False,):
+            true = self.strokes(back=back)
+            way = "extraction" if back else ""
+            for stroke in (None, *range(1, len(true) + 2)):
+                run = row(self.gamma_deg, stroke, way, depth_cm)
+                told.append(self._judge(motion, run, true))
+        return told
+
+    def _judge(self, motion: Motion, run: Run, true: list[tuple[float, float]]) -> tuple[str, str]:
+        wanted = "" if len(true) == 1 else "several-strokes"
+        if run.stroke is not None:
+            wanted = "" if run.stroke <= len(true) else "no-such-stroke"
+        if not true:
+            wanted = "surface-not-reached"
+        try:
+            found = find_stroke(motion, motion.spans(self.arm), run, self.arm)
+        except Refused as refusal:
+            code = refusal.remark.code
+            if code == wanted:
+                number = refusal.remark.values.get("count", refusal.remark.values.get("found"))
+                return (RIGHT if number in (None, len(true)) else WRONG), f"{refusal}"
+            return REFUSED, f"{refusal}"
+        if wanted:
+            return WRONG, f"{found}, not {wanted}"
+        way = [np.interp(ends, *self.corners().T) for ends in (found, true[(run.stroke or 1) - 1])]
+        late = float(np.abs(np.subtract(found, true[(run.stroke or 1) - 1])).max())
+        off = float(np.abs(way[0] - way[1]).max())
+        right = (
+            off < self.allowed_cm and late < self.dwell_s + self.allowed_cm / self.speed_cm_per_s
+        )
+        return (RIGHT if right else WRONG), f"off by {off:.3f} cm, {late:.3f} s"
+
+    @property
+    def allowed_cm(self) -> float:
+        """How far off an end may be: what lies between samples, in noise, or is no stretch of motion of its own."""
+        sd, step = self.noise_cm
+        return self.speed_cm_per_s * max(0.15, 2.5 / self.rate_Hz) + 6 * sd + 2 * step
+
+
+def any_pushes(seed: int) -> Pushes:
+    """One of all the motions that a machine may make."""
+    random = np.random.default_rng(seed)
+    cycles = int(random.integers(1, 6))
+    longest = float(random.uniform(1.0, 6.0))
+    lengths = (longest,) * cycles
+    kind = random.choice(["equal", "growing", "shallow"], p=[0.5, 0.45, 0.05])
+    if kind == "growing":
+        lengths = tuple(0.8 + longest * k / cycles for k in range(cycles))
+    gamma = float(random.choice([90.0, 0.0, *random.uniform(25, 80, 2)]))
+    begins = str(random.choice(["air", "contact", "below"]))
+    if kind == "shallow":
+        gamma, begins, lengths = 90.0, "contact", (float(random.uniform(0.1, 0.25)),) * cycles
+    rate = float(np.exp(random.uniform(np.log(5), np.log(500))))
+    back, stated = 1.0, float(random.uniform(0.7, 1.5))
+    if begins != "air" or not gamma:
+        back = float(random.choice([1.0, 0.5]))
+    # of fewer than three samples nobody can make a push
+    speed = min(
+        float(np.exp(random.uniform(np.log(0.05), np.log(2.0)))), back * lengths[0] * rate / 3
+    )
+    if gamma and begins == "air":
+        more = AIR_CM / math.sin(math.radians(gamma))
+        lengths = tuple(length + more for length in lengths)
+    sd = float(random.choice([0.0, 0.0002, 0.001, 0.005]))
+    step = float(random.choice([0.0, 0.0001, 0.001, 0.01]))
+    # an encoder whose step takes the arm a second says nothing of its speed
+    return Pushes(
+        gamma, lengths, begins, back, stated, rate, speed,
+        float(random.choice([0.0, random.uniform(0, 1)])), (sd, min(step, 0.1 * speed)), seed,
+    )  # fmt: skip

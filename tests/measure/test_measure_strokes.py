@@ -1,0 +1,125 @@
+"""Strokes in motions of testing machines and arms: found as they are, or refused for the true reason."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from motions import REFUSED, RIGHT, WRONG, Pushes, any_pushes, row
+
+from rftfit.campaign.config import Arm
+from rftfit.measure.flags import Refused
+from rftfit.measure.strokes import Motion, find_stroke
+
+if TYPE_CHECKING:
+    from rftfit.campaign.sheet import Run
+
+FEW = 40
+"""`make strokes` judges 500."""
+
+
+@pytest.mark.parametrize("rate_Hz", [10, 200])
+@pytest.mark.parametrize("gamma_deg", [90.0, 40.0, 0.0])
+@pytest.mark.parametrize("begins", ["air", "contact", "below"])
+def test_a_push_that_comes_straight_back(rate_Hz: float, gamma_deg: float, begins: str) -> None:
+    pushes = Pushes(gamma_deg, (5.0,), begins, rate_Hz=rate_Hz)
+    assert {how for how, _ in pushes.judge()} == {RIGHT}
+    assert len(pushes.strokes()) == 1
+
+
+def test_any_motion_gives_its_strokes_or_the_true_reason() -> None:
+    told = Counter(how for seed in range(FEW) for how, _ in any_pushes(seed).judge())
+    assert told[WRONG] == 0
+    assert told[REFUSED] <= 0.05 * told[RIGHT]
+
+
+def refusal(motion: Motion, run: Run, arm: Arm) -> str:
+    with pytest.raises(Refused) as caught:
+        find_stroke(motion, motion.spans(arm), run, arm)
+    return f"{caught.value.remark.code}: {caught.value}"
+
+
+def legs(*ends_deg: float) -> Motion:
+    """Turns of a leg at 0.2 rad/s, a second of rest between them."""
+    way = np.radians(np.repeat(ends_deg, 2))
+    times = np.cumsum([0, *(1 if a == b else abs(a - b) / 0.2 for a, b in pairwise(way))])
+    time = np.arange(0, times[-1], 0.02)
+    return Motion(time, 0 * time, 0 * time, np.interp(time, times, way))
+
+
+SEVERAL = [
+    (Pushes(lengths_cm=(6.0, 6.0, 6.0)).motion(), row(90), "the log holds 3 strokes along this path, of 4.0 cm: say"),
+    (Pushes(lengths_cm=(3.0, 6.0)).motion(), row(90), "2 strokes along this path, of 1.0, 4.0 cm"),
+    (Pushes(lengths_cm=(6.0, 6.0)).motion(), row(90, way="extraction"), "2 strokes along this path, of 4.0 cm"),
+    (Pushes(0.0, (3.0, 3.0)).motion(), row(0, depth_cm=3.0), "2 strokes along this path, of 3.0 cm"),
+    (legs(-100, 100, -100, 100), replace(row(90), kind="leg", direction="rotation"), "2 strokes along this path, of 199.9 deg"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("motion", "run", "words"), SEVERAL)
+def test_one_of_several_strokes_is_never_taken_in_silence(
+    motion: Motion, run: Run, words: str
+) -> None:
+    arm = Arm()
+    assert words in refusal(motion, run, arm)
+    ends = [find_stroke(motion, motion.spans(arm), replace(run, stroke=one), arm) for one in (1, 2)]
+    assert ends[0][1] <= ends[1][0]
+
+
+def test_pushes_by_hand() -> None:
+    arm = Arm(drive="uneven")
+    motion = Pushes(lengths_cm=(6.0, 7.0), dwell_s=0.3).motion()
+    assert "2 strokes along this path, of 4.0, 5.0 cm" in refusal(motion, row(90), arm)
+    first, second = (find_stroke(motion, motion.spans(arm), row(90, k), arm) for k in (1, 2))
+    np.testing.assert_allclose([*first, *second], [3.0, 7.0, 15.6, 20.6], atol=0.03)
+
+
+def test_two_directions_in_one_log() -> None:
+    down, slanted = Pushes(lengths_cm=(5.0,)).motion(), Pushes(45.0, (6.0,)).motion()
+    parts = zip(vars(down).values(), vars(slanted).values(), strict=True)
+    time, x, z, angle = (np.concatenate(part) for part in parts)
+    time[down.time.size :] += down.time[-1] + 1
+    both, arm = Motion(time, x, z, angle), Arm()
+    ends = [find_stroke(both, both.spans(arm), row(gamma, 1), arm) for gamma in (90, 45)]
+    np.testing.assert_allclose(ends, [[3.0, 6.0], [16.8, 20.0]], atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("depth_cm", "words"),
+    [(0.23, "the lowest point of the path is z = -0.23 cm; a stroke goes down to -0.3 cm at least"),
+     (0.2996, "z = -0.2996 cm; a stroke goes down to -0.3 cm at least")],
+)  # fmt: skip
+def test_the_rule_for_the_surface_is_told(depth_cm: float, words: str) -> None:
+    pushes = Pushes(lengths_cm=(depth_cm,), begins="contact", rate_Hz=1000)
+    motion = pushes.motion()
+    motion.z[motion.z.argmin()] = -depth_cm
+    assert words in refusal(motion, row(90), pushes.arm)
+
+
+LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
+
+
+@pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
+@pytest.mark.parametrize(
+    ("file", "columns", "speed_cm_per_s", "ends"),
+    # what four lines of head leave; one begins in motion, one at rest
+    [("instron/cyclic_W27_PA_Cream.csv", (0, 1), 0.5, [(0.2, 11.87), (11.87, 23.66)]),
+     ("texture_analyser/frame_stiffness.tab.gz", (2, 1), 0.001, [(0.0, 200.0), (200.0, 400.0)])],
+)  # fmt: skip
+def test_out_and_back_of_real_machines(
+    file: str, columns: tuple[int, int], speed_cm_per_s: float, ends: list[tuple[float, float]]
+) -> None:
+    import pandas as pd
+
+    rows = pd.read_csv(LOGS / file, sep=None, engine="python", header=None, skiprows=4)
+    time, down = (rows[column].to_numpy(float) for column in columns)
+    motion = Motion(time, 0 * time, -0.3 - down / 10, 0 * time)
+    arm = Arm(speed_cm_per_s=speed_cm_per_s)
+    runs = row(90), row(90, way="extraction")
+    found = [find_stroke(motion, motion.spans(arm), run, arm) for run in runs]
+    np.testing.assert_allclose(found, ends, atol=0.25)
