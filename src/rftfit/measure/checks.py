@@ -13,7 +13,7 @@ import numpy as np
 
 from rftfit.campaign.config import UNIT_AREA, CheckName
 from rftfit.measure.alpha import both, cell_at, column, rows_at
-from rftfit.measure.fits import is_symmetric
+from rftfit.measure.fits import LEAST_WORK, is_symmetric
 from rftfit.measure.flags import (
     FLAGS,
     MARKS,
@@ -81,7 +81,7 @@ COLUMNS = ["medium", "check", "verdict", "effect", "found", "allowed", "sentence
 _SIGMAS = 3.0
 _SIGMAS_PUSH = 2.0
 """Of one cell that is known beforehand: no medium pulls a level plate down that is pushed straight down."""
-_LEAST_D, _CELLS = 0.005, 3
+_CELLS = 3
 _TURN, _MOST_TURN_DEG, _ALIKE = 0.04, 10.0, 0.05
 """Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.4 deg."""
 _ALPHA_FROM, _ALPHA_TO = 0.01, 10.0
@@ -289,7 +289,7 @@ class _Cells:
         sigmas = np.full(se.shape, _SIGMAS)
         if self.push is not None:
             sigmas[self.push] = _SIGMAS_PUSH
-        return np.sum(share * self.force, axis=0), np.maximum(_LEAST_D, sigmas * se)
+        return np.sum(share * self.force, axis=0), np.maximum(LEAST_WORK, sigmas * se)
 
     @property
     def back(self) -> int:

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 SHORTEST_WINDOW = 0.1
 """Depth that a window must cover at least, relative to the length of the plate."""
 
-_LEAST_WORK, _SIGMAS = 0.005, 3.0
+LEAST_WORK, _SIGMAS = 0.005, 3.0
 """D = alpha_x cos gamma + alpha_z sin gamma may be so far below 0: N/cm^3, and standard errors."""
 _CURVED_RATIO = 0.10
 _EXACT = 1e-6
@@ -268,7 +268,7 @@ def _gives_back(slope: Slope, gamma_deg: float) -> tuple[Remark, ...]:
     """Flag a force that pulls the plate along its way, as a turned sign makes it."""
     share = np.array([math.sin(math.radians(gamma_deg)), math.cos(math.radians(gamma_deg))])
     noise = _SIGMAS * math.hypot(*(share * np.nan_to_num(slope.se)))
-    back = float(share @ slope.alpha) < -max(_LEAST_WORK, noise)
+    back = float(share @ slope.alpha) < -max(LEAST_WORK, noise)
     return (remark("gives-back"),) if back else ()
 
 
