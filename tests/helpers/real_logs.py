@@ -14,10 +14,6 @@ from agreement import ALL, NOTHING
 from campaigns import Folder
 
 LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
-NOT_YET = ("instron/cyclic_W27_PA_Cream.csv", "texture_analyser/frame_stiffness.tab.gz",
-           "ur_rtde/record_2023-07-03.csv", "zwick/Traction-10.xlsx")  # fmt: skip
-"""Samples of makers that no dialect reads whole yet."""
-
 MEDIUM, RUN = "bed", "push"
 NETFT, DAQ = "ati_netft/R2_2018_", "ati_daq/log_2023"
 VOLTS = {"column": "First  Channel", "unit": "N"}
