@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import rftfit
 from rftfit.logs.base import LogError
-from rftfit.logs.inspect import as_text, config_block, refusal, survey
+from rftfit.logs.inspect import config_block, recognised, refusal, survey
 from rftfit.logs.registry import dialect, head_of
 from rftfit.logs.stamps import is_stamp, seconds_of, seconds_of_column
 
@@ -62,8 +62,7 @@ def written(form: str, path: Path, *, bad: bool = False) -> Log:
         rows = [[re.sub(r"\.(?=\d+$)", ",", cell) for cell in row] for row in rows]
     lines = [(";" if comma else ",").join(row) for row in [["Time", "Fz (N)", "z (mm)"], *rows]]
     path.write_text("\n".join(lines) + "\n")
-    found = as_text(head_of(path))
-    assert found is not None
+    found = recognised(path)
     return found[0].load(path)
 
 
@@ -92,8 +91,7 @@ def test_a_time_that_is_none_costs_its_row(form: str, tmp_path: Path) -> None:
 def test_a_time_with_a_byte_that_is_no_text(row: int, tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     written("clock", path)
-    found = as_text(head_of(path))
-    assert found is not None
+    found = recognised(path)
     lines = path.read_bytes().splitlines(keepends=True)
     lines[row + 1] = b"12:00:0\xb0.0,1,2\n"
     path.write_bytes(b"".join(lines))
@@ -112,8 +110,7 @@ def test_a_date_of_which_nobody_can_tell_the_day(tmp_path: Path) -> None:
     text = {"delimiter": ";", "decimal": ","}
     log = rftfit.read_log(path, text=text)
     assert log.unread == {"Zeit": f"'{AMBIGUOUS}0' (day or month first? `dates` says it)"}
-    reader = as_text(head_of(path))
-    assert reader is not None
+    reader = recognised(path)
     with pytest.raises(LogError, match="no numbers in the column 'Zeit': '03/04/2026"):
         reader[0].only(["Zeit", "Kraft"]).load(path)
     for dates, month in (("day first", 4), ("month first", 3)):
@@ -189,8 +186,7 @@ def test_dates_of_a_spreadsheet(tmp_path: Path) -> None:
 def test_a_column_of_words_is_named(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("t (s),remark,Fz (N)\n" + "".join(f"{k},still,{k}.5\n" for k in range(9)))
-    found = as_text(head_of(path))
-    assert found is not None
+    found = recognised(path)
     assert found[0].load(path).unread == {"remark": "'still' (no number and no time)"}
     with pytest.raises(LogError, match="no numbers in the column 'remark': 'still'"):
         found[0].only(["t", "remark"]).load(path)
@@ -223,8 +219,7 @@ def test_packed_text_is_the_text(tmp_path: Path) -> None:
     plain = written("clock", tmp_path / "a.csv")
     packed = tmp_path / "a.csv.gz"
     packed.write_bytes(gzip.compress((tmp_path / "a.csv").read_bytes()))
-    found = as_text(head_of(packed))
-    assert found is not None
+    found = recognised(packed)
     log = found[0].load(packed)
     for name, values in plain.columns.items():
         assert_array_equal(log.columns[name], values)
@@ -237,8 +232,7 @@ def test_times_since_1970_are_proposed_in_their_unit(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     rows = "".join(f"{1_790_000_000_000 + 10 * k},{k}.5\n" for k in range(50))
     path.write_text("t,Fz (N)\n" + rows)
-    found = as_text(head_of(path))
-    assert found is not None
+    found = recognised(path)
     seen = survey(found[0].stream(path))
     assert seen.time_unit == "ms"
     assert any("unit: ms" in line for line in config_block(seen, "delimited", found[1]))

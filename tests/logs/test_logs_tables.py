@@ -55,7 +55,7 @@ def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path: Path) -> N
     rows: list[list[object]] = [["Test 12", None, None], [None] * 3]
     rows += [["Time", "Force", "Operator"], ["s", "kN", None]]
     rows += [[0.1 * n, 2.0 * n, "me"] for n in range(10)]
-    rows[8][1] = "off"
+    rows[5][1] = "off"
     pd.DataFrame(rows).to_excel(path, index=False, header=False, engine="xlsxwriter")
     log = dialect("xlsx").load(path)
     assert log.units == {"Time": "s", "Force": "kN"}
@@ -278,6 +278,7 @@ BELOW: Rows = [*LOG, [None, None], [None, None, None, "sum", 72]]
         ({"Values 1": LOG}, "", 2, "no sheet 2; allowed: Values 1"),
         ({"Values 1": BESIDE}, "", None, "Values 1"),
         ({"Values 1": BELOW}, "", None, "Values 1"),
+        ({"Values 1": [[1, 2], *LOG]}, "", None, "Values 1"),
     ],
 )  # fmt: skip
 def test_sheets_of_a_workbook(

@@ -403,10 +403,10 @@ def recognised(
         head = head_of(path)
         if name is None and (found := claimants(head)):
             name, others = found[0].name, [f"also claimed by: {other.name}" for other in found[1:]]
-        elif (described := as_text(head)) is None:
+        elif is_echo(head) or (text := preview(head)) is None:
             raise refusal(path, head)
         else:
-            text, others = described[1], tried()
+            others = tried()
     key = "options" if text is None else "text"
     try:
         if text is None:
@@ -418,14 +418,6 @@ def recognised(
         )
     except ValueError as error:
         raise InputError(f"{key}: {' '.join(str(error).split())}") from error
-
-
-def as_text(head: bytes) -> tuple[Reader, dict[str, Any]] | None:
-    """Return a reader of delimited text, and its description as keys of `text` in the config."""
-    text = None if is_echo(head) else preview(head)
-    if text is None:
-        return None
-    return DelimitedReader(TextFormat.model_validate(text)), text
 
 
 def tried() -> list[str]:

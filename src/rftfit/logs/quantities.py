@@ -49,41 +49,34 @@ def _set(words: str) -> frozenset[str]:
     return frozenset(words.split())
 
 
-_TIME = _set(
-    "time t timestamp stamp x_value zeit prufzeit testzeit laufzeit messzeit temps tiempo tempo"
-)
-_TIME_OF = _set("running total test elapsed run recording measurement relative standardmessrate "
-                "ecoule transcurrido")  # fmt: skip
-_FORCE = _set(
-    "force forces load loads kraft standardkraft prufkraft last fuerza carga charge effort"
-)
-_TORQUE = _set("torque torques moment moments drehmoment couple momento")
-_LENGTH = _set("displacement extension weg standardweg traversenweg crosshead stroke pos position "
-               "posicion travel distance deplacement desplazamiento recorrido")  # fmt: skip
-_HEIGHT = _set("height depth tiefe hohe profondeur profundidad")
-_PLACE = _LENGTH | _set("translation pose motion")
-_ANGLE = _set("angle theta beta pitch winkel angulo")
-_MOVING = _set("moving sync syncline trigger")
-_BESIDE = {
-    "force": _set("standard normal axial vertical compression compressive of de estandar axiale "
-                  "verticale normale kompressions druck sensor cell z tcp actual measured"),
-    "length": _set("standard crosshead machine axial vertical traverse actuator axis z standard "
-                   "plate tool tcp actual measured estandar vertical verticale"),
-    "angle": _set("plate leg blade tool arm tilt attack motor pitch actual measured"),
-}  # fmt: skip
-"""Words that may stand beside the one that says what a column is, and leave it that."""
-_OTHERWISE = _set(
-    "target desired setpoint command commanded cmd ref reference soll consigne consigna friction lateral "
-    "shear tangential peak max min mean avg std rms error offset bias limit preload rate speed velocity "
-    "acceleration joint joints finger gripper imu gyro mag orientation quaternion desc"
-)
+_FORCE = _set("""force forces load loads kraft standardkraft prufkraft last fuerza carga charge
+    effort""")
+_LENGTH = _set("""displacement extension weg standardweg traversenweg crosshead stroke pos position posicion travel
+    distance deplacement desplazamiento recorrido""")
+_WORDS = (
+    ("time", _set("""time t timestamp stamp x_value elapsed zeit prufzeit testzeit laufzeit messzeit temps tiempo tempo"""),
+     "running total test run recording measurement relative standardmessrate ecoule transcurrido"),
+    ("arm_moving", _set("moving sync trigger"), "arm line"),
+    ("z", _set("height depth tiefe hohe profondeur profundidad"), ""),
+    ("F3", _FORCE, """standard normal axial vertical compression compressive of de estandar axiale
+     verticale normale kompressions druck sensor cell z tcp actual measured"""),
+    ("z", _LENGTH, """standard machine axial vertical traverse actuator axis z plate tool tcp actual
+     measured estandar verticale"""),
+    ("angle", _set("angle theta beta pitch winkel angulo"),
+     "plate leg blade tool arm tilt attack motor actual measured"),
+)  # fmt: skip
+"""Quantity, words that say it, and words that may stand beside them."""
+_OTHERWISE = _set("""target desired setpoint command commanded cmd ref reference soll sollwert consigne consigna friction lateral
+    shear tangential peak max min mean avg std rms error offset bias limit preload rate speed velocity
+    acceleration joint joints finger gripper imu gyro mag orientation quaternion""")
 """Words that make another thing of what stands beside them: no column with one is proposed."""
 _OF_ROBOTS = _set("ext hat k o ee base tcp tool sensor actual raw filtered measured")
 """Words between the kind of a vector and its axis: O_F_ext_hat_K[2]."""
 
+_PLACE = [*_LENGTH, "translation", "pose", "motion"]
 _KINDS = {
-    **dict.fromkeys(_FORCE | {"f", "wrench"}, "F"), **dict.fromkeys(_TORQUE | {"t", "m"}, "T"),
-    **dict.fromkeys(_PLACE, "place"),
+    **dict.fromkeys([*_FORCE, "f", "wrench"], "F"), **dict.fromkeys(_PLACE, "place"),
+    **dict.fromkeys(_set("t m torque torques moment moments momento drehmoment couple"), "T"),
 }  # fmt: skip
 _AXES = {"F": ("F1", "F2", "F3"), "T": ("T1", "T2", "T3"), "place": ("x", "", "z")}
 _BETWEEN = re.compile(r"[\s_\-:,()\[\]{}]+")
@@ -141,26 +134,15 @@ def _by_words(name: str) -> str:
     if not parts or not _OTHERWISE.isdisjoint(word for part in parts for word in part):
         return ""
     leaf, before = parts[-1], parts[-2] if len(parts) > 1 else []
-    rest = [word for word in leaf if not word.isdigit()]
-    if rest == ["elapsed"] or (set(rest) <= _TIME | _TIME_OF and not _TIME.isdisjoint(rest)):
-        return "" if name == "T" else "time"
-    if leaf in (["arm", "moving"], ["sync", "line"]) or (
-        len(leaf) == 1 and not _MOVING.isdisjoint(leaf)
-    ):
-        return "arm_moving"
     joined = re.fullmatch(r"([xz])(pos(?:ition)?)?", "".join(leaf))
     if joined and (joined[2] or not before or before[-1] in _PLACE):
         return joined[1]
     if leaf[0] in ("x", "z") and len(leaf) == 2 and leaf[1] in _LENGTH:
         return leaf[0]
-    if len(leaf) == 1 and not _HEIGHT.isdisjoint(leaf):
-        return "z"
-    for quantity, words, beside in (
-        ("F3", _FORCE, "force"), ("z", _LENGTH, "length"), ("angle", _ANGLE, "angle"),
-    ):  # fmt: skip
-        said = [word for word in leaf if word in words]
-        if said and set(leaf) <= words | _BESIDE[beside]:
-            return quantity
+    for quantity, words, beside in _WORDS:
+        found = {word for word in leaf if quantity != "time" or not word.isdigit()}
+        if found & words and found <= words.union(beside.split()):
+            return "" if name == "T" else quantity
     return ""
 
 

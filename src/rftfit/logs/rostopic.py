@@ -22,7 +22,7 @@ ECHO = (
     "these are messages as `rostopic echo` shows them: record with -p (rostopic echo -p TOPIC > log.csv), "
     "or record a bag"
 )
-_FIELD = re.compile(r"---|\s*-? ?[a-z]\w*:( .*)?|\s*- [-+.\d].*")
+_ECHO = re.compile(rb"\w+:.*\n(?:[ \w-].*\n)*?---\r?\n")
 
 _UNITS = (
     (re.compile(r"(^|\.)force\.[xyz]$"), "N"),
@@ -82,9 +82,7 @@ class RostopicReader(TextReader):
 
 def is_echo(head: bytes) -> bool:
     """Tell messages as `rostopic echo` shows them without -p from other text."""
-    lines = [line.text for line in lines_of(text_head(head), 40) if line.whole]
-    fields = sum(bool(_FIELD.fullmatch(line)) for line in lines)
-    return len(lines) > 3 and fields * 10 >= len(lines) * 9 and any(": " in line for line in lines)
+    return bool(_ECHO.match(text_head(head)))
 
 
 def _is_stamped(data: bytes, names: tuple[str, ...]) -> bool:

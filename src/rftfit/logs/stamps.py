@@ -32,6 +32,7 @@ _DATE = re.compile(
     r" ?(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
 )  # fmt: skip
 _CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _HALF)
+_ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
 _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 
 
@@ -115,46 +116,38 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
         if _CLOCK.fullmatch(first):
             hours = "" if first.count(":") == 2 else "00:"
             cells = pc.binary_join_element_wise(f"1970-01-01T{hours}", cells, "")
-            order = "ymd"
-        elif first[4:5] in ("/", "."):
-            cells = pc.replace_substring(cells, first[4], "-", max_replacements=2)
+            first, order = cells[0].as_py(), "ymd"
         order = order or order_of([first])
-        if order != "ymd" or first[-1:] in "Mm.":
-            return _by_parts(cells, order)
+        late: Any = 0
+        if not _ISO.fullmatch(first):
+            cells, late = _as_iso(cells, order)
         cells = pc.replace_substring(cells, ",", ".")
         zoned = bool((found := _DATE.fullmatch(first)) and found["zone"])
         stamps = cells.cast(pa.timestamp("ns", "UTC" if zoned else None))
-    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError):
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError, ValueError):
         return None
-    return ns_to_s(stamps.cast(pa.int64()).to_numpy())
+    seconds: FloatArray = ns_to_s(stamps.cast(pa.int64()).to_numpy()) + 43200.0 * late
+    return seconds
 
 
-def _by_parts(cells: Any, order: str) -> FloatArray | None:
-    """Do the same for dates that are not in the order of ISO 8601, or have half days, without a zone."""
-    import pyarrow as pa
+def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
+    """Write dates of another order or with AM and PM by ISO 8601, and tell how many half days to add."""
     import pyarrow.compute as pc
 
-    found = pc.extract_regex(cells, f"^(?:{_DATE.pattern})$")
-    if not order or found.null_count or pc.any(pc.not_equal(found.field("zone"), "")).as_py():
-        return None
+    def matches(pattern: str) -> np.ndarray:
+        return np.asarray(pc.match_substring_regex(cells, pattern)).astype(int)
 
-    def numbers(name: str) -> np.ndarray:
-        text = pc.utf8_rpad(found.field(name), 9, "0") if name == "part" else found.field(name)
-        return np.asarray(pc.replace_substring_regex(text, "^$", "0").cast(pa.int64()))
-
-    year, month, day = (numbers(f"d{order.index(part)}") for part in "ymd")
-    hour = numbers("hour")
-    half = np.char.lower(np.asarray(found.field("half")).astype("U1"))
-    if not ((hour < np.where(half == "", 24, 13)) & (hour >= (half != ""))).all():
-        return None
-    hour = np.where(half == "", hour, hour % 12 + 12 * (half == "p"))
-    year = year + 2000 * (year < 100) - 1970
-    months = year.astype("M8[Y]").astype("M8[M]") + (month - 1)
-    days = months.astype("M8[D]") + (day - 1)
-    if not ((days.astype("M8[M]") == months) & (month >= 1) & (month <= 12)).all():
-        return None  # no day of the calendar
-    whole = days.astype(np.int64) * 86400 + hour * 3600 + numbers("minute") * 60 + numbers("second")
-    return ns_to_s(whole * 10**9 + numbers("part"))
+    year, month, day = (order.index(part) + 1 for part in "ymd")
+    iso = rf"\{year}-\{month}-\{day}T"
+    cells = pc.replace_substring_regex(cells, r"^(\d+)[-/.](\d+)[-/.](\d+)[T ] *", iso)
+    for _ in range(2):  # neighbours share the character between them
+        cells = pc.replace_substring_regex(cells, r"([-T:])(\d)([-T:])", r"\10\2\3")
+    cells = pc.replace_substring_regex(cells, r"^(\d\d)-", r"20\1-")
+    late, half = matches(r"[Pp]\.?[Mm]\.?$"), matches(r"[AaPp]\.?[Mm]\.?$")
+    noon = half * matches("T12:")
+    if (half * (1 - matches(r"T(0[1-9]|1[0-2]):"))).any():
+        raise ValueError  # no hour of half a day
+    return pc.replace_substring_regex(cells, r" ?[AaPp]\.?[Mm]\.?$", ""), late - noon
 
 
 class RestartingClock:

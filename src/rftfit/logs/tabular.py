@@ -119,7 +119,7 @@ class XlsxReader(Reader):
         first = _begin(head)
         block = head[first:]
         # cells beside the table are no names and no units
-        width = 1 + max((p for row in block[:2] for p in _number_places(row)), default=-1)
+        width = 1 + max((p for row in block[:2] for p in _places(row)), default=-1)
         above = [
             ["" if cell is None else str(cell) for cell in row[: width or None]]
             for row in head[:first]
@@ -181,27 +181,27 @@ def _choose(path: Path, book: Any, wanted: str | float) -> tuple[Any, tuple[str,
 def _has_table(sheet: Any) -> bool:
     with closing(row for row in sheet.iter_rows(values_only=True)) as rows:
         head = list(islice(rows, _HEADER_ROWS))
-    return _begin(head) < len(head) - 1
+    below = head[_begin(head) + 1 :]
+    return _begin(below) < len(below)
 
 
-def _number_places(row: Sequence[Any]) -> list[int]:
-    return [
+def _places(row: Sequence[Any]) -> set[int]:
+    """Columns in which a row has a number or a time."""
+    return {
         place for place, cell in enumerate(row) if cell is not None and _number(cell) is not None
-    ]
+    }
 
 
 def _begin(head: Sequence[Sequence[Any]]) -> int:
-    """Row at which a table begins: the first of two with numbers in the same two columns, else the last of one."""
-    single = len(head)
-    for place, row in enumerate(head):
-        numbers = set(_number_places(row))
-        after = set(_number_places(head[place + 1])) if place + 1 < len(head) else numbers
-        both = sorted(numbers & after)
-        # what stands to the right of the numbers is no part of the table
-        filled = sum(cell is not None for cell in row[: both[-1] + 1]) if both else 0
-        if len(both) >= 2 and len(both) * 2 >= filled:
-            return place
-    return single
+    """Row at which a table begins: the first of two in a row with numbers where most of those below have some."""
+    numbers = [_places(row) for row in head]
+    for start, own in enumerate(numbers):
+        below = [found for found in numbers[start + 1 :] if found]
+        table = {p for p in own if sum(p in found for found in below) * 2 >= len(below)}
+        # the second may be damaged in part
+        if len(table) >= 2 and (start + 1 == len(head) or table & numbers[start + 1] or not below):
+            return start
+    return len(head)
 
 
 def _number(cell: Any) -> float | None:
