@@ -37,7 +37,7 @@ _SPACED = r"\d{1,3}([ '\u2019\u00a0\u202f\u2009]\d{3})+"
 """Thousands by blanks or apostrophes; by the other mark they need the decimal one, too."""
 _NUMBERS = {
     point: re.compile(
-        rf"[+-]?(\d{{1,3}}([{group}]\d{{3}})+[{point}]\d*|{_SPACED}([{point}]\d*)?|\d+[{point}]?\d*|[{point}]\d+)"
+        rf"[+-]?(\d+[{point}]?\d*|\d{{1,3}}([{group}]\d{{3}})+[{point}]\d*|{_SPACED}([{point}]\d*)?|[{point}]\d+)"
         r"([eE][+-]?\d+)?"
     )
     for point, group in (".,", ",.")

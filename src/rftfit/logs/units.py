@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rftfit.logs.quantities import guess
@@ -78,6 +79,7 @@ def known_unit(text: str) -> bool:
     return plain and all(p in _OTHERS or unit_word(p) in _SPELLINGS for p in parts)
 
 
+@lru_cache(1024)
 def split_unit(cell: str) -> tuple[str, str]:
     """Split ``Force [kN]``, ``Force (kN)``, ``force_kN``, ``Force / kN`` into name and unit."""
     cell = cell.strip().strip('"').strip()
