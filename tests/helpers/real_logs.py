@@ -47,6 +47,7 @@ class RealLog:
     motion: dict[str, Any] = field(default_factory=dict)
     zero_log: str = ""
     speed_mm_per_s: float = 2.0
+    stroke: str = ""
 
     def __str__(self) -> str:
         z = self.motion.get("z", {})
@@ -80,7 +81,8 @@ REAL_LOGS = [
             motion={"z": {"column": "Distance", "unit": "mm", "factor": -10}}),
     RealLog("ur_rtde/record_2023-07-03.csv", ALL, 392),
     # a tensile test, over 1 mm: what pulls counts as a push here
-    RealLog("zwick/Traction-10.xlsx", ALL, 3900, speed_mm_per_s=0.125,
+    # and the specimen slips towards the end
+    RealLog("zwick/Traction-10.xlsx", ALL, 3900, speed_mm_per_s=0.125, stroke="1",
             motion={"z": {"column": "Standard travel", "unit": "mm", "factor": -10}}),
     RealLog("zwick/Traction-10.xlsx", NOTHING, 3900, words="surface not reached",
             motion={"z": {"column": "Standard travel", "unit": "mm", "factor": -1}}),
@@ -150,7 +152,7 @@ def campaign_around(log: RealLog, root: Path) -> Folder:
     folder.config.write_text(text, encoding="utf-8")
     row = {"run_id": RUN, "kind": "plate", "medium": MEDIUM, "intruder": "plate",
            "direction": "intrusion", "beta_deg": "0", "gamma_deg": "90", "force_log": name,
-           "motion_log": name, "zero_log": zero_log}  # fmt: skip
+           "motion_log": name, "zero_log": zero_log, "stroke": log.stroke}  # fmt: skip
     sheet = "\n".join([",".join(row), ",".join(row.values())]) + "\n"
     (root / "config" / "runs.csv").write_text(sheet, encoding="utf-8")
     return folder
