@@ -40,7 +40,8 @@ CASES: dict[str, dict[str, str]] = {
     "F_ext[2]": {},  # of one column nobody can tell from where it counts
     "force_1|force_2|force_3|force_4": {},
     "pose_0|pose_1|pose_2|pose_3|pose_4|pose_5": {"x": "pose_0", "z": "pose_2"},
-    "position_0|position_1|position_2|effort_0": {},  # of joints
+    "position_0|position_1|position_2|effort_0|effort_1|effort_2": {},  # of joints
+    "X_Value|Effort [N]": {"time": "X_Value", "F3": "Effort"},
     "imu.orientation.x|imu.orientation.z|imu.linear_acceleration.z|tool.pose.position.z": {
         "z": "tool.pose.position.z"},
     "Zeit 1 - Standardmessrate [s]|Standardkraft [N]|Standardweg [mm]": {

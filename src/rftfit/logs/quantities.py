@@ -54,7 +54,7 @@ _FORCE = _set("""force forces load loads kraft standardkraft prufkraft last fuer
 _LENGTH = _set("""displacement extension weg standardweg traversenweg crosshead stroke pos position posicion travel
     distance deplacement desplazamiento recorrido""")
 _WORDS = (
-    ("time", _set("""time t timestamp stamp x_value elapsed zeit prufzeit testzeit laufzeit messzeit temps tiempo tempo"""),
+    ("time", _set("""time t timestamp stamp elapsed zeit prufzeit testzeit laufzeit messzeit temps tiempo tempo"""),
      "running total test run recording measurement relative standardmessrate ecoule transcurrido"),
     ("arm_moving", _set("moving sync trigger"), "arm line"),
     ("z", _set("height depth tiefe hohe profondeur profundidad"), ""),
@@ -74,8 +74,9 @@ _OF_ROBOTS = _set("ext hat k o ee base tcp tool sensor actual raw filtered measu
 """Words between the kind of a vector and its axis: O_F_ext_hat_K[2]."""
 
 _PLACE = [*_LENGTH, "translation", "pose", "motion"]
+# the efforts of ROS are torques of joints
 _KINDS = {
-    **dict.fromkeys([*_FORCE, "f", "wrench"], "F"), **dict.fromkeys(_PLACE, "place"),
+    **dict.fromkeys([*_FORCE - {"effort"}, "f", "wrench"], "F"), **dict.fromkeys(_PLACE, "place"),
     **dict.fromkeys(_set("t m torque torques moment moments momento drehmoment couple"), "T"),
 }  # fmt: skip
 _AXES = {"F": ("F1", "F2", "F3"), "T": ("T1", "T2", "T3"), "place": ("x", "", "z")}
@@ -134,6 +135,8 @@ def _by_words(name: str) -> str:
     if not parts or not _OTHERWISE.isdisjoint(word for part in parts for word in part):
         return ""
     leaf, before = parts[-1], parts[-2] if len(parts) > 1 else []
+    if leaf == ["x", "value"]:  # of LabVIEW
+        return "time"
     joined = re.fullmatch(r"([xz])(pos(?:ition)?)?", "".join(leaf))
     if joined and (joined[2] or not before or before[-1] in _PLACE):
         return joined[1]
