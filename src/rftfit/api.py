@@ -94,7 +94,7 @@ def read_log(
     ----------
     path : str or Path
     dialect : str, optional
-        Name of the reader, such as ``rig``, ``tdms`` or ``rosbag``; default: recognised by the
+        Name of the reader, such as ``rig``, ``tdms`` or ``ros-bag``; default: recognised by the
         content.
     text : mapping of str to object, optional
         How a delimited text is written, as ``text`` of the configuration; default: as it looks, as
