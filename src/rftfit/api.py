@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.errors import InputError
-
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -85,7 +83,10 @@ def run(folder: str | Path = ".", targets: Sequence[str] = (), cores: int | None
 
 
 def read_log(
-    path: str | Path, dialect: str | None = None, text: Mapping[str, object] | None = None
+    path: str | Path,
+    dialect: str | None = None,
+    text: Mapping[str, object] | None = None,
+    options: Mapping[str, object] | None = None,
 ) -> Log:
     """Read one log of a force transducer or of a motion.
 
@@ -93,11 +94,14 @@ def read_log(
     ----------
     path : str or Path
     dialect : str, optional
-        Name of the reader, such as ``rig``, ``tdms`` or ``rosbag``; default: recognised by the
+        Name of the reader, such as ``rig``, ``tdms`` or ``ros-bag``; default: recognised by the
         content.
     text : mapping of str to object, optional
         How a delimited text is written, as ``text`` of the configuration; default: as it looks, as
         `rftfit inspect` finds it.
+    options : mapping of str to object, optional
+        What the dialect can be told, as ``options`` of the configuration, such as the ``sheet`` of a
+        workbook; for delimited text further keys of `text`.
 
     Returns
     -------
@@ -116,28 +120,13 @@ def read_log(
     >>> log = rftfit.read_log("raw/plate_01_force.csv")  # doctest: +SKIP
     >>> log.columns["Fz"], log.units["Fz"]  # doctest: +SKIP
     """
-    from rftfit.campaign.config import TextFormat
-    from rftfit.logs import registry
-    from rftfit.logs.delimited import DelimitedReader
-    from rftfit.logs.inspect import as_text, refusal
+    from rftfit.logs.inspect import recognised
 
-    path = Path(path)
-    if text is not None:
-        try:
-            described = TextFormat.model_validate(text)
-        except ValueError as error:
-            raise InputError(f"text: {' '.join(str(error).split())}") from error
-        return DelimitedReader(described).load(path)
-    if dialect is not None and dialect != DelimitedReader.name:
-        return registry.dialect(dialect).load(path)
-    head = registry.head_of(path)
-    if dialect is None and (known := registry.claimants(head)):
-        return known[0].load(path)
-    found = as_text(head)
-    if found is None:
-        raise refusal(path, head)
-    log = found[0].load(path)
-    return replace(log, notes=(*log.notes, f"no dialect knows this text; read as {found[1]}"))
+    found = recognised(Path(path), dialect, text, options)
+    log = found.reader.load(Path(path))
+    if found.text is None or text is not None:
+        return log
+    return replace(log, notes=(*log.notes, f"no dialect knows this text; read as {found.text}"))
 
 
 def fit_slope(depth_cm: npt.ArrayLike, stress_N_per_cm2: npt.ArrayLike) -> Slope:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from foreign_logs import TEXTS, lvm, netft
 
+from rftfit import api
 from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.logs.inspect import survey, survey_file, together
 from rftfit.logs.registry import dialect, source_reader
@@ -244,3 +246,84 @@ def test_a_text_with_zero_bytes_is_a_damaged_text(
     assert (said.code, said.err) == (0, "")
     assert "rows: 31, of which 30 can be read" in said.out
     assert block(said)["motion_log"]["columns"]
+
+
+WRENCH = """header:
+  seq: {0}
+  stamp:
+    secs: 154698{0}
+wrench:
+  force:
+    x: 0.{0}
+    z: -1.5
+---
+"""
+
+
+def test_messages_that_nobody_recorded_as_a_table(
+    rftfit: Callable[..., Said], tmp_path: Path
+) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text("".join(WRENCH.format(k) for k in range(9)), encoding="utf-8")
+    said = rftfit("inspect", path)
+    assert said.code == 2
+    assert "record with -p (rostopic echo -p TOPIC > log.csv)" in said.err
+    assert "record with -p" in rftfit("inspect", path, "--dialect", "rostopic").err
+
+
+def test_a_channel_that_was_never_connected(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    path = tmp_path / "log.npz"
+    np.savez(path, time=np.arange(9.0), F3=np.r_[np.nan, np.arange(8.0)], F1=np.full(9, np.nan))
+    said = rftfit("inspect", path)
+    assert said.code == 0
+    for text in (
+        "rows: 9, of which 8 can be read",
+        "NaN or infinite in F3: 1",
+        "not read: F1: no finite number",
+    ):
+        assert text in said.out
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "line"),
+    [
+        ("log.xlsx", {"sheet": "Ru*"}, 'options: {sheet: "Ru*"}'), ("log.xlsx", {"sheet": 2}, "options: {sheet: 2}"),
+        ("log.npz", {"rate_Hz": 50}, "options: {rate_Hz: 50}"),
+        ("log.csv", {"rate_Hz": 50}, 'text: {delimiter: ",", rate_Hz: 50}'),
+    ],
+)  # fmt: skip
+def test_options_that_were_given_stand_in_the_lines_for_the_config(
+    name: str, given: dict[str, object], line: str, rftfit: Callable[..., Said], tmp_path: Path
+) -> None:
+    """The lines read the log as inspect did, and so does `read_log` with the same options."""
+    path = tmp_path / name
+    frame = pd.DataFrame({"Fz [N]": np.arange(9.0), "z [mm]": np.arange(9.0)})
+    if name.endswith("npz"):
+        np.savez(path, **{str(column): frame[column] for column in frame})
+    elif name.endswith("csv"):
+        frame.to_csv(path, index=False)
+    else:
+        with pd.ExcelWriter(path) as book:
+            (frame + 1).to_excel(book, sheet_name="Settings", index=False)
+            frame.to_excel(book, sheet_name="Run 1", index=False)
+    words = [word for key, value in given.items() for word in ("--option", f"{key}={value}")]
+    said = rftfit("inspect", path, *words)
+    assert said.code == 0
+    assert line in said.out
+    source = ForceLog.model_validate(block(said)["force_log"])
+    log = api.read_log(path, options=given)
+    same = source_reader(source, "rig", "force_log").load(path)
+    np.testing.assert_array_equal(same.columns["Fz"], np.arange(9.0))
+    np.testing.assert_array_equal(log.columns["Fz"], np.arange(9.0))
+    assert ("time" in same.columns) == ("rate_Hz" in given)
+
+
+def test_a_column_that_is_no_number_stays_listed(
+    rftfit: Callable[..., Said], tmp_path: Path
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("Zeit,Fz [N]\n" + "".join(f"heute {k},{k}.5\n" for k in range(9)))
+    said = rftfit("inspect", path)
+    assert said.code == 0
+    assert "not read: Zeit: 'heute 0' (no number and no time)" in said.out
+    assert "Zeit    not read" in said.out

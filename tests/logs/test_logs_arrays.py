@@ -10,8 +10,8 @@ from numpy.testing import assert_array_equal
 
 from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.base import LogError
+from rftfit.logs.quantities import guesses
 from rftfit.logs.registry import claimants, head_of
-from rftfit.logs.units import guesses
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -147,10 +147,34 @@ def test_what_holds_no_plain_numbers(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="damaged"):
         ArraysReader().load(path)
     np.savez(tmp_path / "b.npz", a=np.array(["x", "y"]), b=3.0)
-    with pytest.raises(LogError, match="have to be saved as plain arrays"):
+    with pytest.raises(LogError, match=r"found a \(text\): save plain arrays"):
         ArraysReader().load(tmp_path / "b.npz")
     (tmp_path / "c.h5").write_text("time,F3\n1,2\n")
     with pytest.raises(LogError, match="neither a MATLAB"):
         ArraysReader().load(tmp_path / "c.h5")
     with pytest.raises(LogError, match="log missing"):
         ArraysReader().load(tmp_path / "none.h5")
+
+
+def test_cells_and_struct_arrays_of_matlab(tmp_path: Path) -> None:
+    """Each cell and each struct by its number, as MATLAB counts; a field of one number each is a column."""
+    from scipy.io import savemat
+
+    cells = np.empty((1, 2), dtype=object)
+    runs = np.zeros((1, 3), dtype=[("fz", object), ("F", object)])
+    for k in range(3):
+        runs[0, k] = (k / 2, FORCE[:, k])
+    cells[0, :] = TIME, Z
+    savemat(tmp_path / "a.mat", {"c": cells, "run": runs, "who": "me"})
+    log = ArraysReader().load(tmp_path / "a.mat")
+    assert list(log.columns) == ["c{1}", "c{2}", "run(1).F", "run(2).F", "run(3).F"]
+    assert_array_equal(log.columns["run(2).F"], FORCE[:, 1])
+    assert log.notes == (
+        "no arrays of numbers, left out: who (text)",
+        "arrays of another length, left out: run.fz (3)",
+    )
+    savemat(tmp_path / "b.mat", {"c": np.full((1, 65), "me", dtype=object), "who": "me"})
+    with pytest.raises(
+        LogError, match=r"found c \(a list of 65 cells, more than 64\), who \(text\)"
+    ):
+        ArraysReader().load(tmp_path / "b.mat")

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import datetime as dt
 import gzip
+import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
+import rftfit
 from rftfit.logs.base import LogError
-from rftfit.logs.inspect import as_text, config_block, refusal, survey
+from rftfit.logs.inspect import config_block, recognised, refusal, survey
 from rftfit.logs.registry import dialect, head_of
-from rftfit.logs.stamps import is_stamp, seconds_of
+from rftfit.logs.stamps import is_stamp, seconds_of, seconds_of_column
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,6 +47,9 @@ FORMS: dict[str, Callable[[dt.datetime], str]] = {
     "clock": clock,
     "minutes": lambda t: clock(t)[3:],
     "decimal comma": lambda t: clock(t).replace(".", ","),
+    "day first, comma": lambda t: f"{t:%d.%m.%Y} {clock(t)}",
+    "day first, slashes": lambda t: f"{t:%d/%m/%Y} {clock(t)}",
+    "month first": lambda t: f"{t:%m/%d/%Y} {t.hour % 12 or 12}:{clock(t)[3:]} {t:%p}",
 }
 
 
@@ -53,11 +59,10 @@ def written(form: str, path: Path, *, bad: bool = False) -> Log:
     if bad:
         rows[40][0], rows[50][0] = "later", "2026-13-45T99:00:00Z"
     if comma:
-        rows = [[cell.replace(".", ",") for cell in row] for row in rows]
+        rows = [[re.sub(r"\.(?=\d+$)", ",", cell) for cell in row] for row in rows]
     lines = [(";" if comma else ",").join(row) for row in [["Time", "Fz (N)", "z (mm)"], *rows]]
     path.write_text("\n".join(lines) + "\n")
-    found = as_text(head_of(path))
-    assert found is not None
+    found = recognised(path)
     return found[0].load(path)
 
 
@@ -68,7 +73,7 @@ def test_times_as_text(form: str, tmp_path: Path) -> None:
     assert not log.dropped
     assert log.units["Time"] == "s"
     assert_allclose(np.diff(log.columns["Time"]), 0.01, atol=1e-6)
-    if form.startswith("ISO") or form in ("blank, no zone", "slashes"):
+    if "first" in form or form.startswith("ISO") or form in ("blank, no zone", "slashes"):
         assert log.columns["Time"][0] == pytest.approx(START.timestamp(), abs=1e-6)
     # where the file leaves something open, the log says what was taken
     assert bool(log.notes) != form.startswith("ISO")
@@ -86,13 +91,59 @@ def test_a_time_that_is_none_costs_its_row(form: str, tmp_path: Path) -> None:
 def test_a_time_with_a_byte_that_is_no_text(row: int, tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     written("clock", path)
-    found = as_text(head_of(path))
-    assert found is not None
+    found = recognised(path)
     lines = path.read_bytes().splitlines(keepends=True)
     lines[row + 1] = b"12:00:0\xb0.0,1,2\n"
     path.write_bytes(b"".join(lines))
     log = found[0].load(path)
     assert (log.size, log.dropped) == (N - 1, {"not a time": 1})
+
+
+AMBIGUOUS = "03/04/2026 12:00:0"
+
+
+def test_a_date_of_which_nobody_can_tell_the_day(tmp_path: Path) -> None:
+    """It stays listed with its first cell and the reason, is refused where it is asked for, and `dates` reads it."""
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{AMBIGUOUS}{k};{k},5\n" for k in range(5))
+    path.write_text(f"Zeit;Kraft [N]\n{rows}")
+    text = {"delimiter": ";", "decimal": ","}
+    log = rftfit.read_log(path, text=text)
+    assert log.unread == {"Zeit": f"'{AMBIGUOUS}0' (day or month first? `dates` says it)"}
+    reader = recognised(path)
+    with pytest.raises(LogError, match="no numbers in the column 'Zeit': '03/04/2026"):
+        reader[0].only(["Zeit", "Kraft"]).load(path)
+    for dates, month in (("day first", 4), ("month first", 3)):
+        log = rftfit.read_log(path, text=text, options={"dates": dates})
+        wanted = dt.datetime(2026, month, 7 - month, 12, tzinfo=dt.UTC).timestamp()
+        assert_array_equal(log.columns["Zeit"], wanted + np.arange(5))
+        assert dates in log.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "order", "wanted"),
+    [
+        ("23.11.2026 12:03:36,100", "", (2026, 11, 23, 12, 3, 36.1)),
+        ("11/03/2026 1:00:36.100 PM", "", (2026, 11, 3, 13, 0, 36.1)),
+        ("11/3/2026 12:00:36 AM", "", (2026, 11, 3, 0, 0, 36)),
+        ("3/11/26 9:05", "dmy", (2026, 11, 3, 9, 5, 0)),
+        ("1:00:36.5 PM", "", (1970, 1, 1, 13, 0, 36.5)),
+        ("31.02.2026 12:00:00", "", None), ("11/03/2026 13:00:00 PM", "", None),
+        ("03/04/2026 12:00:00", "", None), ("3.4.26 12:00:00", "", None),
+    ],
+)  # fmt: skip
+def test_dates_of_other_countries(text: str, order: str, wanted: tuple[int, ...] | None) -> None:
+    """By hand and in a whole column alike."""
+    column = seconds_of_column(pa.array([text] * 3), order)
+    if wanted is None:
+        assert np.isnan(seconds_of(text, order))
+        assert column is None
+        return
+    *whole, seconds = wanted
+    moment = dt.datetime(*whole, tzinfo=dt.UTC).timestamp() + seconds  # type: ignore[arg-type]
+    assert seconds_of(text, order) == pytest.approx(moment, abs=1e-6)
+    assert column is not None
+    assert_allclose(column, moment, atol=1e-6)
 
 
 @given(
@@ -135,10 +186,10 @@ def test_dates_of_a_spreadsheet(tmp_path: Path) -> None:
 def test_a_column_of_words_is_named(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("t (s),remark,Fz (N)\n" + "".join(f"{k},still,{k}.5\n" for k in range(9)))
-    found = as_text(head_of(path))
-    assert found is not None
-    assert found[0].load(path).notes == ("no numbers in the first rows, not read: remark",)
-    assert not found[0].only(["t", "Fz"]).load(path).notes
+    found = recognised(path)
+    assert found[0].load(path).unread == {"remark": "'still' (no number and no time)"}
+    with pytest.raises(LogError, match="no numbers in the column 'remark': 'still'"):
+        found[0].only(["t", "remark"]).load(path)
 
 
 def test_a_cell_far_below_all_rows(tmp_path: Path) -> None:
@@ -168,8 +219,7 @@ def test_packed_text_is_the_text(tmp_path: Path) -> None:
     plain = written("clock", tmp_path / "a.csv")
     packed = tmp_path / "a.csv.gz"
     packed.write_bytes(gzip.compress((tmp_path / "a.csv").read_bytes()))
-    found = as_text(head_of(packed))
-    assert found is not None
+    found = recognised(packed)
     log = found[0].load(packed)
     for name, values in plain.columns.items():
         assert_array_equal(log.columns[name], values)
@@ -182,8 +232,7 @@ def test_times_since_1970_are_proposed_in_their_unit(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     rows = "".join(f"{1_790_000_000_000 + 10 * k},{k}.5\n" for k in range(50))
     path.write_text("t,Fz (N)\n" + rows)
-    found = as_text(head_of(path))
-    assert found is not None
+    found = recognised(path)
     seen = survey(found[0].stream(path))
     assert seen.time_unit == "ms"
     assert any("unit: ms" in line for line in config_block(seen, "delimited", found[1]))

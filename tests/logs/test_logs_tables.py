@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import random
-from typing import TYPE_CHECKING
+import re
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from foreign_logs import TEXTS, daq, instron, netft
 
+import rftfit
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.delimited import DelimitedReader, encoding_of, preview
+from rftfit.logs.quantities import guess
 from rftfit.logs.registry import claimants, dialect, head_of
-from rftfit.logs.units import guess, split_unit
+from rftfit.logs.units import split_unit
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -51,7 +55,7 @@ def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path: Path) -> N
     rows: list[list[object]] = [["Test 12", None, None], [None] * 3]
     rows += [["Time", "Force", "Operator"], ["s", "kN", None]]
     rows += [[0.1 * n, 2.0 * n, "me"] for n in range(10)]
-    rows[8][1] = "off"
+    rows[5][1] = "off"
     pd.DataFrame(rows).to_excel(path, index=False, header=False, engine="xlsxwriter")
     log = dialect("xlsx").load(path)
     assert log.units == {"Time": "s", "Force": "kN"}
@@ -222,11 +226,101 @@ def test_guesses(name: str, unit: str, wanted: str) -> None:
     [
         ("Force [kN]", ("Force", "kN")), ("Force (Newtons)", ("Force", "N")), ("x_mm", ("x", "mm")),
         ("F / N", ("F", "N")), ("time, s", ("time", "s")), ("Fx", ("Fx", "")), ("Torque (Nm)", ("Torque", "N m")),
+        ("F_ext[2]", ("F_ext[2]", "")), ("Position (z)", ("Position (z)", "")), ("Weg (x) [mm]", ("Weg (x)", "mm")),
+        ("Speed mm/min", ("Speed", "mm/min")), ("v_mm/s", ("v", "mm/s")), ("mm/min", ("mm/min", "")),
+        ("Load_kg", ("Load", "kg")), ("run_g", ("run_g", "")), ("Sensor A", ("Sensor A", "")),
         ("Angle (°)", ("Angle", "deg")), ("p (MPa)", ("p", "MPa")), ("run_a", ("run_a", "")), ("t (?)", ("t", "")),
     ],
 )  # fmt: skip
 def test_units_in_names(cell: str, wanted: tuple[str, str]) -> None:
     assert split_unit(cell) == wanted
+
+
+@pytest.mark.parametrize(
+    ("row", "units"),
+    [
+        ("g mm sec", "gf mm s"), ("N mm s", "N mm s"), ("kN*mm mm s", "kN*mm mm s"), ("N V s", "N V s"),
+        ("mN nm s", "mN nm s"), ("N qq s", "N qq s"), ("kg mm/min s", "kgf mm/min s"), ("a b s", None),
+    ],
+)  # fmt: skip
+def test_rows_of_units(row: str, units: str | None, tmp_path: Path) -> None:
+    path = tmp_path / "log.tab"
+    lines = ["Force\tTravel\tTime\t", "\t".join(row.split()) + "\t"]
+    path.write_text("\n".join([*lines, "", *(f"{k}.5\t{k}\t{k}" for k in range(4))]) + "\n")
+    log = rftfit.read_log(path)
+    if units is None:
+        assert list(log.columns) == row.split()
+    else:
+        assert log.units == dict(zip(["Force", "Travel", "Time"], units.split(), strict=True))
+
+
+Rows = list[list[object]]
+LOG: Rows = [["Time", "Force"], ["s", "kN"], *([0.1 * k, 2.0 * k] for k in range(9))]
+RESULT: Rows = [["Date", "Fmax"], [None, "N"], [45000.5, 5286.0]]
+PROSE: Rows = [["Speed", 5]]
+BESIDE: Rows = [[*row, None, *typed] for row, typed in zip(
+    [["GLL", "Specimen 1"], *LOG], [["L?", 1, 1.32, 5.99, 6], ["gap", 3], ["me", "you"], *[[None]] * 9],
+    strict=True)]  # fmt: skip
+BELOW: Rows = [*LOG, [None, None], [None, None, None, "sum", 72]]
+
+
+@pytest.mark.parametrize(
+    ("sheets", "hidden", "option", "found"),
+    [
+        ({"Parameters": PROSE, "Results": RESULT, "Values 1": LOG}, "", None, "Values 1"),
+        ({"Parameters": PROSE, "Values 1": LOG}, "", "Values *", "Values 1"),
+        ({"Values 1": LOG, "Values 2": LOG}, "", 2, "Values 2"),
+        ({"Values 1": LOG, "Values 2": LOG}, "Values 1", None, "Values 2"),
+        ({"Values 1": LOG, "Values 2": LOG}, "Values 1", 1, "Values 2"),
+        ({"Values 1": LOG, "Values 2": LOG}, "Values 1", "Values 1", "Values 1"),
+        ({"Values 1": LOG, "Parameters": PROSE}, "Values 1", None, "hidden: Values 1"),
+        ({"Values 1": LOG, "Parameters": PROSE}, "Values 1", "Val*", "no sheet 'Val*'; allowed: Parameters; hidden"),
+        ({"Values 1": LOG}, "", 2, "no sheet 2; allowed: Values 1"),
+        ({"Values 1": BESIDE}, "", None, "Values 1"),
+        ({"Values 1": BELOW}, "", None, "Values 1"),
+        ({"Values 1": [[1, 2], *LOG]}, "", None, "Values 1"),
+    ],
+)  # fmt: skip
+def test_sheets_of_a_workbook(
+    sheets: dict[str, Rows], hidden: str, option: object, found: str, tmp_path: Path
+) -> None:
+    openpyxl: Any = import_module("openpyxl")
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for number, (name, rows) in enumerate(sheets.items()):
+        sheet = book.create_sheet(name)
+        for row in rows:
+            # which sheet is read shows in its last number
+            sheet.append([16.0 + number if cell == 16.0 else cell for cell in row])
+        sheet.sheet_state = "hidden" if name == hidden else "visible"
+    book.save(tmp_path / "a.xlsx")
+    options = {} if option is None else {"sheet": option}
+    if found not in sheets:
+        with pytest.raises(LogError, match=re.escape(found)):
+            rftfit.read_log(tmp_path / "a.xlsx", options=options)
+        return
+    log = rftfit.read_log(tmp_path / "a.xlsx", options=options)
+    assert log.units == {"Time": "s", "Force": "kN"}
+    assert (log.rows, log.size) == (9, 9)
+    assert log.columns["Force"][-1] == 16.0 + list(sheets).index(found)
+    assert bool(log.notes) == (option is None and len(sheets) > 1)
+
+
+def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    FRAME.assign(dead=np.nan).to_parquet(path)
+    assert dialect("parquet").load(path).not_finite == {"dead": 50}
+    assert dialect("parquet").only({"Fx", "z"}).load(path).size == 50
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
+def test_utf16_without_a_mark(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{k},{k}.5\r\n" for k in range(9))
+    path.write_bytes(f"Größe [mm],Kraft [N]\r\n{rows}".encode(encoding))
+    log = rftfit.read_log(path)
+    assert (log.size, log.units) == (9, {"Größe": "mm", "Kraft": "N"})
+    assert encoding_of(path.read_bytes()) == "UTF-16"
 
 
 def test_what_a_file_looks_like() -> None:

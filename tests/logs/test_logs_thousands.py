@@ -45,6 +45,22 @@ def test_numbers_with_both_marks(
     np.testing.assert_array_equal(np.sort(found), np.sort(FORCES))
 
 
+@pytest.mark.parametrize("mark", [" ", "'", "\u2019", "\u00a0", "\u202f", "\u2009"])
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_thousands_by_a_blank_or_an_apostrophe(tmp_path: Path, mark: str, encoding: str) -> None:
+    path = tmp_path / "log.csv"
+    times = ["0,0", "0,1", "0,2", "0,3", "0,4"]
+    rows = [f"{t};{f.replace('.', mark)}" for t, f in zip(times, GERMAN, strict=True)]
+    text = "\n".join(["time (s);Fz (N)", *rows, *rows[2:4]]) + "\n"
+    try:
+        path.write_bytes(text.encode(encoding))
+    except UnicodeEncodeError:
+        return  # which no such file can have
+    log = rftfit.read_log(path)
+    assert (log.size, log.dropped) == (7, {})
+    np.testing.assert_array_equal(log.columns["Fz"], [*FORCES, *FORCES[2:4]])
+
+
 def test_a_single_mark_is_not_guessed(tmp_path: Path) -> None:
     """1,442 may be a thousand or a fraction: the row is left out and counted."""
     forces = ("0.5", '"1,442"', "2.5", '"1,44.2"', '"12,4421.5"', "3.5", "4.5")

@@ -174,6 +174,9 @@ class TextFormat(Model):
     skip_lines: int = key(0, "lines in front of the row of names, or of the data", ge=0, le=1000)
     names: bool = key(True, "whether a row of names follows; else columns go by number, from 1")
     units: bool = key(False, "whether a row of units follows that")
+    dates: Literal["", "year first", "day first", "month first"] = key(
+        "", "order of dates such as 03/04/2026 1:00:36 PM, where the first rows do not show it"
+    )
     comment: str = key("", "lines that begin with this are no data, for example #", max_length=8)
     encoding: str = key("", "of the names; default: UTF-8, or else Windows-1252")
     rate_Hz: Positive | None = key(None, "rows a second, where no column holds the time, Hz")

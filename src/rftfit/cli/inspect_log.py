@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,8 +17,8 @@ from rftfit.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rftfit.logs.base import LogError, Reader
-    from rftfit.logs.inspect import Clock, Survey
+    from rftfit.logs.base import LogError
+    from rftfit.logs.inspect import Clock, Recognised, Survey
 
 _MOST_GAPS = 10
 _DRAWN = "drawn by rftfit inspect"
@@ -49,69 +50,42 @@ def inspect_log(
     from rftfit.logs.inspect import survey_file
 
     ending = check_picture(plot, "--plot", _DRAWN, force) if plot is not None else ""
-    reader, text, others = _reader(log, dialect, option or [])
-    surveys, refused = survey_file(reader, log)
-    say(
-        _as_json(reader, surveys, refused, text)
-        if as_json
-        else _as_text(reader, surveys, refused, text, others)
-    )
+    found = _recognised(log, dialect, option or [])
+    surveys, refused = survey_file(found.reader, log)
+    say((_as_json if as_json else _as_text)(found, surveys, refused))
     if plot is not None:
         from rftfit.figures.log_plot import plot_log
         from rftfit.figures.style import content
         from rftfit.store import write_bytes
 
-        write_bytes(plot, content(plot_log(reader, surveys), ending, _DRAWN))
+        write_bytes(plot, content(plot_log(found.reader, surveys), ending, _DRAWN))
         if as_json:
             return
         say(f"\nDrawing: {plot}")
 
 
-def _reader(
-    path: Path, name: str | None, options: Sequence[str]
-) -> tuple[Reader, dict[str, Any] | None, list[str]]:
-    """Find the reader of a file; its format where it is just delimited text; who else claims it."""
-    from rftfit.logs.inspect import as_text, refusal, tried
-    from rftfit.logs.registry import claimants, dialect, head_of
+def _recognised(path: Path, name: str | None, options: Sequence[str]) -> Recognised:
+    from rftfit.logs.inspect import recognised
 
     if path.is_dir():
         raise InputError(f"{path}: this is a folder; name one log in it")
     if path.exists() and not path.is_file():
         # a pipe or device would be read for ever
         raise InputError(f"{path}: this is a pipe or device; name a log, a regular file")
-    head = head_of(path)
-    text: dict[str, Any] | None = None
-    others: list[str] = []
-    if name is not None:
-        reader = dialect(name)
-    elif found := claimants(head):
-        reader, others = found[0], [f"also claimed by: {other.name}" for other in found[1:]]
-    elif (described := as_text(head)) is not None:
-        (reader, text), others = described, tried()
-    else:
-        raise refusal(path, head)
-    if options:
-        try:
-            reader = reader.with_options(dict(_option(pair) for pair in options))
-        except ValueError as error:
-            raise InputError(f"--option: {error}") from None
-    return reader, text, others
+    return recognised(path, name, options=dict(map(_option, options)))
 
 
 def _option(pair: str) -> tuple[str, str | float]:
     key, equals, value = pair.partition("=")
     if not equals:
-        raise ValueError(f"found {pair!r}; allowed: KEY=VALUE")
-    try:
-        return key, float(value)
-    except ValueError:
-        return key, value
+        raise InputError(f"--option: found {pair!r}; allowed: KEY=VALUE")
+    for number in (int, float):
+        with suppress(ValueError):
+            return key, number(value)
+    return key, value
 
 
-def _as_text(
-    reader: Reader, surveys: Sequence[Survey], refused: LogError | None,
-    text: dict[str, Any] | None, others: Sequence[str],
-) -> str:  # fmt: skip
+def _as_text(found: Recognised, surveys: Sequence[Survey], refused: LogError | None) -> str:
     """Tell what a file is, by the surveys of each of its clocks, and why it is no log as it stands."""
     from rftfit.logs.delimited import encoding_of
     from rftfit.logs.inspect import config_block, kinds, lacking, together
@@ -119,8 +93,9 @@ def _as_text(
 
     whole = together(surveys)
     path = whole.path
+    reader, text, options, others = found
     kind = " and ".join(kinds(whole)) or "unknown kind of"
-    names = dict.fromkeys(column.name for found in surveys for column in found.columns)
+    names = dict.fromkeys(column.name for part in surveys for column in part.columns)
     known = [
         f"dialect: {reader.name}, {reader.describe()}",
         f"  recognised by {reader.evidence}; columns are {', '.join(names)}",
@@ -139,45 +114,45 @@ def _as_text(
     if refused is not None:
         why = str(refused).removeprefix(f"{path}: ")
         lines += ["", f"refused as one log: {why}", "", "by clock:"]
-    for found in surveys:
-        lines += ["", *_survey_lines(found)]
+    for part in surveys:
+        lines += ["", *_survey_lines(part)]
     lines += [
         "",
         "needed beside this file:",
         *(f"  {need}" for need in lacking(whole)),
         "",
         "for config.yaml (quantities are guessed from names and units: check them):",
-        *(f"  {line}" for line in config_block(whole, reader.name, text)),
+        *(f"  {line}" for line in config_block(whole, reader.name, text, options)),
     ]
     return "\n".join(lines)
 
 
-def _as_json(
-    reader: Reader, surveys: Sequence[Survey], refused: LogError | None, text: dict[str, Any] | None
-) -> str:
+def _as_json(found: Recognised, surveys: Sequence[Survey], refused: LogError | None) -> str:
     """What `_as_text` tells, for a script; the columns of each clock for themselves."""
     from rftfit.logs.inspect import config_block, kinds, lacking, together
 
     whole = together(surveys)
-    of_survey = ("rows", "used", "dropped", "missing", "notes", "time_unit")
+    of_survey = (
+        "rows", "used", "dropped", "missing", "notes", "time_unit", "not_finite", "unread"
+    )  # fmt: skip
     of_clock = ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
     clocks = [
         {
-            "columns": [asdict(column) for column in found.columns],
-            **{name: getattr(found, name) for name in of_survey},
-            "clock": found.clock and {name: getattr(found.clock, name) for name in of_clock},
+            "columns": [asdict(column) for column in part.columns],
+            **{name: getattr(part, name) for name in of_survey},
+            "clock": part.clock and {name: getattr(part.clock, name) for name in of_clock},
         }
-        for found in surveys
+        for part in surveys
     ]
     return json_text(
         {
             "file": whole.path,
-            "dialect": reader.name,
+            "dialect": found.reader.name,
             "kinds": kinds(whole),
             "refused": refused and str(refused),
             "clocks": clocks,
             "needed": lacking(whole),
-            "config": config_block(whole, reader.name, text),
+            "config": config_block(whole, found.reader.name, found.text, found.options),
         }
     )
 
@@ -188,17 +163,20 @@ def _survey_lines(found: Survey) -> list[str]:
         [c.name, c.quantity, c.unit or "-", *map(_short, (c.lowest, c.highest, c.resolution))]
         for c in found.columns
     ]
+    rows += [[name, "not read", "-", "-", "-", "-"] for name in found.unread]
     whole = found.rows + sum(found.missing.values())
     return [
         table(header, rows),
         "",
         f"rows: {found.rows}, of which {found.used} can be read",
         *(f"  {number} dropped: {reason}" for reason, number in found.dropped.items()),
+        *(f"    NaN or infinite in {name}: {number}" for name, number in found.not_finite.items()),
         *(
             f"  {number} ({number / whole:.1%} of all) missing: {reason}"
             for reason, number in found.missing.items()
         ),
         *_clock_lines(found.clock, found.time_unit or "s"),
+        *(f"not read: {name}: {why}" for name, why in found.unread.items()),
         *(f"note: {note}" for note in found.notes),
     ]
 

@@ -30,7 +30,7 @@ def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
     logs = []
     for found in surveys:
         names = [column.name for column in found.columns]
-        own = reader if len(surveys) == 1 else reader.only(names)
+        own = reader.only(names) if len(surveys) > 1 or found.unread else reader
         logs.append(thinned(own.stream(found.path), found.used))
     return draw_log(*logs, time_name=surveys[0].quantities.get("time", "time"))
 

@@ -7,6 +7,7 @@ import math
 import struct
 import zipfile
 import zlib
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
@@ -24,7 +25,7 @@ from rftfit.logs.base import (
 from rftfit.logs.units import names_and_units, unit_word
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator
+    from collections.abc import Collection, Iterable
     from pathlib import Path
 
     from rftfit.conventions import FloatArray
@@ -43,6 +44,8 @@ _MATRIX, _PACKED = 14, 15
 
 Column = tuple[np.ndarray, str]
 """Values, of shape (n,), and the unit that the file states."""
+Found = Iterator[tuple[str, Column | str]]
+"""Columns by name; of what is none, what it is."""
 
 
 class ArraysReader(RatedReader):
@@ -63,22 +66,27 @@ class ArraysReader(RatedReader):
             check_size(path)
             head = file.read(16)
         try:
-            found = dict(_columns(path, head))
+            every = dict(_columns(path, head))
         except LogError:
             raise
         except Exception as error:  # each library has errors of its own for a damaged file
             why = str(error) or type(error).__name__
             raise LogError("damaged", f"{path}: damaged, or no file of arrays: {why}") from error
-        return self._log(path, found)
+        found = {name: column for name, column in every.items() if not isinstance(column, str)}
+        others = [f"{name} ({what})" for name, what in every.items() if isinstance(what, str)]
+        return self._log(path, found, others)
 
-    def _log(self, path: Path, found: dict[str, Column]) -> Log:
+    def _log(self, path: Path, found: dict[str, Column], others: list[str]) -> Log:
         names, in_names = names_and_units(found)
         pairs = zip(found.values(), in_names, strict=True)
         units = [stated or unit for (_, stated), unit in pairs]
         columns = dict(zip(names, (values for values, _ in found.values()), strict=True))
         if not columns:
-            text = "no array of numbers with more than one value; objects (a MATLAB table or timeseries) "
-            raise LogError("header_only", f"{path}: {text}have to be saved as plain arrays")
+            listed = f"; found {', '.join(others)}: save plain arrays" if others else ""
+            raise LogError(
+                "header_only", f"{path}: no array of numbers with more than one value{listed}"
+            )
+        notes = [f"no arrays of numbers, left out: {', '.join(others)}"] if others else []
         wanted = self.wanted(columns)
         sizes = {name: values.size for name, values in columns.items() if name in wanted}
         size = max(sizes.values(), key=lambda n: (list(sizes.values()).count(n), n), default=0)
@@ -91,7 +99,7 @@ class ArraysReader(RatedReader):
                 f"others: {', '.join(others)}",
                 max(sizes.values()),
             )
-        notes = [f"arrays of another length, left out: {', '.join(others)}"] if others else []
+        notes += [f"arrays of another length, left out: {', '.join(others)}"] if others else []
         kept = {n: columns[n].astype(float, copy=False) for n, k in sizes.items() if k == size}
         stated = {name: unit for name, unit in zip(names, units, strict=True) if name in kept}
         if self._rate and "time" not in kept:
@@ -100,7 +108,7 @@ class ArraysReader(RatedReader):
         return Log(path, kept, stated, size, notes=tuple(notes)).finite()
 
 
-def _columns(path: Path, head: bytes) -> Iterator[tuple[str, Column]]:
+def _columns(path: Path, head: bytes) -> Found:
     if head.startswith(_MAT5):
         from scipy.io import loadmat
 
@@ -129,7 +137,7 @@ def _columns(path: Path, head: bytes) -> Iterator[tuple[str, Column]]:
         raise LogError("header", f"{path}: neither a MATLAB (5 or 7.3), HDF5 nor NumPy file")
 
 
-def _of_hdf5(path: Path) -> Iterator[tuple[str, Column]]:
+def _of_hdf5(path: Path) -> Found:
     try:
         import h5py
     except ImportError:
@@ -279,18 +287,19 @@ def _check_mat5(path: Path) -> None:
             file.seek(end)
 
 
-def _of_array(path: str, value: Any, unit: str = "") -> Iterator[tuple[str, Column]]:
+def _of_array(path: str, value: Any, unit: str = "") -> Found:
     """Yield the columns of an array: itself, its fields, the columns of a table."""
-    array = np.asarray(value)
-    if array.dtype.names:
-        for name in array.dtype.names:
-            yield from _of_array(f"{path}.{name}" if path else name, array[name], unit)
+    array = np.asanyarray(value)
+    if type(array).__name__.startswith("Matlab"):  # the library's classes for what it cannot read
+        yield path, "an object: a MATLAB table, timeseries or function"
         return
     if array.dtype == object:
-        # the record of a MATLAB struct, one of each; cells and lists of several are no columns
-        if array.size == 1 and isinstance(array.flat[0], np.ndarray):
-            yield from _of_array(path, array.flat[0], unit)
+        yield from _of_cells(path, f"{path}{{#}}", array, unit)
         return
+    for name in array.dtype.names or ():
+        yield from _of_cells(f"{path}.{name}".strip("."), f"{path}(#).{name}", array[name], unit)
+    if array.dtype.kind in "SU":
+        yield path, "text"
     if array.dtype.kind not in "biufM" or array.size < 2:
         return
     if array.dtype.kind == "M":
@@ -303,3 +312,18 @@ def _of_array(path: str, value: Any, unit: str = "") -> Iterator[tuple[str, Colu
         # samples are more than columns: MATLAB and HDF5 lay a table differently
         for number, values in enumerate(table if shape[0] < shape[1] else table.T, start=1):
             yield f"{path} column {number}".strip(), (values, unit)
+
+
+def _of_cells(path: str, each: str, array: np.ndarray, unit: str) -> Found:
+    """Yield the columns of a cell array, or of a field of a struct array; `each`: path of one, # its number."""
+    if array.dtype != object or array.size == 1:
+        yield from _of_array(path, array if array.dtype != object else array.flat[0], unit)
+        return
+    cells = [np.asanyarray(cell) for cell in array.flat]
+    if all(cell.size == 1 and cell.dtype.kind in "biuf" for cell in cells):
+        yield path, (np.array([cell.item() for cell in cells]), unit)
+    elif len(cells) > MOST_COLUMNS:
+        yield path, f"a list of {len(cells)} cells, more than {MOST_COLUMNS}"
+    else:
+        for number, cell in enumerate(cells, start=1):
+            yield from _of_array(each.replace("#", str(number)), cell, unit)

@@ -64,6 +64,8 @@ class Log:
     `missing`: Reason to number of samples that the instrument counted and the file lacks (lost
         packets); they are no lines of the file and not part of `rows`.
     `notes`: How the numbers came about: where the time is from, for example.
+    `not_finite`: Column to the number of lines that it had NaN or an infinite number in.
+    `unread`: Column of the file that holds no numbers, to its first cell and why it was not read.
     """
 
     path: Path
@@ -73,6 +75,8 @@ class Log:
     dropped: dict[str, int] = field(default_factory=dict)
     missing: dict[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    not_finite: dict[str, int] = field(default_factory=dict)
+    unread: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         kept = {values.size for values in self.columns.values()}
@@ -95,8 +99,8 @@ class Log:
 
     def finite(self) -> Log:
         """Return the log without the rows in which a column is NaN or infinite."""
-        finite = [np.isfinite(values) for values in self.columns.values()]
-        return self.take(np.all(finite, axis=0), FINITE)
+        keep, bad = finite_rows(self.columns)
+        return replace(self, not_finite=add_counts(self.not_finite, bad)).take(keep, FINITE)
 
 
 class Reader(ABC):
@@ -126,6 +130,14 @@ class Reader(ABC):
         """
         asked = self.asked
         return names if asked is None or asked.difference(names, QUANTITIES) else asked
+
+    def check_asked(self, path: Path, unread: Mapping[str, str]) -> None:
+        """Refuse a file where a column that is asked for could not be read."""
+        asked = (self.asked or frozenset()).difference(
+            name for name in QUANTITIES if name != "time"
+        )
+        if lost := [f"{name!r}: {why}" for name, why in unread.items() if name in asked]:
+            raise LogError("columns", f"{path}: found no numbers in the column {'; '.join(lost)}")
 
     def describe(self) -> str:
         """Return the description."""
@@ -186,6 +198,19 @@ def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
     return dict(total)
 
 
+def finite_rows(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, dict[str, int]]:
+    """Tell in which rows all numbers are finite, and how many are not in each column where one is not."""
+    keep = np.ones(next(iter(columns.values())).size, dtype=bool)
+    bad = {}
+    for name, values in columns.items():
+        if values.dtype == float:
+            finite = np.isfinite(values)
+            if lost := int(finite.size - np.count_nonzero(finite)):
+                bad[name] = lost
+                keep &= finite
+    return keep, bad
+
+
 def join_blocks(blocks: Iterable[Log]) -> Log:
     """Put the blocks of one file together; there is at least one."""
     parts = list(blocks)
@@ -203,6 +228,8 @@ def join_blocks(blocks: Iterable[Log]) -> Log:
         add_counts(*(part.dropped for part in parts)),
         add_counts(*(part.missing for part in parts)),
         tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+        add_counts(*(part.not_finite for part in parts)),
+        first.unread,
     )
 
 
@@ -234,7 +261,7 @@ def parallel_map(work: Callable[[Item], Result], items: Iterable[Item]) -> Itera
 
 def text_option(options: Mapping[str, object], name: str, default: str) -> str:
     """Return the text given for a dialect's only option."""
-    value = _only_option(options, name, default)
+    value = only_option(options, name, default)
     if not isinstance(value, str):
         raise ValueError(f"{name}: found {value!r}; allowed: a text")  # noqa: TRY004
     return value
@@ -242,7 +269,7 @@ def text_option(options: Mapping[str, object], name: str, default: str) -> str:
 
 def rate_option(options: Mapping[str, object]) -> float | None:
     """Return the rate (Hz) given for a dialect whose only option is ``rate_Hz``."""
-    rate = _only_option(options, "rate_Hz", None)
+    rate = only_option(options, "rate_Hz", None)
     if rate is None:
         return None
     if isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < 1e9:
@@ -250,7 +277,8 @@ def rate_option(options: Mapping[str, object]) -> float | None:
     return float(rate)
 
 
-def _only_option(options: Mapping[str, object], name: str, default: object) -> object:
+def only_option(options: Mapping[str, object], name: str, default: object) -> object:
+    """Return what is given for a dialect's only option."""
     others = sorted(set(options) - {name})
     if others:
         raise ValueError(f"found the option {others[0]!r}; allowed: {name}")

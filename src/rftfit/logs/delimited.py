@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import codecs
 import re
-from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rftfit.logs.base import HEAD_BYTES
-from rftfit.logs.stamps import PERIOD_S, RestartingClock, is_stamp, note_of
+from rftfit.logs.stamps import ORDERS, PERIOD_S, RestartingClock, is_stamp, note_of, order_of
 from rftfit.logs.text import (
     Kind,
     Layout,
@@ -19,8 +18,9 @@ from rftfit.logs.text import (
     decoded,
     lines_of,
     text_head,
+    utf16_of,
 )
-from rftfit.logs.units import known_unit, names_and_units, unique, unit_word
+from rftfit.logs.units import is_units_row, names_and_units
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,11 +33,15 @@ DELIMITER_WORDS = {"\t": "tab", " ": "blank", "|": "bar"}
 """How the config names them."""
 
 _DELIMITERS = {word: character for character, word in DELIMITER_WORDS.items()}
+_SPACED = r"\d{1,3}([ '\u2019\u00a0\u202f\u2009]\d{3})+"
+"""Thousands by blanks or apostrophes; by the other mark they need the decimal one, too."""
 _NUMBERS = {
-    ".": re.compile(r"[+-]?(\d{1,3}(,\d{3})+\.\d*|\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?(\d{1,3}(\.\d{3})+,\d*|\d+,?\d*|,\d+)([eE][+-]?\d+)?"),
+    point: re.compile(
+        rf"[+-]?(\d+[{point}]?\d*|\d{{1,3}}([{group}]\d{{3}})+[{point}]\d*|{_SPACED}([{point}]\d*)?|[{point}]\d+)"
+        r"([eE][+-]?\d+)?"
+    )
+    for point, group in (".,", ",.")
 }
-_BRACKETED = re.compile(r"\s*[\[(][^\[\]()]*[\])]\s*")
 _HEAD_LINES = 200
 _KIND_LINES = 40
 _DEFAULTS = {"decimal": ".", "skip_lines": 0, "names": True, "units": False}
@@ -67,9 +71,8 @@ class DelimitedReader(TextReader):
         skipped, lines = every[: text.skip_lines], every[text.skip_lines :]
         lines = [line for line in lines if _counts(line, text.comment)]
         start = skipped[-1].stop if skipped else 0
-        names: tuple[str, ...] = ()
-        units: list[str] = []
         given: list[str] = []
+        below: list[str] = []
         if text.names:
             if not lines or not lines[0].whole:
                 raise ValueError(
@@ -77,33 +80,26 @@ class DelimitedReader(TextReader):
                 )
             start = lines[0].stop
             given = _cells(lines.pop(0), delimiter)
-            names, units = names_and_units(given)
         if text.units:
             if not lines or not lines[0].whole:
                 raise ValueError("no row of units below the row of names (units: true)")
             start = lines[0].stop
-            units = [unit_word(cell) for cell in _cells(lines.pop(0), delimiter)]
+            below = _cells(lines.pop(0), delimiter)
         rows = [_cells(line, delimiter) for line in lines[:_KIND_LINES] if line.whole]
-        width = _width(rows, len(names), len(names) - bool(given and not given[-1].strip()))
-        names = unique([*names, *[""] * (width - len(names))][:width])
+        width = _width(rows, len(given), len(given) - bool(given and not given[-1].strip()))
+        names, units = names_and_units([*given, *[""] * (width - len(given))][:width], below)
         rate = text.rate_Hz
 
-        kinds = kinds_of(head, start, width, delimiter, text.decimal)
+        seen = looked_at(head, start, names, delimiter, text.decimal, ORDERS.get(text.dates, ""))
         notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
-        words = [name for name, kind in zip(names, kinds, strict=True) if kind == "skip"]
-        if words and self.asked is None:
-            notes.append(f"no numbers in the first rows, not read: {', '.join(words)}")
         clocks: dict[str, RestartingClock] = {}
-        for place, kind in enumerate(kinds):
-            if kind == "stamp":
-                cells = [row[place].strip() for row in rows if len(row) == width]
-                found = next((note_of(cell) for cell in cells if is_stamp(cell)), "")
-                notes += [found.replace("time", names[place], 1)] if found else []
-                if found in PERIOD_S:
-                    clocks[names[place]] = RestartingClock(PERIOD_S[found])
+        for name, stamp in seen.stamps.items():
+            found = note_of(stamp, seen.dates)
+            notes += [found.replace("time", name, 1)] if found else []
+            if found in PERIOD_S:
+                clocks[name] = RestartingClock(PERIOD_S[found])
         units = [
-            "s" if kind == "stamp" else unit
-            for kind, unit in zip_longest(kinds, units, fillvalue="")
+            "s" if kind == "stamp" else unit for kind, unit in zip(seen.kinds, units, strict=True)
         ]
 
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
@@ -113,12 +109,19 @@ class DelimitedReader(TextReader):
 
         return Plan(
             Layout(
-                names, kinds, delimiter, text.decimal, quote=delimiter != " ", comment=text.comment
+                names,
+                seen.kinds,
+                delimiter,
+                text.decimal,
+                quote=delimiter != " ",
+                comment=text.comment,
+                dates=seen.dates,
             ),
-            dict(zip(names, units, strict=False)),
+            dict(zip(names, units, strict=True)),
             start,
             derive if rate or clocks else None,
             notes=tuple(notes),
+            unread={n: why for n, why in seen.unread.items() if n != "time" or not rate},
         )
 
 
@@ -149,32 +152,48 @@ def _most_frequent(widths: Sequence[int]) -> int:
     return max(set(widths), key=lambda number: (widths.count(number), number))
 
 
-def is_units_row(cells: Sequence[str], width: int) -> bool:
-    """Tell whether the row above data of so many cells holds units: bracketed, or known ones."""
-    filled = [cell for cell in cells if cell.strip()]
-    if not filled or not width - 1 <= len(cells) <= width + 1:
-        return False
-    return all(_BRACKETED.fullmatch(cell) for cell in filled) or (
-        all(known_unit(cell) for cell in filled) and len(filled) * 2 > width
-    )
+class Seen(NamedTuple):
+    """What the first rows show of the columns.
+
+    `stamps`: Columns of times as text, and the first of them. `dates`: Their order. `unread`: Columns
+    that hold neither numbers nor times, with their first cell and why they are not read.
+    """
+
+    kinds: tuple[Kind, ...]
+    stamps: dict[str, str]
+    dates: str
+    unread: dict[str, str]
 
 
-def kinds_of(head: bytes, start: int, width: int, delimiter: str, decimal: str) -> tuple[Kind, ...]:
+def looked_at(
+    head: bytes, start: int, names: Sequence[str], delimiter: str, decimal: str, dates: str = ""
+) -> Seen:
     """Tell which columns hold numbers, or times as text: those in which most of the first rows do."""
     table = []
     for line in lines_of(head[start:], _KIND_LINES):
         cells = cells_of(line.text, delimiter) or []
-        if len(cells) == width and line.whole:
-            table.append(cells)
+        if len(cells) == len(names) and line.whole:
+            table.append([cell.strip() for cell in cells])
+    seen = Seen(tuple[Kind, ...](["number"] * len(names)), {}, dates, {})
     kinds: list[Kind] = []
-    for column in zip(*table, strict=True):
-        cells = [cell.strip() for cell in column]
+    for name, column in zip(names, zip(*table, strict=True), strict=False):
+        cells = list(column)
         numbers = sum(bool(_NUMBERS[decimal].fullmatch(cell)) for cell in cells)
-        stamps = sum(map(is_stamp, cells)) if numbers * 2 <= len(table) else 0
-        other: Kind = "stamp" if stamps * 2 > len(table) else "skip"
-        kinds.append("number" if numbers * 2 > len(table) else other)
+        stamps = list(filter(is_stamp, cells)) if numbers * 2 <= len(table) else []
+        timed = len(stamps) * 2 > len(table)
+        order = seen.dates or order_of(stamps)
+        if timed and order:
+            seen = seen._replace(dates=order)
+            seen.stamps[name] = stamps[0]
+        elif numbers * 2 <= len(table):
+            why = "day or month first? `dates` says it" if timed else "no number and no time"
+            first = next(filter(None, cells), "")
+            if first or not name.startswith("column "):
+                seen.unread[name] = f"{first!r} ({why})" if first else "no value in the first rows"
+        number = numbers * 2 > len(table)
+        kinds.append("number" if number else "stamp" if name in seen.stamps else "skip")
     # where no column holds numbers, none is left out: each row then says what is wrong with it
-    return tuple(kinds) if "number" in kinds else tuple[Kind, ...](["number"] * width)
+    return seen._replace(kinds=tuple(kinds)) if "number" in kinds else Seen(seen.kinds, {}, "", {})
 
 
 # --- What an unknown text looks like
@@ -229,9 +248,11 @@ def _try(
 
 def _share(cells: Sequence[str], decimal: str) -> float:
     """Share of the cells that are numbers or times."""
-    plain = map(str.strip, cells)
+    plain = [cell.strip() for cell in cells]
+    if len(plain) > 1 and not plain[-1]:  # a delimiter at the end of a line
+        plain.pop()
     numbers = sum(bool(_NUMBERS[decimal].fullmatch(cell)) or is_stamp(cell) for cell in plain)
-    return numbers / len(cells) if len(cells) > 1 else 0.0
+    return numbers / len(plain) if len(cells) > 1 else 0.0
 
 
 def _is_names(cells: Sequence[str], width: int, decimal: str) -> bool:
@@ -241,7 +262,7 @@ def _is_names(cells: Sequence[str], width: int, decimal: str) -> bool:
 
 def encoding_of(head: bytes) -> str:
     """Name the encoding of a file, for people; ``binary`` for what is no text."""
-    if head[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+    if utf16_of(head):
         return "UTF-16"
     if head and not text_head(head):
         return "binary"

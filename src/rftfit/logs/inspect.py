@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,9 @@ from rftfit.campaign.config import TextFormat
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError, MixedClocksError, add_counts
 from rftfit.logs.delimited import DelimitedReader, encoding_of, first_lines, preview
-from rftfit.logs.registry import dialects, faults
-from rftfit.logs.units import DOWNWARD, MEANING, epoch_unit, guesses
+from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
+from rftfit.logs.registry import claimants, dialect, dialects, faults, head_of
+from rftfit.logs.rostopic import ECHO, is_echo
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -101,7 +102,7 @@ class Survey:
 
     `units`: By column. `clock`: None where no column is the time. `quantities`: Guessed: quantity
     to column. `rows`, `used`: Data lines, and those that can be read. `moving`: Number of values,
-    at most two, that the sync line takes; 0 where there is none.
+    at most two, that the sync line takes; 0 where there is none. `not_finite`, `unread`: As of a log.
     """
 
     path: Path
@@ -115,6 +116,8 @@ class Survey:
     missing: dict[str, int]
     notes: tuple[str, ...]
     moving: int
+    not_finite: Mapping[str, int]
+    unread: Mapping[str, str]
 
     @property
     def time_unit(self) -> str:
@@ -131,6 +134,7 @@ def survey(blocks: Iterable[Log]) -> Survey:
     rows = used = 0
     dropped: dict[str, int] = {}
     missing: dict[str, int] = {}
+    not_finite: dict[str, int] = {}
     lines: set[float] = set()
     for log in blocks:
         if first is None:
@@ -144,17 +148,25 @@ def survey(blocks: Iterable[Log]) -> Survey:
             lines.update(np.unique(log.columns[quantities["arm_moving"]])[:2].tolist())
         rows, used = rows + log.rows, used + log.size
         dropped, missing = add_counts(dropped, log.dropped), add_counts(missing, log.missing)
+        not_finite = add_counts(not_finite, log.not_finite)
     assert first is not None
     return Survey(
         first.path, columns, first.units, clock if "time" in quantities else None, quantities, rows,
-        used, dropped, missing, first.notes, len(lines),
+        used, dropped, missing, first.notes, len(lines), not_finite, first.unread,
     )  # fmt: skip
 
 
 def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | None]:
     """Look at a file: once, or once for each of its clocks, with the reason why it is no one log."""
     try:
-        return [survey(reader.stream(path))], None
+        found = survey(reader.stream(path))
+        dead = {name: "no finite number" for name, n in found.not_finite.items() if n == found.rows}
+        if dead and len(dead) < len(found.columns):
+            # a channel that was never connected costs the others nothing
+            names = {column.name for column in found.columns}
+            found = survey(reader.only(names - dead.keys()).stream(path))
+            found = replace(found, unread={**found.unread, **dead})
+        return [found], None
     except MixedClocksError as error:
         parts = [survey_file(reader.only(group), path)[0] for group in error.groups]
         return [one for part in parts for one in part], error
@@ -269,7 +281,10 @@ def _instead(name: str) -> str:
     return "name its column"
 
 
-def config_block(found: Survey, dialect: str, text: Mapping[str, Any] | None = None) -> list[str]:
+def config_block(
+    found: Survey, dialect: str, text: Mapping[str, Any] | None = None,
+    options: Mapping[str, object] | None = None,
+) -> list[str]:  # fmt: skip
     """Write the lines of config for a log, as YAML; `text` is the format of a ``delimited`` one."""
     if dialect == "rig":
         return ["dialect: rig"]
@@ -281,9 +296,10 @@ def config_block(found: Survey, dialect: str, text: Mapping[str, Any] | None = N
         lines.append(f"{kind}_log:")
         if text is None:
             lines.append(f"  dialect: {dialect}")
-        else:
-            inside = ", ".join(f"{key}: {scalar(value)}" for key, value in text.items())
-            lines.append(f"  text: {{{inside}}}")
+        for key, values in (("text", text), ("options", options)):
+            if values:
+                inside = ", ".join(f"{name}: {scalar(value)}" for name, value in values.items())
+                lines.append(f"  {key}: {{{inside}}}")
         wanted: tuple[str, ...] = FORCE if kind == "force" else MOTION
         if kind == "force" and "arm_moving" in found.quantities:
             wanted = (*wanted, "arm_moving")
@@ -312,6 +328,8 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
     number = re.fullmatch(r"column (\d+)", column)
     name = number[1] if number else scalar(column)
     usual = _USUAL_UNITS.get(quantity, "N")
+    if quantity in ("x", "z") and "pose" in column.casefold():
+        usual = "m"  # of a robot
     if quantity == "time" and not stated:
         lowest = next(summary.lowest for summary in found.columns if summary.name == column)
         usual = epoch_unit(lowest) or usual
@@ -358,12 +376,48 @@ _EXPORTS = {
 """How a file of another kind becomes one that is read, by its first bytes."""
 
 
-def as_text(head: bytes) -> tuple[Reader, dict[str, Any]] | None:
-    """Return a reader of delimited text, and its description as keys of `text` in the config."""
-    text = preview(head)
-    if text is None:
-        return None
-    return DelimitedReader(TextFormat.model_validate(text)), text
+class Recognised(NamedTuple):
+    """How a file is read.
+
+    `text`: Its format as keys of `text` in the config, where no dialect knows it. `options`: Those
+    of its dialect. `others`: Who else claims it, or was tried.
+    """
+
+    reader: Reader
+    text: dict[str, Any] | None
+    options: dict[str, object]
+    others: list[str]
+
+
+def recognised(
+    path: Path, name: str | None = None, text: Mapping[str, object] | None = None,
+    options: Mapping[str, object] | None = None,
+) -> Recognised:  # fmt: skip
+    """Find the reader of a file by its content, or that of a dialect or of a `text` that is described.
+
+    `options` are those of the dialect, or further keys of `text`.
+    """
+    given = dict(options or {})
+    others: list[str] = []
+    if text is None and name in (None, DelimitedReader.name):
+        head = head_of(path)
+        if name is None and (found := claimants(head)):
+            name, others = found[0].name, [f"also claimed by: {other.name}" for other in found[1:]]
+        elif is_echo(head) or (text := preview(head)) is None:
+            raise refusal(path, head)
+        else:
+            others = tried()
+    key = "options" if text is None else "text"
+    try:
+        if text is None:
+            reader = dialect(str(name))
+            return Recognised(reader.with_options(given) if given else reader, None, given, others)
+        described_by = {**text, **given}
+        return Recognised(
+            DelimitedReader(TextFormat.model_validate(described_by)), described_by, {}, others
+        )
+    except ValueError as error:
+        raise InputError(f"{key}: {' '.join(str(error).split())}") from error
 
 
 def tried() -> list[str]:
@@ -385,7 +439,9 @@ def refusal(path: Path, head: bytes) -> InputError:
     lines.append(f"It looks like: {encoding_of(head)}; it begins with")
     lines += [f"  {line}" for line in first_lines(head)]
     kind = next((text for mark, text in _EXPORTS.items() if head.lstrip().startswith(mark)), "")
-    if kind:
+    if is_echo(head):
+        lines.append(ECHO[0].upper() + ECHO[1:])
+    elif kind:
         lines.append(f"It is {kind}")
     elif encoding_of(head) != "binary":
         lines.append(

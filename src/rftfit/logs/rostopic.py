@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from rftfit.logs.base import PacketCount, ns_to_s
-from rftfit.logs.delimited import kinds_of
+from rftfit.logs.delimited import looked_at
 from rftfit.logs.text import Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique
 
@@ -17,6 +17,12 @@ RECEIVED = "received"
 STAMP = "header.stamp"
 COUNT = "header.seq"
 LOST = "lost messages (gap in header.seq)"
+
+ECHO = (
+    "these are messages as `rostopic echo` shows them: record with -p (rostopic echo -p TOPIC > log.csv), "
+    "or record a bag"
+)
+_ECHO = re.compile(rb"\w+:.*\n(?:[ \w-].*\n)*?---\r?\n")
 
 _UNITS = (
     (re.compile(r"(^|\.)force\.[xyz]$"), "N"),
@@ -42,11 +48,13 @@ class RostopicReader(TextReader):
         """Read the names."""
         lines = lines_of(head, 1)
         if not lines or not lines[0].whole or not lines[0].text.startswith("%time"):
-            raise ValueError("no row of names that begins with %time and has an end: cut short?")
+            text = "no row of names that begins with %time and has an end"
+            raise ValueError(f"{text}: {ECHO if is_echo(head) else 'cut short?'}")
         start = lines[0].stop
         cells = lines[0].text.split(",")
         names = unique([RECEIVED, *(cell.removeprefix("field.") for cell in cells[1:])])
-        kinds = dict(zip(names, kinds_of(head, start, len(names), ",", "."), strict=True))
+        seen = looked_at(head, start, names, ",", ".")
+        kinds = dict(zip(names, seen.kinds, strict=True))
         packets = PacketCount(LOST) if kinds.get(COUNT) == "number" else None
         stamped = _is_stamped(head[start:], names)
         kinds[RECEIVED] = "integer"
@@ -68,7 +76,13 @@ class RostopicReader(TextReader):
             packets,
             keep=frozenset({RECEIVED, clock, *([COUNT] if packets else [])}),
             notes=(f"time is {STAMP if stamped else '%time'}",),
+            unread=seen.unread,
         )
+
+
+def is_echo(head: bytes) -> bool:
+    """Tell messages as `rostopic echo` shows them without -p from other text."""
+    return bool(_ECHO.match(text_head(head)))
 
 
 def _is_stamped(data: bytes, names: tuple[str, ...]) -> bool:

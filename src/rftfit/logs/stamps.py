@@ -1,4 +1,4 @@
-"""Times that are written as text or kept as dates: dates of ISO 8601 and clock times, as seconds."""
+"""Times that are written as text or kept as dates: dates and clock times, as seconds."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import numpy as np
 from rftfit.logs.base import ns_to_s
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from rftfit.conventions import FloatArray
 
 NO_ZONE = "time is text without a time zone, taken as UTC"
@@ -19,10 +21,18 @@ MINUTES = "time is minutes and seconds, in s; an hour is added where it passes t
 PERIOD_S = {CLOCK_TIME: 86400.0, MINUTES: 3600.0}
 """After how long a clock without a date begins anew, by its note."""
 
+ORDERS = {"year first": "ymd", "day first": "dmy", "month first": "mdy"}
+"""How the config names the orders of a date, and how this module does: ``dmy``."""
+_SAID = {order: word for word, order in ORDERS.items()}
+
+_HALF = r"(?: ?(?P<half>[AaPp])\.?[Mm]\.?)?"
 _DATE = re.compile(
-    r"\d{4}([-/.])\d\d\1\d\d[T ]\d\d:[0-5]\d(:[0-5]\d([.,]\d{1,9})?)? ?(?P<zone>Z|[+-]\d\d(:?\d\d)?)?"
-)
-_CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d([.,]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})")
+    r"(?P<d0>\d{4}|\d\d?)[-/.](?P<d1>\d\d?)[-/.](?P<d2>\d{4}|\d\d?)[T ] *(?P<hour>\d\d?):(?P<minute>[0-5]\d)"
+    r"(?::(?P<second>[0-5]\d)(?:[.,](?P<part>\d{1,9}))?)?" + _HALF +
+    r" ?(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
+)  # fmt: skip
+_CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _HALF)
+_ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
 _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 
 
@@ -31,32 +41,57 @@ def is_stamp(text: str) -> bool:
     return bool(_DATE.fullmatch(text) or _CLOCK.fullmatch(text))
 
 
-def note_of(text: str) -> str:
+def order_of(texts: Iterable[str]) -> str:
+    """Order of day, month and year (``dmy``) in which the dates of a column are; empty: several fit.
+
+    Points stand in dates of day first, AM and PM in those of month first; a number above 12 is a day.
+    """
+    dates = [found for found in map(_DATE.fullmatch, texts) if found]
+    if all(len(found["d0"]) == 4 for found in dates):
+        return "ymd"
+    if any(len(found["d2"]) != 4 for found in dates):
+        return ""
+    if any(int(found["d0"]) > 12 or "." in found[0][:3] for found in dates):
+        return "dmy"
+    return "mdy" if any(int(found["d1"]) > 12 or found["half"] for found in dates) else ""
+
+
+def note_of(text: str, order: str) -> str:
     """Say what a column of such times is counted from; empty where the file leaves no doubt."""
     if _CLOCK.fullmatch(text):
         return CLOCK_TIME if text.count(":") == 2 else MINUTES
     found = _DATE.fullmatch(text)
-    return NO_ZONE if found and not found["zone"] else ""
+    note = NO_ZONE if found and not found["zone"] else ""
+    return note if order == "ymd" else f"{note}; dates: {_SAID[order]}".removeprefix("; ")
 
 
-def seconds_of(text: str) -> float:
-    """Seconds since 1970, or since midnight where there is no date; NaN where it is no time at all."""
-    if not is_stamp(text):
+def seconds_of(text: str, order: str = "") -> float:
+    """Seconds since 1970, or since midnight where there is no date; NaN where it is no time at all.
+
+    Without an order of the date, NaN too where the text does not show it.
+    """
+    if clock := _CLOCK.fullmatch(text):
+        hours = "" if text.count(":") == 2 else "00:"
+        text, order = f"1970-01-01 {hours}{clock[0]}", "ymd"
+    found = _DATE.fullmatch(text)
+    order = order or order_of([text])
+    if not found or not order:
         return np.nan
-    text = text.replace(",", ".")
-    if _CLOCK.fullmatch(text):
-        parts = [float(part) for part in text.split(":")]
-        hours, minutes, seconds = parts if len(parts) == 3 else (0.0, *parts)
-        return hours * 3600 + minutes * 60 + seconds
-    date = text[:10].replace("/", "-").replace(".", "-")
+    year, month, day = (int(found[f"d{order.index(part)}"]) for part in "ymd")
+    hour, half, zone = int(found["hour"]), found["half"], found["zone"] or "Z"
+    if half:
+        hour = hour % 12 + 12 * (half in "Pp") if 1 <= hour <= 12 else 24
     try:
-        # Python keeps microseconds; what is below is added
-        whole, point, rest = text[10:].partition(".")
-        digits = re.match(r"\d*", rest)[0] if point else ""  # type: ignore[index]
-        moment = dt.datetime.fromisoformat(date + whole + rest[len(digits) :].replace(" ", ""))
+        moment = dt.datetime(
+            year + 2000 * (year < 100), month, day, hour, int(found["minute"]), int(found["second"] or 0)
+        )  # fmt: skip
     except ValueError:
         return np.nan
-    return of_moment(moment) + (float(f"0.{digits}") if digits else 0.0)
+    away = 0.0
+    if zone != "Z":
+        digits = zone[1:].replace(":", "").ljust(4, "0")
+        away = (int(digits[:2]) * 3600 + int(digits[2:]) * 60) * (-1.0 if zone[0] == "-" else 1.0)
+    return of_moment(moment) - away + float(f"0.{found['part'] or 0}")
 
 
 def of_moment(value: Any) -> float:
@@ -70,7 +105,7 @@ def of_moment(value: Any) -> float:
     return np.nan
 
 
-def seconds_of_column(cells: Any) -> FloatArray | None:
+def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
     """Seconds of a column of an Arrow table of text; None where a cell has to be looked at by hand."""
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -81,14 +116,38 @@ def seconds_of_column(cells: Any) -> FloatArray | None:
         if _CLOCK.fullmatch(first):
             hours = "" if first.count(":") == 2 else "00:"
             cells = pc.binary_join_element_wise(f"1970-01-01T{hours}", cells, "")
-        elif first[4:5] in ("/", "."):
-            cells = pc.replace_substring(cells, first[4], "-", max_replacements=2)
+            first, order = cells[0].as_py(), "ymd"
+        order = order or order_of([first])
+        late: Any = 0
+        if not _ISO.fullmatch(first):
+            cells, late = _as_iso(cells, order)
         cells = pc.replace_substring(cells, ",", ".")
         zoned = bool((found := _DATE.fullmatch(first)) and found["zone"])
         stamps = cells.cast(pa.timestamp("ns", "UTC" if zoned else None))
-    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError):
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError, ValueError):
         return None
-    return ns_to_s(stamps.cast(pa.int64()).to_numpy())
+    seconds: FloatArray = ns_to_s(stamps.cast(pa.int64()).to_numpy()) + 43200.0 * late
+    return seconds
+
+
+def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
+    """Write dates of another order or with AM and PM by ISO 8601, and tell how many half days to add."""
+    import pyarrow.compute as pc
+
+    def matches(pattern: str) -> np.ndarray:
+        return np.asarray(pc.match_substring_regex(cells, pattern)).astype(int)
+
+    year, month, day = (order.index(part) + 1 for part in "ymd")
+    iso = rf"\{year}-\{month}-\{day}T"
+    cells = pc.replace_substring_regex(cells, r"^(\d+)[-/.](\d+)[-/.](\d+)[T ] *", iso)
+    for _ in range(2):  # neighbours share the character between them
+        cells = pc.replace_substring_regex(cells, r"([-T:])(\d)([-T:])", r"\10\2\3")
+    cells = pc.replace_substring_regex(cells, r"^(\d\d)-", r"20\1-")
+    late, half = matches(r"[Pp]\.?[Mm]\.?$"), matches(r"[AaPp]\.?[Mm]\.?$")
+    noon = half * matches("T12:")
+    if (half * (1 - matches(r"T(0[1-9]|1[0-2]):"))).any():
+        raise ValueError  # no hour of half a day
+    return pc.replace_substring_regex(cells, r" ?[AaPp]\.?[Mm]\.?$", ""), late - noon
 
 
 class RestartingClock:

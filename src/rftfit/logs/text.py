@@ -11,7 +11,7 @@ import zlib
 from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
@@ -28,6 +28,7 @@ from rftfit.logs.base import (
     check_size,
     check_unpacked,
     file_errors,
+    finite_rows,
     parallel_map,
 )
 from rftfit.logs.stamps import seconds_of, seconds_of_column
@@ -61,6 +62,7 @@ _FEED, _RETURN, _TAB, _BLANK, _COMMA, _ZERO, _NINE = b"\n\r\t ,09"
 
 
 _UTF16 = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+_LOOKED_AT = 1000
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 
 
@@ -142,25 +144,40 @@ def _chunks(path: Path) -> Iterator[bytes]:
         chunk = handle.read(BLOCK_BYTES)
         if len(chunk) == BLOCK_BYTES:
             check_size(path, MAX_BYTES)
-        utf16 = _UTF16.get(chunk[:2])
+        utf16 = utf16_of(chunk)
         decoder = codecs.getincrementaldecoder(utf16)("replace") if utf16 else None
-        chunk = chunk[2:] if utf16 else chunk.removeprefix(codecs.BOM_UTF8)
+        chunk = _without_mark(chunk)
         while chunk:
             yield decoder.decode(chunk).encode() if decoder else chunk
             chunk = handle.read(BLOCK_BYTES)
 
 
+def utf16_of(head: bytes) -> str:
+    """Name the encoding of a file in UTF-16, with a byte order mark or without; empty of any other."""
+    if head[:2] in _UTF16:
+        return _UTF16[head[:2]]
+    part = head[:_LOOKED_AT]
+    for high, encoding in enumerate(("utf-16-be", "utf-16-le")):
+        # the high bytes of most letters are 0, the low ones never are
+        zeros, end = part[high::2].count(0), any(e.encode(encoding) in part for e in "\r\n")
+        if zeros * 4 > len(part) and not part[1 - high :: 2].count(0) and end:
+            return encoding
+    return ""
+
+
+def _without_mark(head: bytes) -> bytes:
+    return head[2:] if head[:2] in _UTF16 else head.removeprefix(codecs.BOM_UTF8)
+
+
 def as_utf8(head: bytes) -> bytes:
     """Return the beginning of a file as `TextFile` shows it."""
-    utf16 = _UTF16.get(head[:2])
-    return (
-        head[2:].decode(utf16, "ignore").encode() if utf16 else head.removeprefix(codecs.BOM_UTF8)
-    )
+    utf16, head = utf16_of(head), _without_mark(head)
+    return head.decode(utf16, "ignore").encode() if utf16 else head
 
 
 def text_head(head: bytes) -> bytes:
     """Return the same, or nothing of a binary file; of a damaged text the lines before its first zero byte."""
-    if b"\x00" in head and head[:2] not in _UTF16:
+    if b"\x00" in head and not utf16_of(head):
         lines, _, _ = head[: head.index(b"\x00")].rpartition(b"\n")
         return as_utf8(lines + b"\n") if lines.count(b"\n") >= _TEXT_LINES else b""
     return as_utf8(head)
@@ -232,6 +249,7 @@ class Layout:
     `optional`: How many of the last columns, all skipped ones, a line may leave out.
     `same`: What the cells of kind "same" should hold.
     `regrouped`: Places of columns whose digits a spreadsheet has regrouped.
+    `dates`: Order of day, month and year in dates (``dmy``); empty: as each shows it.
     """
 
     names: tuple[str, ...]
@@ -243,6 +261,7 @@ class Layout:
     optional: int = 0
     same: str = ""
     regrouped: frozenset[int] = frozenset()
+    dates: str = ""
 
     def __post_init__(self) -> None:
         if not self.kinds:
@@ -272,6 +291,7 @@ class Rows:
     index: np.ndarray
     rows: int
     dropped: dict[str, int]
+    not_finite: dict[str, int] = field(default_factory=dict)
 
     def take(self, keep: np.ndarray, reason: str) -> Rows:
         """Leave out the rows where `keep` is False."""
@@ -279,7 +299,8 @@ class Rows:
         if not lost:
             return self
         columns = {name: values[keep] for name, values in self.columns.items()}
-        return Rows(columns, self.index[keep], self.rows, add_counts(self.dropped, {reason: lost}))
+        dropped = add_counts(self.dropped, {reason: lost})
+        return replace(self, columns=columns, index=self.index[keep], dropped=dropped)
 
 
 def parse(layout: Layout, body: bytes, rest: bytes = b"") -> Rows:
@@ -292,11 +313,8 @@ def parse(layout: Layout, body: bytes, rest: bytes = b"") -> Rows:
     if layout.is_data(rest):
         parts.append(replace(_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
     rows = _together(parts)
-    finite = np.ones(rows.index.size, dtype=bool)
-    for values in rows.columns.values():
-        if values.dtype == float:
-            finite &= np.isfinite(values)
-    return rows.take(finite, FINITE)
+    keep, bad = finite_rows(rows.columns)
+    return replace(rows, not_finite=bad).take(keep, FINITE)
 
 
 def _parse(layout: Layout, body: bytes) -> list[Rows]:
@@ -318,20 +336,29 @@ def _parse(layout: Layout, body: bytes) -> list[Rows]:
 
 
 def _without_thousands(layout: Layout, body: bytes) -> bytes:
-    """Take the separators out of numbers such as 1,442.21, which have both marks: no doubt is left."""
+    """Take the separators out of numbers that leave no doubt: 1,442.21 has both marks; 1'442, 1 442."""
     group, point = (b",", b".") if layout.decimal == "." else (b".", b",")
-    if group not in body or point not in body:
-        return body
-    return _grouped(group, point, layout.delimiter.encode()).sub(
-        lambda number: number[0].replace(group, b""), body
+    delimiter = layout.delimiter.encode()
+    if group in body and point in body:
+        body = _grouped(re.escape(group), point, delimiter, b"").sub(
+            lambda number: number[0].replace(group, b""), body
+        )
+    return _grouped(_SPACE, point, delimiter, b"?").sub(
+        lambda number: re.sub(_SPACE, b"", number[0]), body
     )
 
 
+_SPACE = rb"(?:[ '\xa0\x92]|\xc2\xa0|\xe2\x80[\x89\xaf\x99])"
+"""Blanks, narrow ones and apostrophes, in UTF-8 and as Windows writes them."""
+
+
 @lru_cache
-def _grouped(group: bytes, point: bytes, delimiter: bytes) -> re.Pattern[bytes]:
-    number = rb"[+-]?\d{1,3}(?:%b\d{3})+%b\d*(?:[eE][+-]?\d+)?" % (
-        re.escape(group),
+def _grouped(group: bytes, point: bytes, delimiter: bytes, whole: bytes) -> re.Pattern[bytes]:
+    """Find grouped numbers; `whole`: ``?`` where one needs no decimal mark."""
+    number = rb"[+-]?\d{1,3}(?:%b\d{3})+(?:%b\d*)%b(?:[eE][+-]?\d+)?" % (
+        group,
         re.escape(point),
+        whole,
     )
     if group == delimiter:  # such a number stands in quotes
         return re.compile(rb'(?<=")%b(?=")' % number)
@@ -397,7 +424,7 @@ def _fast(layout: Layout, body: bytes) -> Rows | None:
         if layout.kinds[place] == "same":
             values = pc.equal(values, layout.same.encode())
         elif layout.kinds[place] == "stamp":
-            values = seconds_of_column(values.combine_chunks())
+            values = seconds_of_column(values.combine_chunks(), layout.dates)
             if values is None:
                 return None
             columns[layout.names[place]] = values
@@ -491,7 +518,7 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
                 return NUMBER
             values.append(int(cell))
         elif kind == "stamp":
-            values.append(seconds_of(cell))
+            values.append(seconds_of(cell, layout.dates))
             if math.isnan(values[-1]):
                 return NO_TIME
         else:
@@ -586,6 +613,7 @@ class Plan:
     `keep`: Columns that are read even where nobody asks for them.
     `not_same`: Why a row goes where a column of kind "same" is not; such columns are not handed on.
     `refusal`: Why the file cannot be used, although its rows can be counted.
+    `unread`: Columns without numbers in the first rows, and why they are not read.
     """
 
     layout: Layout
@@ -597,6 +625,7 @@ class Plan:
     not_same: str = ""
     notes: tuple[str, ...] = ()
     refusal: str = ""
+    unread: Mapping[str, str] = field(default_factory=dict)
 
 
 class TextReader(Reader):
@@ -624,6 +653,7 @@ class TextReader(Reader):
             lines = chain.from_iterable(chain(b.body.splitlines(), [b.rest]) for b in blocks)
             count = sum(map(plan.layout.is_data, lines))
             raise LogError("header", f"{path}: {plan.refusal}", count)
+        self.check_asked(path, plan.unread)
         layout = narrowed(plan.layout, {*self.wanted(plan.layout.names), *plan.keep})
         if regrouped := regrouped_columns(path, layout, plan.start):
             layout = replace(layout, regrouped=regrouped)
@@ -668,4 +698,6 @@ def _log(path: Path, plan: Plan, rows: Rows, first: int) -> Log:
     }
     derived = {"time": "s"} if plan.derive else {}
     units = {name: derived.get(name) or plan.units.get(name, "") for name in out}
-    return Log(path, out, units, rows.rows, good.dropped, missing, plan.notes)
+    return Log(
+        path, out, units, rows.rows, good.dropped, missing, plan.notes, rows.not_finite, plan.unread
+    )

@@ -1,0 +1,211 @@
+"""The quantities that the chain wants of a log, and which column is probably which."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.config import QUANTITIES
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from rftfit.conventions import FloatArray
+    from rftfit.logs.base import Log
+
+MEANING = {
+    "time": "time",
+    "arm_moving": "whether the arm moves (1) or rests (0)",
+    "F1": "force, sensor channel F1",
+    "F2": "force, sensor channel F2",
+    "F3": "force, sensor channel F3",
+    "T1": "torque, sensor channel T1",
+    "T2": "torque, sensor channel T2",
+    "T3": "torque, sensor channel T3",
+    "x": "horizontal position of the intruder, arm coordinates",
+    "z": "vertical position of the intruder, arm coordinates",
+    "angle": "angle of the plate (beta) or of the leg (theta)",
+}
+"""What each quantity is, in words."""
+
+_LENGTHS = {"um", "mm", "cm", "m", "in"}
+_FITTING_UNITS = {
+    "time": {"s", "ms", "us", "ns", "min", "h"},
+    "F": {"N", "mN", "kN", "lbf", "klbf", "kgf", "gf"},
+    "T": {"N m", "N mm"},
+    "x": _LENGTHS,
+    "z": _LENGTHS,
+    "angle": {"deg", "rad"},
+}
+
+
+# --- Words of names: English, German, French, Spanish; small letters, without accents
+
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+_FORCE = _set("""force forces load loads kraft standardkraft prufkraft last fuerza carga charge
+    effort""")
+_LENGTH = _set("""displacement extension weg standardweg traversenweg crosshead stroke pos position posicion travel
+    distance deplacement desplazamiento recorrido""")
+_WORDS = (
+    ("time", _set("""time t timestamp stamp elapsed zeit prufzeit testzeit laufzeit messzeit temps tiempo tempo"""),
+     "running total test run recording measurement relative standardmessrate ecoule transcurrido"),
+    ("arm_moving", _set("moving sync trigger"), "arm line"),
+    ("z", _set("height depth tiefe hohe profondeur profundidad"), ""),
+    ("F3", _FORCE, """standard normal axial vertical compression compressive of de estandar axiale
+     verticale normale kompressions druck sensor cell z tcp actual measured"""),
+    ("z", _LENGTH, """standard machine axial vertical traverse actuator axis z plate tool tcp actual
+     measured estandar verticale"""),
+    ("angle", _set("angle theta beta pitch winkel angulo"),
+     "plate leg blade tool arm tilt attack motor actual measured"),
+)  # fmt: skip
+"""Quantity, words that say it, and words that may stand beside them."""
+_OTHERWISE = _set("""target desired setpoint command commanded cmd ref reference soll sollwert consigne consigna friction lateral
+    shear tangential peak max min mean avg std rms error offset bias limit preload rate speed velocity
+    acceleration joint joints finger gripper imu gyro mag orientation quaternion""")
+"""Words that make another thing of what stands beside them: no column with one is proposed."""
+_OF_ROBOTS = _set("ext hat k o ee base tcp tool sensor actual raw filtered measured")
+"""Words between the kind of a vector and its axis: O_F_ext_hat_K[2]."""
+
+_PLACE = [*_LENGTH, "translation", "pose", "motion"]
+# the efforts of ROS are torques of joints
+_KINDS = {
+    **dict.fromkeys([*_FORCE - {"effort"}, "f", "wrench"], "F"), **dict.fromkeys(_PLACE, "place"),
+    **dict.fromkeys(_set("t m torque torques moment moments momento drehmoment couple"), "T"),
+}  # fmt: skip
+_AXES = {"F": ("F1", "F2", "F3"), "T": ("T1", "T2", "T3"), "place": ("x", "", "z")}
+_BETWEEN = re.compile(r"[\s_\-:,()\[\]{}]+")
+_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+_LAST = re.compile(r"(.*?)([xyz]|\d+)")
+_REPEATED = re.compile(r"(.+)_(\d+)")
+
+DOWNWARD = re.compile(r"(depth|tiefe|profondeur|profundidad)$")
+"""End of the name, in small letters, of a column that grows downward."""
+
+
+def _words(name: str) -> list[list[str]]:
+    """Split a name into the parts of its path and each of them into words."""
+    plain = unicodedata.normalize("NFKD", _CAMEL.sub(" ", name)).casefold()
+    plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
+    parts = [[w for w in _BETWEEN.split(part) if w] for part in re.split(r"[./]", plain)]
+    return [part for part in parts if part]
+
+
+def _vector(name: str) -> tuple[str, str, str]:
+    """Kind of vector that a column belongs to, which vector it is, and the axis; else empty texts."""
+    words = [word for part in _words(name) for word in part]
+    found = _LAST.fullmatch(words[-1]) if words else None
+    if not found or not _OTHERWISE.isdisjoint(words):
+        return "", "", ""
+    stem = [*words[:-1], *filter(None, [found[1]])]
+    if stem[-1:] == ["column"]:  # of a table, as files of arrays name it
+        stem.pop()
+    kinds = [word for word in stem if word not in _OF_ROBOTS][-1:]
+    if kinds in (["t"], ["m"]) and found[2].isdigit():  # times, temperatures, masses
+        return "", "", ""
+    return _KINDS.get(kinds[0], "") if kinds else "", " ".join(stem), found[2]
+
+
+def _of_vector(kind: str, stem: str, axis: str, numbers: Collection[int]) -> str:
+    """Quantity of a column of a vector, by its axis; `numbers`: those of all columns of the vector."""
+    names: tuple[str, ...] = _AXES[kind]
+    if not axis.isdigit():
+        return names["xyz".index(axis)]
+    start, number, found = 0 if 0 in numbers else 1, int(axis), set(numbers)
+    few = kind != "place" and start == 1 and 1 in found and found <= {1, 2, 3}
+    whole = found == set(range(start, start + 3))
+    if kind == "place":
+        # of a joint's positions the numbers are no axes
+        whole = "pose" in stem and found in ({*range(start, start + 6)}, {*range(start, start + 7)})
+    elif kind == "F" and found == set(range(start, start + 6)):
+        names, whole = (*names, *_AXES["T"]), True
+    place = number - start
+    return names[place] if (few or whole) and place < len(names) else ""
+
+
+def _by_words(name: str) -> str:
+    """Quantity that the words of a name say without an axis; empty: none."""
+    parts = _words(name)
+    if not parts or not _OTHERWISE.isdisjoint(word for part in parts for word in part):
+        return ""
+    leaf, before = parts[-1], parts[-2] if len(parts) > 1 else []
+    if leaf == ["x", "value"]:  # of LabVIEW
+        return "time"
+    joined = re.fullmatch(r"([xz])(pos(?:ition)?)?", "".join(leaf))
+    if joined and (joined[2] or not before or before[-1] in _PLACE):
+        return joined[1]
+    if leaf[0] in ("x", "z") and len(leaf) == 2 and leaf[1] in _LENGTH:
+        return leaf[0]
+    for quantity, words, beside in _WORDS:
+        found = {word for word in leaf if quantity != "time" or not word.isdigit()}
+        if found & words and found <= words.union(beside.split()):
+            return "" if name == "T" else quantity
+    return ""
+
+
+def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
+    """Guess which of `QUANTITIES` a column holds from its name and unit; empty: none.
+
+    `numbers`: Of the columns of the file with the same name but for a number at its end.
+    """
+    quantity = name if name in QUANTITIES else ""
+    if not quantity:
+        kind, stem, axis = _vector(name)
+        quantity = _of_vector(kind, stem, axis, numbers) if kind else _by_words(name)
+    wanted = _FITTING_UNITS.get(quantity, _FITTING_UNITS.get(quantity[:1]))
+    return "" if unit and wanted is not None and unit not in wanted else quantity
+
+
+def guesses(log: Log) -> dict[str, str]:
+    """Guess the quantities of all columns of a log: quantity to the first column that it fits.
+
+    Without a name that says time, a column of seconds since 1970 is the time.
+    """
+    found: dict[str, str] = {}
+    numbers: dict[str, set[int]] = {}
+    own = {name: _in_file(name, log.columns) for name in log.columns}
+    sets = False  # Force 1, Travel 1, Force 2, Travel 2: specimens, not axes
+    for name in own.values():
+        kind, stem, axis = _vector(name)
+        if axis.isdigit():
+            numbers.setdefault(stem, set()).add(int(axis))
+            sets |= kind == "place" and "pose" not in stem
+    numbers = {stem: found for stem, found in numbers.items() if 0 in found or not sets}
+    for name, written in own.items():
+        stem = _vector(written)[1]
+        quantity = guess(written, log.units.get(name, ""), numbers.get(stem, ()))
+        if quantity:
+            found.setdefault(quantity, name)
+    if "time" not in found:
+        stamps = [name for name, values in log.columns.items() if _is_epoch(values)]
+        if stamps:
+            found["time"] = stamps[0]
+    return {quantity: found[quantity] for quantity in QUANTITIES if quantity in found}
+
+
+def _in_file(name: str, names: Collection[str]) -> str:
+    """Return the name that the file gives a column: the second ``Force`` of one is ``Force_2`` here."""
+    repeated = _REPEATED.fullmatch(name)
+    return repeated[1] if repeated and int(repeated[2]) > 1 and repeated[1] in names else name
+
+
+def _is_epoch(values: FloatArray) -> bool:
+    """Whether values look like times since 1970."""
+    return bool(
+        values.size > 1
+        and epoch_unit(float(values[0]))
+        and (np.diff(values) >= 0).all()
+        and values[-1] > values[0]
+    )
+
+
+def epoch_unit(value: float) -> str:
+    """Unit in which a number is a time between 2001 and 2065, counted from 1970; empty: in none."""
+    scales = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+    return next((unit for unit, scale in scales.items() if 1e9 < value / scale < 3e9), "")

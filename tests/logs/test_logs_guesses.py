@@ -1,0 +1,150 @@
+"""Which column is probably which quantity: headers of three languages, vectors, paths, repeated names."""
+
+from __future__ import annotations
+
+import random
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import rftfit
+from rftfit.logs.base import Log
+from rftfit.logs.quantities import guesses
+from rftfit.logs.units import names_and_units
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+Header = list[tuple[str, str, str]]
+"""Of each column: name, unit, and the quantity that it holds (empty: none of the chain's)."""
+
+
+def proposed(path: Path, header: Header, how: str) -> dict[str, str]:
+    """Quantities of a text with this header, by the place of the column that is proposed."""
+    names = [f"{name} [{unit}]" if unit and how == "brackets" else name for name, unit, _ in header]
+    below = ["\t".join(unit for _, unit, _ in header)] if how == "row" else []
+    rows = ["\t".join(f"{row}.{k}5" for k in range(len(names))) for row in range(3)]
+    path.write_text("\n".join(["\t".join(names), *below, *rows]) + "\n", encoding="utf-8")
+    log = rftfit.read_log(path)
+    return {quantity: list(log.columns).index(name) for quantity, name in guesses(log).items()}
+
+
+CASES: dict[str, dict[str, str]] = {
+    "t s|actual_TCP_force_0|actual_TCP_force_1|actual_TCP_force_2|actual_TCP_force_3|actual_TCP_force_4|"
+    "actual_TCP_force_5": {
+        "time": "t", "F1": "actual_TCP_force_0", "F2": "actual_TCP_force_1", "F3": "actual_TCP_force_2",
+        "T1": "actual_TCP_force_3", "T2": "actual_TCP_force_4", "T3": "actual_TCP_force_5"},
+    "O_F_ext_hat_K[0]|O_F_ext_hat_K[1]|O_F_ext_hat_K[2]": {
+        "F1": "O_F_ext_hat_K[0]", "F2": "O_F_ext_hat_K[1]", "F3": "O_F_ext_hat_K[2]"},
+    "F_ext[2]": {},  # of one column nobody can tell from where it counts
+    "force_1|force_2|force_3|force_4": {},
+    "pose_0|pose_1|pose_2|pose_3|pose_4|pose_5": {"x": "pose_0", "z": "pose_2"},
+    "position_0|position_1|position_2|effort_0|effort_1|effort_2": {},  # of joints
+    "X_Value|Effort [N]": {"time": "X_Value", "F3": "Effort"},
+    "imu.orientation.x|imu.orientation.z|imu.linear_acceleration.z|tool.pose.position.z": {
+        "z": "tool.pose.position.z"},
+    "Zeit 1 - Standardmessrate [s]|Standardkraft [N]|Standardweg [mm]": {
+        "time": "Zeit 1 - Standardmessrate", "F3": "Standardkraft", "z": "Standardweg"},
+    "Running Time (s)|Axial Force (kN)|Crosshead (mm)": {
+        "time": "Running Time", "F3": "Axial Force", "z": "Crosshead"},
+    "Total Time (s)|Elapsed Cycles|Position (z) [mm]|Distance [mm]": {
+        "time": "Total Time", "z": "Position (z)"},
+    "Standard travel [mm]|Speed mm/min": {"z": "Standard travel"},
+    "Force [N]|Travel [mm]|Force [N]|Travel [mm]": {"F3": "Force", "z": "Travel"},
+    "Force 1 [N]|Weg 1 [mm]|Force 2 [N]|Weg 2 [mm]": {},
+    "Load [kg]|Extension [mm]": {"F3": "Load", "z": "Extension"},
+    "force column 1|force column 2|force column 3": {
+        "F1": "force column 1", "F2": "force column 2", "F3": "force column 3"},
+    "target_TCP_force_0|target_TCP_force_1|target_TCP_force_2|Friction force|T": {},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("header", CASES)
+def test_what_a_header_says(header: str, tmp_path: Path) -> None:
+    names, units = names_and_units(header.split("|"))
+    columns = {name: np.arange(2.0) for name in names}
+    log = Log(tmp_path, columns, dict(zip(names, units, strict=True)), 2)
+    assert guesses(log) == CASES[header]
+
+
+TIMES = [("time", "s"), ("Running Time", "s"), ("timestamp", ""), ("Zeit", "s"), ("Temps", "s"),
+         ("Tiempo", "s"), ("Total Time", "sec"), ("t", "ms")]  # fmt: skip
+LOADS = [("Load", "kN"), ("Standard force", "N"), ("Kraft", "N"), ("Standardkraft", "kN"), ("Fuerza", "N"),
+         ("Force", "g"), ("Carga", "kg"), ("Axial Force", "lbf")]  # fmt: skip
+HEIGHTS = [("Extension", "mm"), ("Standard travel", "mm"), ("Weg", "mm"), ("Tiefe", "mm"), ("Profondeur", "cm"),
+           ("Distance", "mm"), ("Position (z)", "mm"), ("Desplazamiento", "mm"), ("z", "mm")]  # fmt: skip
+OTHERS = [("Strain", "%"), ("Temperature", "°C"), ("Speed", "mm/min"), ("imu.orientation.x", ""), ("Batch", "V"),
+          ("imu.angular_velocity.z", ""), ("Elapsed Cycles", ""), ("Sollweg", "mm"), ("target_TCP_force_2", "N"),
+          ("joint_position_0", "rad"), ("Friction force", "N"), ("Energy", "kN*mm"), ("cmd.pose.z", "m"),
+          ("F_max", "N"), ("phase angle", "deg"), ("T", ""), ("wheel.velocity.x", "")]  # fmt: skip
+WRENCHES = [
+    "actual_TCP_force_{}",
+    "F_ext[{}]",
+    "O_F_ext_hat_K[{}]",
+    "wrench_{}",
+    "Kraft {}",
+    "force.{}",
+]
+AXES = [
+    "F{}",
+    "force_{}",
+    "Kraft {}",
+    "wrench.force.{}",
+    "Force ({})",
+    "tool.wrench.force.{}",
+    "Fuerza {}",
+]
+
+
+def made(luck: random.Random) -> Header:
+    """Make a header as some program could write it, with what each column holds."""
+    header: Header = [(*luck.choice(TIMES), "time")] if luck.random() < 0.9 else []
+    style = luck.randrange(5)
+    if style == 0:  # a vector with its torques, from 0 or 1
+        name, start = luck.choice(WRENCHES), luck.randrange(2)
+        for k, quantity in enumerate(("F1", "F2", "F3", "T1", "T2", "T3")):
+            header.append((name.format(k + start), "", quantity))
+    elif style == 1:
+        name, start = luck.choice(["force_{}", "load {}", "Kraft_{}"]), luck.randrange(2)
+        header += [(name.format(k + start), "N", f"F{k + 1}") for k in range(3)]
+    elif style == 2:
+        name = luck.choice(AXES)
+        header += [(name.format(axis), "N", f"F{k + 1}") for k, axis in enumerate("xyz")]
+    elif style == 3:
+        header.append((*luck.choice(LOADS), "F3"))
+    else:  # four load cells are no axes
+        header += [(f"force_{k}", "N", "") for k in range(1, 5)]
+    place = luck.randrange(3)
+    if place == 0:
+        header.append((*luck.choice(HEIGHTS), "z"))
+    elif place == 1:
+        path = luck.choice(["pose.position.{}", "base.translation.{}", "Weg {}", "position_{}"])
+        header += [(path.format(axis), "mm", quantity) for axis, quantity in
+                   (("x", "x"), ("y", ""), ("z", "z"))]  # fmt: skip
+    else:
+        start, count = luck.randrange(2), luck.choice([6, 7])
+        names = ["x", "", "z", *[""] * (count - 3)]
+        header += [(f"tcp_pose_{k + start}", "", names[k]) for k in range(count)]
+    if luck.random() < 0.3:  # a second specimen
+        header += [column for column in header if column[2] not in ("", "time")]
+    for other in luck.sample(OTHERS, luck.randrange(5)):
+        header.insert(luck.randrange(len(header) + 1), (*other, ""))
+    return header
+
+
+def test_no_wrong_quantity_is_proposed(tmp_path: Path) -> None:
+    luck = random.Random(20)
+    wrong, right, wanted = [], 0, 0
+    for _ in range(300):
+        header = made(luck)
+        how = luck.choice(["brackets", "row"]) if any(unit for _, unit, _ in header) else "none"
+        if how == "row" and sum(bool(unit) for _, unit, _ in header) * 2 <= len(header):
+            how = "brackets"
+        found = proposed(tmp_path / "a.tab", header, how)
+        wrong += [(q, header[k], how) for q, k in found.items() if header[k][2] != q]
+        truth = {quantity for _, _, quantity in header if quantity}
+        right += len(truth & found.keys())
+        wanted += len(truth)
+    assert wrong == []
+    assert right >= 0.95 * wanted, (right, wanted)
