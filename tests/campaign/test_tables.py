@@ -23,7 +23,7 @@ HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
 
 
 def read(path: Path, table: Table | None = None, *media: str) -> tuple[list[Push], list[str]]:
-    found, problems = read_pushes(
+    found, problems, _ = read_pushes(
         path, path.name, table or Table(holds="alpha"), media or ("sand",), path.name
     )
     return found, [str(problem) for problem in problems]
@@ -39,8 +39,8 @@ def test_long_table_of_alpha(tmp_path: Path) -> None:
     (push,), problems = read(path)
     assert not problems
     assert (push.run.beta_deg, push.run.gamma_deg, push.run.medium) == (0, 90, "sand")
-    assert push.rows[0]["se_x"] == 0.02
-    assert push.rows[0]["n"] == 3
+    assert push.columns["se_x"][0] == 0.02
+    assert push.columns["n"][0] == 3
 
 
 def test_names_and_units_of_a_file(tmp_path: Path) -> None:
@@ -56,8 +56,8 @@ def test_names_and_units_of_a_file(tmp_path: Path) -> None:
     assert push.run.beta_deg == pytest.approx(30)
     assert push.run.gamma_deg == pytest.approx(-45)
     assert push.run.direction == "extraction"
-    assert push.rows[0]["alpha_z_N_per_cm3"] == pytest.approx(0.2)
-    assert push.rows[0]["alpha_x_N_per_cm3"] == pytest.approx(-0.1)
+    assert push.columns["alpha_z_N_per_cm3"][0] == pytest.approx(0.2)
+    assert push.columns["alpha_x_N_per_cm3"][0] == pytest.approx(-0.1)
 
 
 def test_everything_that_is_wrong_is_told(tmp_path: Path) -> None:
@@ -81,8 +81,8 @@ def test_stress_by_run_or_by_direction(tmp_path: Path) -> None:
     pushes, problems = read(written(tmp_path / "s.csv", head, *rows), table)
     assert not problems
     assert [push.run.run_id for push in pushes] == ["b0_g0", "b0_g90"]
-    assert [row["depth_cm"] for row in pushes[1].rows] == [1, 2, 3]
-    assert pushes[1].rows[0]["stress_z_N_per_cm2"] == pytest.approx(0.3)
+    assert pushes[1].columns["depth_cm"].tolist() == [1, 2, 3]
+    assert pushes[1].columns["stress_z_N_per_cm2"][0] == pytest.approx(0.3)
     named = [f"{row},r{i // 3}" for i, row in enumerate(rows)]
     pushes, _ = read(written(tmp_path / "s.csv", f"{head},run_id", *named), table)
     assert [push.run.run_id for push in pushes] == ["r0", "r1"]
@@ -100,7 +100,7 @@ def test_nothing_in_a_block_is_lost_in_silence(tmp_path: Path) -> None:
     )  # fmt: skip
     pushes, problems = read(path)
     told = "\n".join(problems)
-    assert "row 3, column gamma_deg: found '95'; allowed: -90 to 90 degrees" in told
+    assert "row 3, column gamma_deg: found '95'; allowed: -90 to 90 deg" in told
     assert "row 4, column alpha_z_N_per_cm3: found 'x'" in told
     assert "column alpha_x_N_per_cm3: both components of b30_g45" in told
     assert {push.run.run_id for push in pushes} == {"b0_g45", "b0_g90"}
@@ -158,10 +158,10 @@ def test_blocks_of_table_s5(tmp_path: Path) -> None:
     assert len(pushes) == 182
     for medium in reference.MEDIA[:2]:
         own = [push for push in pushes if push.run.medium == medium]
-        found = {(p.run.beta_deg, round(p.run.gamma_deg, 3)): p.rows[0] for p in own}
+        found = {(p.run.beta_deg, round(p.run.gamma_deg, 3)): p.columns for p in own}
         for c, alpha in zip("zx", reference.alpha_grid(medium), strict=True):
             wanted = [
-                found[beta, round(gamma, 3)][f"alpha_{c}_N_per_cm3"]
+                found[beta, round(gamma, 3)][f"alpha_{c}_N_per_cm3"][0]
                 for beta in reference.BETA_DEG
                 for gamma in reference.GAMMA_DEG
             ]

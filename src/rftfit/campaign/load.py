@@ -21,6 +21,8 @@ from rftfit.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import numpy.typing as npt
+
     from rftfit.campaign.files import Entry
     from rftfit.campaign.schema import KeyPath
     from rftfit.campaign.sheet import Run
@@ -38,7 +40,7 @@ _SHAPES = (*PLATE_SHAPES, "leg")
 class Campaign:
     """A checked campaign; its runs are in the order of the sheet.
 
-    `numbers`: By run_id, of a campaign that is a table: its rows, in cm and N.
+    `numbers`: By run_id, of a campaign that is a table: its columns (n,), as `Push` has them.
     """
 
     root: Path
@@ -46,7 +48,7 @@ class Campaign:
     sheet: Path
     config: Config
     runs: tuple[Run, ...]
-    numbers: Mapping[str, tuple[dict[str, float], ...]] = field(default_factory=dict)
+    numbers: Mapping[str, Mapping[str, npt.NDArray[Any]]] = field(default_factory=dict)
 
     @cached_property
     def reenacted(self) -> bool:
@@ -167,7 +169,7 @@ def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
     if file.model is None or any(problem.severity == "error" for problem in problems):
         return None, problems
-    numbers = {push.run.run_id: push.rows for push in pushes}
+    numbers = {push.run.run_id: push.columns for push in pushes}
     return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers), problems
 
 
@@ -219,7 +221,8 @@ def _read_table(
         )
         return [], [Problem("table.not-in-raw", Place(sheet), None, allowed)]
     within = sheet[len(raw) + 1 :]
-    return read_pushes(root / sheet, sheet, config.table, config.media, within)
+    tolerance = config.grid.angle_tolerance_deg
+    return read_pushes(root / sheet, sheet, config.table, config.media, within, tolerance)[:2]
 
 
 def root_of(config_path: Path) -> Path:

@@ -7,30 +7,46 @@ import io
 import math
 import re
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from rftfit.campaign.config import UNIT_AREA
+from rftfit.campaign.config import UNIT_AREA, Grid, Table
 from rftfit.campaign.files import decode, read_bytes
-from rftfit.campaign.problems import CampaignError, Problem, listed
-from rftfit.campaign.rows import MAX_BYTES, Column, DraftRow, Schema, read_rows, sheet_rows
-from rftfit.campaign.sheet import Run
+from rftfit.campaign.problems import CampaignError, Place, Problem, listed
+from rftfit.campaign.rows import (
+    BAD,
+    MAX_BYTES,
+    Column,
+    DraftRow,
+    Schema,
+    frame_of,
+    read_columns,
+    sheet_rows,
+)
+from rftfit.campaign.sheet import Run, check_excluded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
+    import numpy as np
+    import numpy.typing as npt
     import pandas as pd
 
-    from rftfit.campaign.config import Table
+    FloatArray = npt.NDArray[np.float64]
 
 _ANGLES = tuple(
-    Column(f"{name}_deg", "number", meaning, low=-90, high=90, unit="degrees", also=(name,))
+    Column(f"{name}_deg", "number", meaning, unit="degrees", also=(name,))
     for name, meaning in (
         ("beta", "attack angle of the plate"),
         ("gamma", "intrusion angle of its motion: 90 straight down, -90 straight up"),
     )
 )
-_MEDIUM = Column("medium", "name", "key of the config's media", needed=False)
+_OF_RUN = (
+    Column("medium", "name", "key of the config's media", needed=False),
+    Column("excluded", "flag", "yes leaves the run out", needed=False),
+    Column("reason", "text", "why the run is left out; needed where excluded is yes", needed=False),
+)
 
 
 def _alpha(component: str) -> tuple[Column, Column]:
@@ -46,8 +62,8 @@ ALPHA = Schema(
     "alpha-table",
     (*_ANGLES, *_alpha("z"), *_alpha("x"),
      Column("n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)),
-     _MEDIUM),
-    others=True,
+     *_OF_RUN),
+    others="told",
 )  # fmt: skip
 STRESS = Schema(
     "stress-table",
@@ -56,8 +72,8 @@ STRESS = Schema(
             also=("depth",)),
      *(Column(f"stress_{c}_N_per_cm2", "number", "force of the medium over the plate's area",
               unit="N/cm^2", also=(f"stress_{c}",)) for c in "zx"),
-     Column("run_id", "name", "rows of one push", needed=False), _MEDIUM),
-    others=True,
+     Column("run_id", "name", "rows of one push", needed=False), *_OF_RUN),
+    others="told",
 )  # fmt: skip
 """The formats of both tables; alpha and stress are positive upward and toward +x."""
 
@@ -65,144 +81,337 @@ LENGTHS = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
 STRESSES = {"N/cm^2": 1.0, "Pa": 1e-4, "kPa": 0.1, "MPa": 100.0, "psi": 0.6894757293168361}
 SLOPES = {"N/cm^3": 1.0, "N/m^3": 1e-6, "Pa/m": 1e-6, "kPa/m": 1e-3, "MPa/m": 1.0, "kPa/cm": 0.1}
 SAME_DEPTH_CM = 0.1
+LARGEST_RAD = 3.2
+"""Several angles, none of them larger, are no degrees."""
+
+OTHER_SENSE = "with gamma > 0 depth grows, with gamma < 0 it shrinks"
+_TURN, _MOST_TURNS = 0.02, 6
+"""Of the depth that a run covers: what is less is noise, and no turn; more turns are not looked for."""
+
+_REPEATS = 20
 
 
 @dataclass(frozen=True)
 class Push:
     """Rows of the table that belong to one run, in their order.
 
-    `rows`: Numbers by column: depth and stress, or alpha, error and number of runs; cm, N.
+    `columns` (n,): Depth and stress, or alpha, error and number of runs, by name; cm, N; of stress also
+    ``other_sense``: whether the depth changes against the sense of gamma.
     """
 
     run: Run
-    rows: tuple[dict[str, float], ...]
+    columns: Mapping[str, npt.NDArray[Any]]
 
 
 def read_pushes(
-    path: Path, file: str, table: Table, media: Iterable[str], within: str
-) -> tuple[list[Push], list[Problem]]:
+    path: Path, file: str, table: Table, media: Iterable[str], within: str, tolerance: float = 0.5
+) -> tuple[list[Push], list[Problem], dict[str, str]]:
     """Read the table of a campaign, long or, of alpha, in the blocks of Table S5.
 
-    `file`: Its name for messages; `within`: relative to the raw folder. Returns the runs that it
-    stands for, by run_id, and everything that is wrong with it.
+    `file`: Its name for messages; `within`: relative to the raw folder; `tolerance`, deg: angles so near
+    to 90 are 90. Returns the runs that it stands for, by run_id, everything that is wrong with it, and
+    the name that it gives to each column.
     """
     known = tuple(media)
     schema = replace(_named(STRESS if table.holds == "stress" else ALPHA, table), file=file)
     problems: list[Problem] = []
+    names: dict[str, str] = {}
     drafts = _blocks(path, schema, known, problems) if table.holds == "alpha" else None
     if drafts is None:
-        drafts, problems = read_rows(path, schema, file)
-    scale = {
-        "beta_deg": table.angle_scale, "gamma_deg": table.angle_scale, "depth_cm": LENGTHS[table.depth_unit],
-        **dict.fromkeys(("stress_z_N_per_cm2", "stress_x_N_per_cm2"), STRESSES[table.stress_unit]),
-        **dict.fromkeys(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x"),
-                        SLOPES[table.alpha_unit]),
-    }  # fmt: skip
-    groups: dict[tuple[str, str], list[tuple[DraftRow, dict[str, float]]]] = {}
-    for draft in drafts:
-        medium = draft.text.get("medium", "") or (known[0] if len(known) == 1 else "")
-        if "medium" not in draft.bad and medium not in known:
-            allowed = f"one of {listed(known)} (media in the config)"
-            draft.note("medium", "unknown-medium", draft.text.get("medium") or None, allowed)
-        numbers = {name: value * scale.get(name, 1.0) for name, value in draft.number.items()}
-        _check_numbers(draft, numbers)
-        if not draft.bad:
-            groups.setdefault((medium, _name(draft, numbers, table)), []).append((draft, numbers))
-    pushes = []
-    for (medium, name), members in groups.items():
-        first, numbers = members[0]
-        for draft, other in members[1:]:
-            if any(abs(other[a] - numbers[a]) > 1e-6 for a in ("beta_deg", "gamma_deg")):
-                allowed = (
-                    f"the angles of row {first.row}: all rows of the run {name} have one direction"
-                )
-                draft.note("run_id", "two-directions", name, allowed)
-        pushes.append(_push(medium, name, first.row, [own for _, own in members], within))
+        rows, names, problems = read_columns(path, schema, file)
+        for ours, theirs in table.columns.items() if names else ():
+            if names.get(ours) != theirs:
+                place, allowed = Place(file, column=theirs), "a column of the file"
+                text = f"{allowed}: table.columns of the config gives {ours} this name"
+                problems.append(Problem(f"{schema.area}.missing-column", place, theirs, text))
+    else:
+        rows = frame_of(drafts, schema)
+        rows["run_id"] = [draft.text["run_id"] for draft in drafts]
+    checked = _Checked(rows, schema, problems)
+    checked.measures(table, tolerance)
+    checked.media(known)
+    pushes = _runs(rows[~rows["bad"]], known, schema, problems, within)
     ids = {push.run.run_id for push in pushes}
     if len(ids) < len(pushes):  # one name in two media
         pushes = [
             replace(one, run=replace(one.run, run_id=f"{one.run.medium}_{one.run.run_id}"))
             for one in pushes
         ]
-    return sorted(pushes, key=lambda one: one.run.run_id), problems
+    return sorted(pushes, key=lambda one: one.run.run_id), problems, names
 
 
-def pushes_in(path: Path) -> pd.DataFrame:
-    """Read a table of alpha of one medium, as `rftfit.estimate_map` takes it.
+def read_as(table: Table, names: Mapping[str, str]) -> str:
+    """Say in which units the columns of a table are read."""
+    units = _units(table)
+    return ", ".join(
+        f"{theirs} in {units[ours][0]}" for ours, theirs in names.items() if ours in units
+    )
+
+
+def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
+    """Read a table of alpha of one medium, as `rftfit.estimate_map` takes it, and what to be warned of.
 
     alpha_x may be missing: a penetrometer measures the force along its way only. Raises CampaignError
     with everything that is wrong.
     """
-    import pandas as pd
-
     columns = [
         replace(column, needed=False) if column.name.startswith("alpha_x") else column
         for column in ALPHA.columns
         if column.name != "medium"
     ]
-    drafts, problems = read_rows(path, replace(ALPHA, columns=tuple(columns)), str(path))
-    rows = []
-    for draft in drafts:
-        _check_numbers(draft, draft.number)
-        rows.append(draft.number)
-    if problems:
+    schema = replace(ALPHA, columns=tuple(columns), file=str(path))
+    rows, _, problems = read_columns(path, schema, str(path))
+    _Checked(rows, schema, problems).measures(Table(holds="alpha"), Grid().angle_tolerance_deg)
+    if any(one.severity == "error" for one in problems):
         raise CampaignError(problems)
     names = {"se_z": "alpha_z_se_N_per_cm3", "se_x": "alpha_x_se_N_per_cm3"}
-    table = pd.DataFrame(rows).rename(columns=names)
-    lacking = {f"alpha_x{end}_N_per_cm3" for end in ("", "_se")} | {"alpha_z_se_N_per_cm3"}
-    return table.assign(**dict.fromkeys(sorted(lacking - {*table}), math.nan))
+    used = rows[rows["excluded"] != "yes"].drop(columns=["row", "bad", "excluded", "reason"])
+    return used.rename(columns=names), problems
 
 
 def _named(schema: Schema, table: Table) -> Schema:
-    """The schema with the names that the file has; angles in radians have other limits."""
-    high = 90 / table.angle_scale
+    """The schema with the names that the file has."""
     given: dict[str, str] = {str(ours): theirs for ours, theirs in table.columns.items()}
-    columns = []
-    for column in schema.columns:
-        changes: dict[str, Any] = {}
-        if column.name in given:
-            changes["also"] = (*column.also, given[column.name])
-        if column.name in ("beta_deg", "gamma_deg"):
-            changes |= {"low": -high, "high": high, "unit": table.angle_unit}
-        columns.append(replace(column, **changes))
+    columns = [
+        replace(column, also=(*column.also, given[column.name])) if column.name in given else column
+        for column in schema.columns
+    ]
     return replace(schema, columns=tuple(columns))
 
 
-def _check_numbers(draft: DraftRow, numbers: dict[str, float]) -> None:
-    """Note what the columns' own ranges do not hold: of blocks, also the angles."""
-    for name in ("beta_deg", "gamma_deg"):
-        if name in numbers and not abs(numbers[name]) <= 90 + 1e-6:
-            draft.note(name, "out-of-range", f"{numbers[name]:g}", "-90 to 90 degrees")
-    if (depth := numbers.get("depth_cm")) is not None and depth < 0:
-        draft.note("depth_cm", "negative-depth", draft.text["depth_cm"],
-                   "0 or more: depth grows downward from the free surface")  # fmt: skip
-    count = numbers.get("n")
-    if count is not None and count != int(count):
-        draft.note("n", "not-whole", draft.text["n"], "a whole number of runs")
+def _units(table: Table) -> dict[str, tuple[str, float]]:
+    """Unit of each column of numbers in the file, and what it is in ours."""
+    angle = (table.angle_unit, table.angle_scale)
+    stress = (table.stress_unit, STRESSES[table.stress_unit])
+    alpha = (table.alpha_unit, SLOPES[table.alpha_unit])
+    return {
+        **dict.fromkeys(("beta_deg", "gamma_deg"), angle),
+        "depth_cm": (table.depth_unit, LENGTHS[table.depth_unit]),
+        **dict.fromkeys(("stress_z_N_per_cm2", "stress_x_N_per_cm2"), stress),
+        **dict.fromkeys(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x"), alpha),
+    }
 
 
-def _name(draft: DraftRow, numbers: dict[str, float], table: Table) -> str:
-    given = draft.text.get("run_id", "")
-    if given or table.holds == "alpha":
-        return given or f"row{draft.row:05d}"
-    return _of_direction(numbers["beta_deg"], numbers["gamma_deg"])
+@dataclass
+class _Checked:
+    """Rows of a table as they are checked: one problem says what is wrong with any number of them."""
+
+    rows: pd.DataFrame
+    schema: Schema
+    problems: list[Problem]
+
+    def note(
+        self, wrong: npt.NDArray[np.bool_], column: str, code: str, found: str | None, allowed: str
+    ) -> None:
+        """Note rows that cannot be used, at the first of them; `{}` of `found` is its value."""
+        at = wrong.nonzero()[0]
+        if not at.size:
+            return
+        self.rows["bad"] |= wrong
+        row, more = int(self.rows["row"].iloc[at[0]]), f"; the first of {at.size} rows"
+        found = found and found.format(self.rows[column].iloc[at[0]])
+        allowed += more if at.size > 1 else ""
+        DraftRow(self.schema, row, self.problems).note(column, code, found, allowed)
+
+    def measures(self, table: Table, tolerance: float) -> None:
+        """Turn numbers into degrees, cm and N; `tolerance`, deg: angles so near to 90 are 90."""
+        import numpy as np
+
+        angles = np.unique(self.rows[["beta_deg", "gamma_deg"]])
+        largest = np.nanmax(np.abs(angles), initial=0)
+        if table.angle_unit == "deg" and angles.size > 1 and largest <= LARGEST_RAD:
+            found = f"no angle larger than {largest:g}"
+            allowed = "degrees; looks like rad: set angle_unit: rad in `table` of the config"
+            place = Place(self.schema.file, column="gamma_deg")
+            self.problems.append(
+                Problem(f"{self.schema.area}.looks-like-rad", place, found, allowed)
+            )
+        for name, (unit, scale) in _units(table).items():
+            if name not in self.rows:
+                continue
+            values = self.rows[name].to_numpy() * scale
+            if name == "depth_cm":
+                allowed = "0 or more: depth grows downward from the free surface"
+                self.note(values < 0, name, "negative-depth", "{:g}", allowed)
+            elif name in ("beta_deg", "gamma_deg"):
+                upright = np.abs(np.abs(values) - 90) <= tolerance + 1e-6
+                values = np.where(upright, np.copysign(90.0, values), values)
+                allowed = f"-{90 / scale:.3g} to {90 / scale:.3g} {unit}"
+                self.note(np.abs(values) > 90, name, "out-of-range", "{:g}", allowed)
+            self.rows[name] = values + 0.0
+        if "n" in self.rows:
+            broken = (self.rows["n"] % 1 > 0).to_numpy()
+            self.note(broken, "n", "not-whole", "{:g}", "a whole number of runs")
+
+    def media(self, known: tuple[str, ...]) -> None:
+        """Turn names of media into their places in the config; of a single one it may be left out."""
+        import numpy as np
+
+        given = self.rows["medium"].cat
+        names = [one or (known[0] if len(known) == 1 else "") for one in given.categories]
+        place = np.array([known.index(one) if one in known else -1 for one in names], dtype=int)
+        allowed = f"one of {listed(known)} (media in the config)"
+        for code, name in enumerate(names):
+            if name not in (*known, BAD):
+                wrong = (given.codes == code).to_numpy()
+                self.note(wrong, "medium", "unknown-medium", name or None, allowed)
+        self.rows["medium"] = place[given.codes]
+
+
+def _runs(
+    rows: pd.DataFrame, known: tuple[str, ...], schema: Schema, problems: list[Problem], file: str
+) -> list[Push]:
+    """Part the rows by run: of alpha each is one, of stress those of one run_id or of one direction."""
+    import numpy as np
+    import pandas as pd
+
+    group = np.arange(len(rows))
+    if "depth_cm" in rows:
+        named = (rows["run_id"] != "").to_numpy()
+        direction = [np.where(named, 0, rows[f"{one}_deg"].round(4)) for one in ("beta", "gamma")]
+        keys = np.stack([rows["medium"], rows["run_id"].cat.codes, *direction], axis=1)
+        # rows of a run stand together, most often: one of each stretch tells which
+        first = np.flatnonzero((np.diff(keys, axis=0, prepend=np.inf) != 0).any(axis=1))
+        of_stretch = pd.DataFrame(keys[first]).groupby([0, 1, 2, 3], sort=False).ngroup().to_numpy()
+        group = np.repeat(of_stretch, np.diff(first, append=len(rows)))
+    order = np.argsort(group, kind="stable")
+    columns = {str(name): rows[name].to_numpy()[order] for name in rows}
+    bounds = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
+    told: list[Problem] = []
+    pushes = []
+    for start, stop in pairwise(bounds.tolist()):
+        own = {name: values[start:stop] for name, values in columns.items()}
+        pushes.append(_push(own, known[own["medium"][0]], schema, told, file))
+    for code in dict.fromkeys(one.code for one in told):
+        first_of, *others = (one for one in told if one.code == code)
+        more = f"; this is the first of {1 + len(others)} runs" if others else ""
+        problems.append(replace(first_of, allowed=first_of.allowed + more))
+    return pushes
+
+
+def _push(
+    own: dict[str, npt.NDArray[Any]],
+    medium: str,
+    schema: Schema,
+    problems: list[Problem],
+    file: str,
+) -> Push:
+    """Make a run of its rows, and note what is wrong with them."""
+    beta, gamma = (float(own[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
+    row, level = int(own["row"][0]), math.nan
+    given = str(own["run_id"][0]) if "run_id" in own else f"row{row:05d}"
+    name = given or _of_direction(beta, gamma)
+    draft = DraftRow(schema, row, problems)
+    draft.text = {column: str(own[column][0]) for column in ("excluded", "reason")}
+    check_excluded(draft)
+    for column in ("beta_deg", "gamma_deg", "excluded") if given else ("excluded",):
+        values = own[column]
+        other = values != values[0] if column == "excluded" else abs(values - values[0]) > 1e-6
+        if other.any():
+            draft.row = int(own["row"][other][0])
+            code, one = (
+                ("two-words", "word here")
+                if column == "excluded"
+                else ("two-directions", "direction")
+            )
+            allowed = f"as in row {row}: all rows of the run {name} have one {one}"
+            draft.note(column, code, str(values[other][0]), allowed)
+    columns = {name: own[name] for name in (*_units(Table(holds="alpha")), "n") if name in own}
+    if (depth := columns.get("depth_cm")) is not None:
+        if gamma == 0 and depth.max() - depth.min() <= SAME_DEPTH_CM:
+            level = float(depth[0])
+        columns["other_sense"], again = other_sense(depth, gamma)
+        _note_depths(draft, depth, columns["other_sense"], own["row"], again, name, given)
+    direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
+    run = Run(
+        run_id=name, kind="plate", medium=medium, intruder=UNIT_AREA, direction=direction, beta_deg=beta,
+        gamma_deg=gamma, depth_cm=level, force_log=file, motion_log=file, tare_run="", tare_shared=False,
+        surface_z_mm=None, excluded=draft.yes("excluded"), reason=draft.text["reason"], note="", row=row,
+    )  # fmt: skip
+    return Push(run, columns)
+
+
+def _note_depths(
+    draft: DraftRow, depth: FloatArray, other: npt.NDArray[np.bool_], rows: npt.NDArray[np.int64],
+    again: int, name: str, given: str,
+) -> None:  # fmt: skip
+    """Note what the depths of a run tell: several runs in one, or rows that are left out."""
+    import numpy as np
+
+    ask = (
+        "another run_id"
+        if given
+        else "which column tells the runs apart? It is to be called run_id, "
+    )
+    ask += "" if given else "or named as run_id in table.columns of the config"
+    _, counts = np.unique(depth, return_counts=True)
+    if again:
+        draft.row = int(rows[again])
+        allowed = (
+            f"depth that goes one way in the run {name}; here it starts again, as of another push: {ask}; "
+            "rows of one push stand in the order of depth or of time"
+        )
+        draft.note("depth_cm", "starts-again", f"{depth[again]:g} cm", allowed)
+    elif counts.size > 2 and 1 < counts[0] <= _REPEATS and (counts == counts[0]).all():
+        text = f"each depth of the run {name} stands {counts[0]} times: if these are {counts[0]} pushes, {ask}"
+        draft.note("depth_cm", "depths-repeated", None, text, severity="warning")
+    if other.any() and not again:
+        draft.row = int(rows[other][0])
+        text = f"from here on {np.count_nonzero(other)} rows of the run {name} are left out: {OTHER_SENSE}"
+        draft.note("depth_cm", "other-sense", None, text, severity="warning")
+
+
+def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_], int]:
+    """Rows (n,) in which depth changes against the sense of gamma, deg; and the one where it starts again, or 0.
+
+    A run whose depth changes in one sense only is taken as it stands: tables are sorted by depth.
+    """
+    import numpy as np
+
+    wrong = np.zeros(depth.size, dtype=bool)
+    if gamma == 0:
+        order = np.argsort(depth, kind="stable")
+        level = np.empty(depth.size, dtype=int)
+        level[order] = np.cumsum(np.diff(depth[order], prepend=depth[order[0]]) > SAME_DEPTH_CM)
+        starts = np.flatnonzero(np.diff(level, prepend=-1))
+        _, first = np.unique(level[starts], return_index=True)
+        twice = np.setdiff1d(np.arange(starts.size), first)
+        return wrong, int(starts[twice[0]]) if twice.size else 0
+    turns, sense = _turns(depth)
+    ends = [0, *turns, depth.size - 1]
+    senses = [sense * (-1) ** place for place in range(len(ends) - 1)]
+    right = [place for place, one in enumerate(senses) if one * gamma > 0]
+    for place, (start, stop) in enumerate(pairwise(ends)):
+        if turns and (stop == start + 1 or place in right[1:]):
+            return wrong, stop if stop == start + 1 else start
+        if turns and place not in right:
+            wrong[start + (place > 0) : stop + (stop == depth.size - 1)] = True
+    return wrong, 0
+
+
+def _turns(depth: FloatArray) -> tuple[list[int], int]:
+    """Where the depth turns by more than noise, the first of many, and the sense in which it begins."""
+    import numpy as np
+
+    least = _TURN * float(depth.max() - depth.min())
+    grown, shrunk = (
+        int(np.argmax(sense * depth - np.minimum.accumulate(sense * depth) > least))
+        for sense in (1, -1)
+    )
+    begins = sense = 1 if grown and (grown < shrunk or not shrunk) else -1
+    turns: list[int] = []
+    while len(turns) < _MOST_TURNS:
+        ahead = sense * depth[turns[-1] if turns else 0 :]
+        back = np.maximum.accumulate(ahead) - ahead > least
+        if not back.any():
+            break
+        turns.append((turns[-1] if turns else 0) + int(np.argmax(ahead[: int(np.argmax(back))])))
+        sense = -sense
+    return turns, begins
 
 
 def _of_direction(beta: float, gamma: float) -> str:
     return f"b{beta:g}_g{gamma:g}".replace("-", "m")
-
-
-def _push(medium: str, name: str, row: int, rows: list[dict[str, float]], file: str) -> Push:
-    beta, gamma = (rows[0][f"{angle}_deg"] + 0.0 for angle in ("beta", "gamma"))
-    depths = [one.get("depth_cm", math.nan) for one in rows]
-    level = gamma == 0 and max(depths) - min(depths) <= SAME_DEPTH_CM
-    direction = "extraction" if gamma < 0 else "horizontal" if level else "intrusion"
-    run = Run(
-        run_id=name, kind="plate", medium=medium, intruder=UNIT_AREA, direction=direction, beta_deg=beta,
-        gamma_deg=gamma, depth_cm=depths[0] if level else math.nan, force_log=file, motion_log=file,
-        tare_run="", tare_shared=False, surface_z_mm=None, excluded=False, reason="", note="", row=row,
-    )  # fmt: skip
-    return Push(run, tuple(rows))
 
 
 # --- the layout of Table S5: a block for each component, rows by beta, columns by gamma
@@ -233,13 +442,14 @@ def _blocks(
         component: str = ""
         gammas: dict[int, float] = {}
         width = max((len(cells) for _, cells in rows), default=0)
+        components = _components(rows)
         for number, cells in rows:
             texts = [cell.strip() for cell in cells] + [""] * (width - len(cells))
             head, rest = texts[0], {i: _float(text) for i, text in enumerate(texts) if i > 0}
             if (lone := key_of("".join(texts))) in media:
                 medium, component, gammas = lone, "", {}
-            elif named := _COMPONENT.fullmatch(head):
-                component, gammas = named[1].lower(), {}
+            elif number in components:
+                component, gammas = components[number], {}
             elif head and _float(head) is None and not any(v is not None for v in rest.values()):
                 component, gammas = "", {}
             if component and not gammas and _float(head) is None:
@@ -280,27 +490,38 @@ def media_of_table(path: Path, holds: str) -> list[tuple[str, str]]:
     """Keys and titles of the media that a table names, in its order; of the file where it names none."""
     schema = replace(STRESS if holds == "stress" else ALPHA, file=path.name)
     found: dict[str, str] = {}
-    grids = list(_grids(path, schema))
+    grids = list(_grids(path, schema)) if holds == "alpha" else []
     for sheet, rows in grids:
-        heads = [row[0].strip() if row else "" for _, row in rows]
-        blocks = holds == "alpha" and any(_COMPONENT.fullmatch(head) for head in heads)
-        if holds == "alpha" and len(grids) > 1 and not blocks:
+        if not _components(rows):
             continue
-        if blocks:
-            alone = [row[0] for _, row in rows if len([c for c in row if c.strip()]) == 1]
-            named = [one for one in alone if not _COMPONENT.fullmatch(one) and _float(one) is None]
-            if len(grids) > 1 or not named:
-                named = [sheet]
-            found |= {key_of(one): one.strip() for one in named}
-        elif rows:
-            header = [cell.strip().lower() for cell in rows[0][1]]
-            if "medium" in header:
-                at = header.index("medium")
-                names = [row[at] for _, row in rows[1:] if len(row) > at and row[at].strip()]
-                found |= {key_of(one): one.strip() for one in dict.fromkeys(names)}
-            break
+        alone = [row[0] for _, row in rows if len([c for c in row if c.strip()]) == 1]
+        named = [one for one in alone if not _COMPONENT.fullmatch(one) and _float(one) is None]
+        if len(grids) > 1 or not named:
+            named = [sheet]
+        found |= {key_of(one): one.strip() for one in named}
+    if not found:
+        names = read_columns(path, schema, path.name)[0]["medium"].unique()
+        found = {key_of(one): one for one in names}
     found.pop("", None)
     return list(found.items()) or [(key_of(path.stem) or "medium", path.stem)]
+
+
+def _components(rows: list[tuple[int, list[str]]]) -> dict[int, str]:
+    """Component that each head of a block in a sheet names, by its row; of two blocks without, z and x."""
+    heads = {number: row[0].strip() for number, row in rows}
+    named = {
+        number: found[1].lower()
+        for number, head in heads.items()
+        if (found := _COMPONENT.fullmatch(head))
+    }
+    corners = [
+        number
+        for number, row in rows
+        if not row[0].strip()
+        and len(row) > 2
+        and all(_float(one) is not None for one in row[1:] if one.strip())
+    ]
+    return named or (dict(zip(corners, "zx", strict=True)) if len(corners) == 2 else {})
 
 
 def _grids(path: Path, schema: Schema) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:

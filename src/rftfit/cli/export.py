@@ -85,9 +85,12 @@ def _of_pushes(path: Path) -> tuple[Map, dict[str, Any]]:
     from rftfit.store.digests import sha256_of
 
     try:
-        found = rftfit.estimate_map(pushes_in(path), name=path.stem)
+        pushes, warnings = pushes_in(path)
+        found = rftfit.estimate_map(pushes, name=path.stem)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
+    for one in warnings:
+        warn(f"warning: {one}")
     return found, {"made_from": {path.name: sha256_of(path)}}
 
 

@@ -10,6 +10,7 @@ from rftfit.campaign.problems import Place, Problem
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import Remark, flags_of, reason_of
 from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.tables import ingest_table
 from rftfit.measure.tare import TARE_KINDS, tare_medium
 
 if TYPE_CHECKING:
@@ -43,19 +44,23 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
     Where no plate and no leg of a medium would be left, that is an error, else a warning.
     """
     found = Opened()
-    if campaign.numbers:
+    form = campaign.config.table
+    if form is not None and form.holds == "alpha":
         return found
+    ingest = ingest_table if form else ingest_medium
     every = campaign.runs_of(medium)
     sizes = {run.run_id: _sizes(campaign, run) for run in every}
-    large = {
-        name for name, own in sizes.items() if any(size and size > LARGEST_BYTES for size in own)
-    }
+    large = (
+        {name for name, own in sizes.items() if any(size and size > LARGEST_BYTES for size in own)}
+        if form is None
+        else set()
+    )
     runs = [run for run in every if not {run.run_id, run.tare_run} & large]
     found.passed_over = len(every) - len(runs)
     reasons: dict[str, tuple[Remark, ...]] = {}
     flags: dict[str, tuple[Remark, ...]] = {}
     for part in _portions(runs):
-        samples, status, _ = ingest_medium(replace(campaign, runs=part), medium)
+        samples, status, _ = ingest(replace(campaign, runs=part), medium)
         tared, tares, _ = tare_medium(replace(campaign, runs=part), medium, samples, status)
         fits, *_ = fit_medium(replace(campaign, runs=part), medium, status, tared, tares)
         for table in (status, tares, fits):
