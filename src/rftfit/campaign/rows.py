@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
     from pathlib import Path
 
-    import pandas as pd
+    import numpy as np
+    import numpy.typing as npt
 
     from rftfit.campaign.files import Folder
     from rftfit.campaign.problems import Severity
@@ -285,86 +286,93 @@ def _drafts(
     return drafts
 
 
+@dataclass
+class Rows:
+    """Rows of a table by columns, shape (n,): ``row``, ``bad``, numbers, NaN where there is none, and texts.
+
+    `texts`: Of a column of texts all that it holds, where `columns` have the place of each row's; a bad
+    cell counts as `BAD`.
+    """
+
+    columns: dict[str, npt.NDArray[Any]]
+    texts: dict[str, dict[str, int]]
+
+    @classmethod
+    def of(
+        cls, drafts: Sequence[DraftRow], schema: Schema, texts: dict[str, dict[str, int]]
+    ) -> Rows:
+        """Put checked rows into columns."""
+        import numpy as np
+
+        columns = {
+            "row": np.array([draft.row for draft in drafts], dtype=np.int64),
+            "bad": np.array([bool(draft.bad) for draft in drafts], dtype=bool),
+        }
+        for column in schema.columns:
+            name = column.name
+            if column.form == "number":
+                numbers = [draft.number.get(name, math.nan) for draft in drafts]
+                columns[name] = np.array(numbers, dtype=float)
+            else:
+                own = (BAD if name in one.bad else one.text.get(name, "") for one in drafts)
+                columns[name] = _places(own, texts.setdefault(name, {}))
+        return cls(columns, texts)
+
+
+def _places(texts: Iterable[str], among: dict[str, int]) -> npt.NDArray[np.int32]:
+    """Place of each text among those of its column, to which new ones are added."""
+    import numpy as np
+
+    return np.array([among.setdefault(text, len(among)) for text in texts], dtype=np.int32)
+
+
 def read_columns(
     path: Path, schema: Schema, file: str
-) -> tuple[pd.DataFrame, dict[str, str], list[Problem]]:
+) -> tuple[Rows, dict[str, str], list[Problem]]:
     """Read a table of any length by columns, and what is around a bad cell as `read_rows` does.
 
-    Returns what `frame_of` makes of the rows, the name that the file gives to each
-    column, and all problems: where they are many, of the first rows.
+    Returns its rows, the name that the file gives to each column, and all problems: where they are
+    many, of the first rows.
     """
     import numpy as np
-    import pandas as pd
-    from pandas.api.types import union_categoricals
 
     schema = replace(schema, file=file)
     problems: list[Problem] = []
-    frames = [frame_of([], schema)]
+    texts: dict[str, dict[str, int]] = {}
+    parts = [Rows.of([], schema, texts).columns]
     try:
-        text = _long_text(path, schema)
-        at = _behind_line(text, 0, _HEAD)
-        at = at if text[:at].strip() else len(text)
+        data = _long_text(path, schema)
+        at = _behind_line(data, 0, _HEAD)
+        at = at if data[:at].strip() else len(data)
         suffix = path.suffix.lower()
-        table = _read_csv(text[:at], schema, suffix) if text else _read_table(path, schema)
+        table = _read_csv(data[:at].decode(), schema, suffix) if data else _read_table(path, schema)
         found, problems = _find_columns(table, schema)
-        frames.append(frame_of(_drafts(table, found, schema, problems), schema))
-        while at < len(text):
-            begin, at = at, _behind_line(text, at, _BLOCK)
-            frame = _quick(text[begin:at], table, found, schema)
-            if frame is None:
+        parts.append(Rows.of(_drafts(table, found, schema, problems), schema, texts).columns)
+        while at < len(data):
+            block = data[at : (at := _behind_line(data, at, _BLOCK))]
+            part = _quick(block, table, found, schema, texts)
+            if part is None:
                 table.rows = []
-                _take(table, text[begin:at], schema)
-                frame = frame_of(_drafts(table, found, schema, problems), schema)
-            frames.append(frame)
-            if at < len(text) and len(problems) > _MOST_NOTED:
+                _take(table, block.decode(), schema)
+                part = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
+            parts.append(part)
+            if at < len(data) and len(problems) > _MOST_NOTED:
                 allowed = "this put right first: the rows below were not looked at"
                 raise schema.refusal("many-problems", allowed, row=table.last)
     except CampaignError as error:
-        return frames[0], {}, [*problems, *error.problems]
+        return Rows(parts[0], texts), {}, [*problems, *error.problems]
     if table.last <= table.header_row:
         problems += schema.no_rows
-    columns: dict[str, Any] = {}
-    for name in map(str, frames[0]):
-        join = np.concatenate if frames[0][name].dtype.kind in "bif" else union_categoricals
-        columns[name] = join([frame.pop(name) for frame in frames[1:]])
+    columns = {name: np.concatenate([part.pop(name) for part in parts]) for name in [*parts[0]]}
     names = {name: table.header[place] for name, (place, _) in found.items()}
-    return pd.DataFrame(columns, copy=False), names, problems
+    return Rows(columns, texts), names, problems
 
 
-def frame_of(drafts: Iterable[DraftRow], schema: Schema) -> pd.DataFrame:
-    """Rows as columns: ``row``, ``bad``, numbers (NaN: blank or bad), texts as categories (`BAD`: bad)."""
-    import numpy as np
-    import pandas as pd
-
-    drafts = list(drafts)
-    columns: dict[str, Any] = {"row": np.array([draft.row for draft in drafts], dtype=np.int64)}
-    columns["bad"] = np.array([bool(draft.bad) for draft in drafts], dtype=bool)
-    for column in schema.columns:
-        name = column.name
-        if column.form == "number":
-            numbers = [draft.number.get(name, math.nan) for draft in drafts]
-            columns[name] = np.array(numbers, dtype=float)
-        else:
-            columns[name] = _categories(
-                [BAD if name in draft.bad else draft.text.get(name, "") for draft in drafts]
-            )
-    return pd.DataFrame(columns)
-
-
-def _categories(texts: Sequence[str], codes: Any = None) -> pd.Categorical:
-    """Make a column of texts; `codes`: which of them each row has, default: its own."""
-    import numpy as np
-    import pandas as pd
-
-    own, distinct = pd.factorize(np.array(texts, dtype=object))
-    codes = own if codes is None else own[codes]
-    return pd.Categorical.from_codes(codes, categories=pd.Index(distinct, dtype=object))
-
-
-def _quick(block: str, table: _Table, found: _Found, schema: Schema) -> pd.DataFrame | None:
+def _quick(
+    block: bytes, table: _Table, found: _Found, schema: Schema, texts: dict[str, dict[str, int]]
+) -> dict[str, npt.NDArray[Any]] | None:
     """Read lines in which every cell is as it must be; None where one is not."""
     import numpy as np
-    import pandas as pd
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
@@ -376,42 +384,44 @@ def _quick(block: str, table: _Table, found: _Found, schema: Schema) -> pd.DataF
     }
     try:
         cells = pacsv.read_csv(
-            pa.BufferReader(block.encode()),
+            pa.BufferReader(block),
             pacsv.ReadOptions(column_names=[str(at) for at in range(len(table.header))]),
             pacsv.ParseOptions(delimiter=table.delimiter),
             pacsv.ConvertOptions(column_types=types, include_columns=list(types), null_values=[]),
         ).unify_dictionaries()
     except pa.ArrowInvalid:
         return None
-    if cells.num_rows != block.count("\n") + (not block.endswith("\n")):
+    size = cells.num_rows
+    if size != block.count(b"\n") + (not block.endswith(b"\n")):
         return None  # a blank line, or a quote that swallowed line ends
-    row = np.arange(table.last + 1, table.last + 1 + cells.num_rows)
-    columns: dict[str, Any] = {"row": row, "bad": np.zeros(row.size, dtype=bool)}
+    columns: dict[str, npt.NDArray[Any]] = {
+        "row": np.arange(table.last + 1, table.last + 1 + size), "bad": np.zeros(size, dtype=bool),
+    }  # fmt: skip
+    one = DraftRow(schema, 0, deque(maxlen=0))
     for column in schema.columns:
-        name, (at, scale) = column.name, found.get(column.name, (None, 1.0))
-        if at is None:
-            missing = np.full(row.size, math.nan) if column.form == "number" else None
-            columns[name] = _categories([""], 0 * row) if missing is None else missing
+        name, number = column.name, column.form == "number"
+        own = texts.setdefault(name, {}) if not number else {}
+        if name not in found:
+            columns[name] = np.full(size, math.nan if number else _places([""], own)[0])
             continue
+        at, scale = found[name]
         values = cells.column(str(at)).combine_chunks()
-        if column.form == "number":
-            columns[name] = values = values.to_numpy() * scale + 0.0
-            if not (
-                np.isfinite(values).all() and all(map(column.holds, (values.min(), values.max())))
-            ):
+        if number:
+            columns[name] = values.to_numpy() * scale + 0.0
+            ends = columns[name].min(), columns[name].max()
+            if not all(math.isfinite(end) and column.holds(end) for end in ends):
                 return None
             continue
-        one = DraftRow(schema, 0, deque(maxlen=0))
-        texts = []
+        distinct = []
         for text in values.dictionary.to_pylist():
             one.text[name] = ""
             _read_cell(one, column, {name: text.strip()}, None, 1.0)
-            texts.append(one.text[name])
+            distinct.append(one.text[name])
         if one.bad:
             return None
-        columns[name] = _categories(texts, values.indices.to_numpy())
-    table.last = int(row[-1])
-    return pd.DataFrame(columns, copy=False)
+        columns[name] = _places(distinct, own)[values.indices.to_numpy()]
+    table.last += size
+    return columns
 
 
 # --- one cell
@@ -648,22 +658,23 @@ def _too_many_rows(schema: Schema) -> CampaignError:
     return schema.refusal("too-many-rows", allowed, row=schema.most_rows)
 
 
-def _long_text(path: Path, schema: Schema) -> str:
-    """Text of a csv that is read by columns; empty of a workbook."""
+def _long_text(path: Path, schema: Schema) -> bytes:
+    """UTF-8 of a csv that is read by columns, its line ends line feeds; nothing of a workbook."""
     cure = "leave out columns that are not needed, keep every tenth row, or part the table by media"
     data = read_bytes(path, schema.file, schema.area, MAX_TEXT, cure)
-    is_text = path.suffix.lower() not in (".xlsx", ".xlsm")
-    is_text = is_text and not data.startswith((_WORKBOOK, _OLD_WORKBOOK))
-    return decode(data, schema.file, schema.area) if is_text else ""
+    if path.suffix.lower() in (".xlsx", ".xlsm") or data.startswith((_WORKBOOK, _OLD_WORKBOOK)):
+        return b""
+    plain = data.isascii() and b"\r" not in data
+    return data if plain else decode(data, schema.file, schema.area).encode()
 
 
-def _behind_line(text: str, begin: int, size: int) -> int:
-    """Where the first row after `size` more characters begins; line ends in quotes end no row."""
-    stop, quotes = begin, 1
+def _behind_line(text: bytes, begin: int, size: int) -> int:
+    """Where the first row after `size` more bytes begins; a line end in quotes ends none."""
+    stop = text.find(b"\n", begin + size) + 1 or len(text)
+    quotes = text.count(b'"', begin, stop)
     while quotes % 2 and stop < len(text):
-        start, stop = stop, text.find("\n", stop + size) + 1 or len(text)
-        quotes += text.count('"', start, stop) + (start == begin)
-        size = 0
+        begin, stop = stop, text.find(b"\n", stop) + 1 or len(text)
+        quotes += text.count(b'"', begin, stop)
     return stop
 
 

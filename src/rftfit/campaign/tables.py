@@ -8,7 +8,7 @@ import math
 import re
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rftfit.campaign.config import UNIT_AREA, Grid, Table
 from rftfit.campaign.files import decode, read_bytes
@@ -18,8 +18,8 @@ from rftfit.campaign.rows import (
     MAX_BYTES,
     Column,
     DraftRow,
+    Rows,
     Schema,
-    frame_of,
     read_columns,
     sheet_rows,
 )
@@ -42,6 +42,7 @@ _ANGLES = tuple(
         ("gamma", "intrusion angle of its motion: 90 straight down, -90 straight up"),
     )
 )
+_RUN_ID = Column("run_id", "name", "rows of one push", needed=False)
 _OF_RUN = (
     Column("medium", "name", "key of the config's media", needed=False),
     Column("excluded", "flag", "yes leaves the run out", needed=False),
@@ -72,7 +73,7 @@ STRESS = Schema(
             also=("depth",)),
      *(Column(f"stress_{c}_N_per_cm2", "number", "force of the medium over the plate's area",
               unit="N/cm^2", also=(f"stress_{c}",)) for c in "zx"),
-     Column("run_id", "name", "rows of one push", needed=False), *_OF_RUN),
+     _RUN_ID, *_OF_RUN),
     others="told",
 )  # fmt: skip
 """The formats of both tables; alpha and stress are positive upward and toward +x."""
@@ -85,6 +86,10 @@ LARGEST_RAD = 3.2
 """Several angles, none of them larger, are no degrees."""
 
 OTHER_SENSE = "with gamma > 0 depth grows, with gamma < 0 it shrinks"
+_NUMBERS = (
+    "depth_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3",
+    "se_z", "se_x", "n",
+)  # fmt: skip
 _TURN, _MOST_TURNS = 0.02, 6
 """Of the depth that a run covers: what is less is noise, and no turn; more turns are not looked for."""
 
@@ -103,14 +108,22 @@ class Push:
     columns: Mapping[str, npt.NDArray[Any]]
 
 
+class TableRead(NamedTuple):
+    """What a table holds: its runs, by run_id, what is wrong with it, and how it names columns and media."""
+
+    pushes: list[Push]
+    problems: list[Problem]
+    names: dict[str, str]
+    media: tuple[str, ...]
+
+
 def read_pushes(
     path: Path, file: str, table: Table, media: Iterable[str], within: str, tolerance: float = 0.5
-) -> tuple[list[Push], list[Problem], dict[str, str]]:
+) -> TableRead:
     """Read the table of a campaign, long or, of alpha, in the blocks of Table S5.
 
-    `file`: Its name for messages; `within`: relative to the raw folder; `tolerance`, deg: angles so near
-    to 90 are 90. Returns the runs that it stands for, by run_id, everything that is wrong with it, and
-    the name that it gives to each column.
+    `file`: Its name for messages; `media`: those of the config, default: what the table names;
+    `within`: relative to the raw folder; `tolerance`, deg: angles so near to 90 are 90.
     """
     known = tuple(media)
     schema = replace(_named(STRESS if table.holds == "stress" else ALPHA, table), file=file)
@@ -125,19 +138,21 @@ def read_pushes(
                 text = f"{allowed}: table.columns of the config gives {ours} this name"
                 problems.append(Problem(f"{schema.area}.missing-column", place, theirs, text))
     else:
-        rows = frame_of(drafts, schema)
-        rows["run_id"] = [draft.text["run_id"] for draft in drafts]
+        schema = replace(schema, columns=(*schema.columns, _RUN_ID))
+        rows = Rows.of(drafts, schema, {})
+    known = known or tuple(one for one in rows.texts["medium"] if one not in ("", BAD))
+    known = known or (key_of(path.stem) or "medium",)
     checked = _Checked(rows, schema, problems)
     checked.measures(table, tolerance)
     checked.media(known)
-    pushes = _runs(rows[~rows["bad"]], known, schema, problems, within)
+    pushes = checked.runs(known, within)
     ids = {push.run.run_id for push in pushes}
     if len(ids) < len(pushes):  # one name in two media
         pushes = [
             replace(one, run=replace(one.run, run_id=f"{one.run.medium}_{one.run.run_id}"))
             for one in pushes
         ]
-    return sorted(pushes, key=lambda one: one.run.run_id), problems, names
+    return TableRead(sorted(pushes, key=lambda one: one.run.run_id), problems, names, known)
 
 
 def read_as(table: Table, names: Mapping[str, str]) -> str:
@@ -154,19 +169,29 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     alpha_x may be missing: a penetrometer measures the force along its way only. Raises CampaignError
     with everything that is wrong.
     """
+    import pandas as pd
+
     columns = [
         replace(column, needed=False) if column.name.startswith("alpha_x") else column
         for column in ALPHA.columns
-        if column.name != "medium"
     ]
     schema = replace(ALPHA, columns=tuple(columns), file=str(path))
     rows, _, problems = read_columns(path, schema, str(path))
-    _Checked(rows, schema, problems).measures(Table(holds="alpha"), Grid().angle_tolerance_deg)
+    checked = _Checked(rows, schema, problems)
+    checked.measures(Table(holds="alpha"), Grid().angle_tolerance_deg)
+    one = next((name for name in rows.texts["medium"] if name), "")
+    checked.media((one,))
+    pushes = checked.runs((one,), "")
     if any(one.severity == "error" for one in problems):
         raise CampaignError(problems)
     names = {"se_z": "alpha_z_se_N_per_cm3", "se_x": "alpha_x_se_N_per_cm3"}
-    used = rows[rows["excluded"] != "yes"].drop(columns=["row", "bad", "excluded", "reason"])
-    return used.rename(columns=names), problems
+    table = [
+        {"beta_deg": run.beta_deg, "gamma_deg": run.gamma_deg}
+        | {names.get(name, name): float(values[0]) for name, values in push.columns.items()}
+        for push in pushes
+        if not (run := push.run).excluded
+    ]
+    return pd.DataFrame(table), problems
 
 
 def _named(schema: Schema, table: Table) -> Schema:
@@ -196,7 +221,7 @@ def _units(table: Table) -> dict[str, tuple[str, float]]:
 class _Checked:
     """Rows of a table as they are checked: one problem says what is wrong with any number of them."""
 
-    rows: pd.DataFrame
+    rows: Rows
     schema: Schema
     problems: list[Problem]
 
@@ -204,159 +229,155 @@ class _Checked:
         self, wrong: npt.NDArray[np.bool_], column: str, code: str, found: str | None, allowed: str
     ) -> None:
         """Note rows that cannot be used, at the first of them; `{}` of `found` is its value."""
-        at = wrong.nonzero()[0]
+        columns, at = self.rows.columns, wrong.nonzero()[0]
         if not at.size:
             return
-        self.rows["bad"] |= wrong
-        row, more = int(self.rows["row"].iloc[at[0]]), f"; the first of {at.size} rows"
-        found = found and found.format(self.rows[column].iloc[at[0]])
-        allowed += more if at.size > 1 else ""
-        DraftRow(self.schema, row, self.problems).note(column, code, found, allowed)
+        columns["bad"] |= wrong
+        found = found and found.format(columns[column][at[0]])
+        allowed += f"; this is the first of {at.size} rows" if at.size > 1 else ""
+        note = DraftRow(self.schema, int(columns["row"][at[0]]), self.problems).note
+        note(column, code, found, allowed)
 
     def measures(self, table: Table, tolerance: float) -> None:
         """Turn numbers into degrees, cm and N; `tolerance`, deg: angles so near to 90 are 90."""
         import numpy as np
 
-        angles = np.unique(self.rows[["beta_deg", "gamma_deg"]])
-        largest = np.nanmax(np.abs(angles), initial=0)
-        if table.angle_unit == "deg" and angles.size > 1 and largest <= LARGEST_RAD:
+        columns = self.rows.columns
+        angles = [columns["beta_deg"], columns["gamma_deg"]]
+        largest = max(np.nanmax(np.abs(each), initial=0) for each in angles)
+        if table.angle_unit == "deg" and largest <= LARGEST_RAD and np.unique(angles).size > 1:
             found = f"no angle larger than {largest:g}"
             allowed = "degrees; looks like rad: set angle_unit: rad in `table` of the config"
-            place = Place(self.schema.file, column="gamma_deg")
-            self.problems.append(
-                Problem(f"{self.schema.area}.looks-like-rad", place, found, allowed)
+            code, place = (
+                f"{self.schema.area}.looks-like-rad",
+                Place(self.schema.file, column="gamma_deg"),
             )
+            self.problems.append(Problem(code, place, found, allowed))
         for name, (unit, scale) in _units(table).items():
-            if name not in self.rows:
+            if name not in columns:
                 continue
-            values = self.rows[name].to_numpy() * scale
+            values = columns[name]
             if name == "depth_cm":
                 allowed = "0 or more: depth grows downward from the free surface"
                 self.note(values < 0, name, "negative-depth", "{:g}", allowed)
             elif name in ("beta_deg", "gamma_deg"):
-                upright = np.abs(np.abs(values) - 90) <= tolerance + 1e-6
-                values = np.where(upright, np.copysign(90.0, values), values)
+                upright = np.abs(np.abs(values) - 90 / scale) <= tolerance / scale + 1e-6
                 allowed = f"-{90 / scale:.3g} to {90 / scale:.3g} {unit}"
-                self.note(np.abs(values) > 90, name, "out-of-range", "{:g}", allowed)
-            self.rows[name] = values + 0.0
-        if "n" in self.rows:
-            broken = (self.rows["n"] % 1 > 0).to_numpy()
-            self.note(broken, "n", "not-whole", "{:g}", "a whole number of runs")
+                self.note(
+                    (np.abs(values) > 90 / scale) & ~upright, name, "out-of-range", "{:g}", allowed
+                )
+                values = np.where(upright, np.copysign(90 / scale, values), values)
+            columns[name] = values if scale == 1 else values * scale
+        if "n" in columns:
+            self.note(columns["n"] % 1 > 0, "n", "not-whole", "{:g}", "a whole number of runs")
 
     def media(self, known: tuple[str, ...]) -> None:
         """Turn names of media into their places in the config; of a single one it may be left out."""
         import numpy as np
 
-        given = self.rows["medium"].cat
-        names = [one or (known[0] if len(known) == 1 else "") for one in given.categories]
-        place = np.array([known.index(one) if one in known else -1 for one in names], dtype=int)
-        allowed = f"one of {listed(known)} (media in the config)"
-        for code, name in enumerate(names):
-            if name not in (*known, BAD):
-                wrong = (given.codes == code).to_numpy()
-                self.note(wrong, "medium", "unknown-medium", name or None, allowed)
-        self.rows["medium"] = place[given.codes]
+        codes, places = self.rows.columns["medium"], []
+        for name, code in self.rows.texts["medium"].items():
+            own = name or (known[0] if len(known) == 1 else "")
+            if own not in (*known, BAD):
+                allowed = f"one of {listed(known)} (media in the config)"
+                self.note(codes == code, "medium", "unknown-medium", name or None, allowed)
+            places.append(known.index(own) if own in known else -1)
+        self.rows.columns["medium"] = np.array(places, dtype=np.int32)[codes]
 
+    def runs(self, known: tuple[str, ...], file: str) -> list[Push]:
+        """Part rows by run: of alpha each is one, of stress those of one run_id or of one direction."""
+        import numpy as np
+        import pandas as pd
 
-def _runs(
-    rows: pd.DataFrame, known: tuple[str, ...], schema: Schema, problems: list[Problem], file: str
-) -> list[Push]:
-    """Part the rows by run: of alpha each is one, of stress those of one run_id or of one direction."""
-    import numpy as np
-    import pandas as pd
-
-    group = np.arange(len(rows))
-    if "depth_cm" in rows:
-        named = (rows["run_id"] != "").to_numpy()
-        direction = [np.where(named, 0, rows[f"{one}_deg"].round(4)) for one in ("beta", "gamma")]
-        keys = np.stack([rows["medium"], rows["run_id"].cat.codes, *direction], axis=1)
-        # rows of a run stand together, most often: one of each stretch tells which
-        first = np.flatnonzero((np.diff(keys, axis=0, prepend=np.inf) != 0).any(axis=1))
-        of_stretch = pd.DataFrame(keys[first]).groupby([0, 1, 2, 3], sort=False).ngroup().to_numpy()
-        group = np.repeat(of_stretch, np.diff(first, append=len(rows)))
-    order = np.argsort(group, kind="stable")
-    columns = {str(name): rows[name].to_numpy()[order] for name in rows}
-    bounds = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
-    told: list[Problem] = []
-    pushes = []
-    for start, stop in pairwise(bounds.tolist()):
-        own = {name: values[start:stop] for name, values in columns.items()}
-        pushes.append(_push(own, known[own["medium"][0]], schema, told, file))
-    for code in dict.fromkeys(one.code for one in told):
-        first_of, *others = (one for one in told if one.code == code)
-        more = f"; this is the first of {1 + len(others)} runs" if others else ""
-        problems.append(replace(first_of, allowed=first_of.allowed + more))
-    return pushes
+        columns, texts = self.rows.columns, self.rows.texts
+        if columns["bad"].any():
+            columns = {name: values[~columns["bad"]] for name, values in columns.items()}
+        order: Any = slice(None)
+        first = np.arange(columns["row"].size)
+        if "depth_cm" in columns:
+            run, unnamed = columns["run_id"], texts["run_id"].get("", -1)
+            keys = [columns["medium"], run]
+            if unnamed >= 0:
+                angles = (columns[f"{one}_deg"] for one in ("beta", "gamma"))
+                keys += [np.where(run == unnamed, angle.round(4), 0.0) for angle in angles]
+            # most often the rows of a run stand together: the first of each stretch tells which it is
+            changes = [each[1:] != each[:-1] for each in keys]
+            first = np.flatnonzero(np.append(run.size > 0, np.any(changes, axis=0)))
+            heads = pd.DataFrame({at: each[first] for at, each in enumerate(keys)})
+            group = heads.groupby([*heads], sort=False).ngroup().to_numpy()
+            if np.unique(group).size < group.size:
+                rows = np.repeat(group, np.diff(first, append=run.size))
+                order = np.argsort(rows, kind="stable")
+                first = np.flatnonzero(np.diff(rows[order], prepend=-1))
+        columns = {name: values[order] for name, values in columns.items()}
+        words = {name: [*texts[name]] for name in texts}
+        told: list[Problem] = []
+        pushes = []
+        for start, stop in pairwise([*first.tolist(), columns["row"].size]):
+            own = {name: values[start:stop] for name, values in columns.items()}
+            said = {name: words[name][own[name][0]] for name in words if name != "medium"}
+            pushes.append(_push(own, said, known[own["medium"][0]], self.schema, told, file))
+        for code in dict.fromkeys(one.code for one in told):
+            first_of, *others = (one for one in told if one.code == code)
+            more = f"; this is the first of {1 + len(others)} runs" if others else ""
+            self.problems.append(replace(first_of, allowed=first_of.allowed + more))
+        return pushes
 
 
 def _push(
-    own: dict[str, npt.NDArray[Any]],
-    medium: str,
-    schema: Schema,
-    problems: list[Problem],
-    file: str,
-) -> Push:
-    """Make a run of its rows, and note what is wrong with them."""
+    own: dict[str, npt.NDArray[Any]], said: dict[str, str], medium: str, schema: Schema,
+    problems: list[Problem], file: str,
+) -> Push:  # fmt: skip
+    """Make a run of its rows, and note what is wrong with them; `said`: texts of the first."""
     beta, gamma = (float(own[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
     row, level = int(own["row"][0]), math.nan
-    given = str(own["run_id"][0]) if "run_id" in own else f"row{row:05d}"
+    given = said.get("run_id", f"row{row:05d}")
     name = given or _of_direction(beta, gamma)
-    draft = DraftRow(schema, row, problems)
-    draft.text = {column: str(own[column][0]) for column in ("excluded", "reason")}
+    draft = DraftRow(schema, row, problems, said)
     check_excluded(draft)
-    for column in ("beta_deg", "gamma_deg", "excluded") if given else ("excluded",):
-        values = own[column]
-        other = values != values[0] if column == "excluded" else abs(values - values[0]) > 1e-6
+    for column in ("beta_deg", "gamma_deg", "excluded"):
+        # of a run without a name, the angles differ in the last digits only
+        other = abs(own[column] - own[column][0]) > (1e-6 if given else 1e-3)
         if other.any():
             draft.row = int(own["row"][other][0])
-            code, one = (
-                ("two-words", "word here")
-                if column == "excluded"
-                else ("two-directions", "direction")
-            )
-            allowed = f"as in row {row}: all rows of the run {name} have one {one}"
-            draft.note(column, code, str(values[other][0]), allowed)
-    columns = {name: own[name] for name in (*_units(Table(holds="alpha")), "n") if name in own}
+            allowed = f"as in row {row}: all rows of the run {name} have one direction, and are excluded or not"
+            draft.note(column, "two-in-one", None, allowed)
+    columns = {name: own[name] for name in _NUMBERS if name in own}
     if (depth := columns.get("depth_cm")) is not None:
         if gamma == 0 and depth.max() - depth.min() <= SAME_DEPTH_CM:
             level = float(depth[0])
         columns["other_sense"], again = other_sense(depth, gamma)
-        _note_depths(draft, depth, columns["other_sense"], own["row"], again, name, given)
+        _note_depths(draft, own, columns["other_sense"], again, name, given)
     direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
     run = Run(
         run_id=name, kind="plate", medium=medium, intruder=UNIT_AREA, direction=direction, beta_deg=beta,
         gamma_deg=gamma, depth_cm=level, force_log=file, motion_log=file, tare_run="", tare_shared=False,
-        surface_z_mm=None, excluded=draft.yes("excluded"), reason=draft.text["reason"], note="", row=row,
+        surface_z_mm=None, excluded=draft.yes("excluded"), reason=said["reason"], note="", row=row,
     )  # fmt: skip
     return Push(run, columns)
 
 
 def _note_depths(
-    draft: DraftRow, depth: FloatArray, other: npt.NDArray[np.bool_], rows: npt.NDArray[np.int64],
-    again: int, name: str, given: str,
+    draft: DraftRow, own: dict[str, npt.NDArray[Any]], other: npt.NDArray[np.bool_], again: int,
+    name: str, given: str,
 ) -> None:  # fmt: skip
     """Note what the depths of a run tell: several runs in one, or rows that are left out."""
     import numpy as np
 
-    ask = (
-        "another run_id"
-        if given
-        else "which column tells the runs apart? It is to be called run_id, "
-    )
-    ask += "" if given else "or named as run_id in table.columns of the config"
-    _, counts = np.unique(depth, return_counts=True)
+    depth = own["depth_cm"]
+    ask = "give each push a run_id of its own"
+    if not given:
+        ask = "which column tells the runs apart? Its name is run_id, or is given as run_id in table.columns of the config"
+    times = np.diff(np.flatnonzero(np.diff(depth, prepend=-1, append=-1)))
     if again:
-        draft.row = int(rows[again])
-        allowed = (
-            f"depth that goes one way in the run {name}; here it starts again, as of another push: {ask}; "
-            "rows of one push stand in the order of depth or of time"
-        )
+        draft.row = int(own["row"][again])
+        allowed = f"depth that changes one way in the run {name}; here another push starts: {ask}; rows of one push stand in the order of depth"
         draft.note("depth_cm", "starts-again", f"{depth[again]:g} cm", allowed)
-    elif counts.size > 2 and 1 < counts[0] <= _REPEATS and (counts == counts[0]).all():
-        text = f"each depth of the run {name} stands {counts[0]} times: if these are {counts[0]} pushes, {ask}"
+    elif times.size > 2 and 1 < times[0] <= _REPEATS and (times == times[0]).all():
+        text = f"each depth of the run {name} stands {times[0]} times; if these are so many pushes: {ask}"
         draft.note("depth_cm", "depths-repeated", None, text, severity="warning")
     if other.any() and not again:
-        draft.row = int(rows[other][0])
+        draft.row = int(own["row"][other][0])
         text = f"from here on {np.count_nonzero(other)} rows of the run {name} are left out: {OTHER_SENSE}"
         draft.note("depth_cm", "other-sense", None, text, severity="warning")
 
@@ -486,11 +507,10 @@ def key_of(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "_", name.strip()).strip("_.-")[:64]
 
 
-def media_of_table(path: Path, holds: str) -> list[tuple[str, str]]:
-    """Keys and titles of the media that a table names, in its order; of the file where it names none."""
-    schema = replace(STRESS if holds == "stress" else ALPHA, file=path.name)
+def media_of_blocks(path: Path) -> list[tuple[str, str]]:
+    """Keys and titles of the media whose blocks a table holds, in its order; none of a long table."""
     found: dict[str, str] = {}
-    grids = list(_grids(path, schema)) if holds == "alpha" else []
+    grids = list(_grids(path, replace(ALPHA, file=path.name)))
     for sheet, rows in grids:
         if not _components(rows):
             continue
@@ -499,11 +519,8 @@ def media_of_table(path: Path, holds: str) -> list[tuple[str, str]]:
         if len(grids) > 1 or not named:
             named = [sheet]
         found |= {key_of(one): one.strip() for one in named}
-    if not found:
-        names = read_columns(path, schema, path.name)[0]["medium"].unique()
-        found = {key_of(one): one for one in names}
     found.pop("", None)
-    return list(found.items()) or [(key_of(path.stem) or "medium", path.stem)]
+    return list(found.items())
 
 
 def _components(rows: list[tuple[int, list[str]]]) -> dict[int, str]:

@@ -67,19 +67,19 @@ def init_from_table(
     """
     from rftfit.campaign.config import Table
     from rftfit.campaign.schema import json_schema, reference_markdown
-    from rftfit.campaign.tables import media_of_table, read_as, read_pushes
+    from rftfit.campaign.tables import media_of_blocks, read_as, read_pushes
 
     if not table.is_file():
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
     name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
-    titles = dict(media_of_table(table, holds))
+    titles = dict(media_of_blocks(table) if holds == "alpha" else ())
     form = Table(holds=holds)
-    pushes, _, names = read_pushes(table, table.name, form, titles, table.name)
+    pushes, _, names, keys = read_pushes(table, table.name, form, titles, table.name)
     cells = {
         key: {(p.run.beta_deg, p.run.gamma_deg) for p in pushes if p.run.medium == key}
-        for key in titles
+        for key in keys
     }
-    media = "\n".join(_medium(key, title, cells[key]) for key, title in titles.items())
+    media = "\n".join(_medium(key, titles.get(key, key), cells[key]) for key in keys)
     config = _template("table.yaml").replace("@FILE@", f"raw/{name}").replace("@HOLDS@", holds)
     texts = {
         "config/README.md": reference_markdown(),
