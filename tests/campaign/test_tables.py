@@ -203,7 +203,7 @@ def each(rows: list[str], *more: str) -> list[str]:
     ("", [row.replace(",90,", ",-90,") for row in DOWN * 2], "starts-again", "row 6", ""),
     ("", [row for row in DOWN for _ in range(3)], "depths-repeated", "row 2", "stands 3 times"),
     ("", [f"0,0,{d},0,{d}" for d in (2, 5, 7, 2, 5, 7)], "starts-again", "row 5", ""),
-    ("", DOWN + DOWN[2::-1] + DOWN, "starts-again", "row 8", ""),
+    ("", DOWN + DOWN[2::-1] + DOWN, "starts-again", "row 9", ""),
     (",run", each(DOWN, "1") + each(DOWN, "2"), "unknown-column", "row 1, column run", "did you mean 'run_id'?"),
     (",run", each(DOWN, "1") + each(DOWN, "2"), "starts-again", "row 6", ""),
     (",run_id", each(DOWN * 2, "a"), "starts-again", "row 6", "give each push a run_id of its own"),
@@ -215,7 +215,7 @@ def each(rows: list[str], *more: str) -> list[str]:
     ("", [row.replace("90", "1.57") for row in DOWN], "looks-like-rad", "column gamma_deg", "angle_unit: rad"),
     ("", [row.replace("90", "91") for row in DOWN], "out-of-range", "row 2, column gamma_deg", "the first of 4 rows"),
     ("", [*DOWN, *DOWN[2::-1]], "other-sense", "row 6", "3 rows of the run b0_g90 are left out: with gamma > 0 depth grows"),
-    ("", [*UP[::-1], *UP[1:]], "other-sense", "row 2", "3 rows"),
+    ("", [*UP[::-1], *UP[1:]], "other-sense", "row 2", "4 rows"),
 ])  # fmt: skip
 def test_what_a_table_of_stress_is_refused_or_warned_of(
     tmp_path: Path, head: str, rows: list[str], code: str, place: str, words: str
@@ -230,8 +230,8 @@ def test_what_a_table_of_stress_is_refused_or_warned_of(
 
 @pytest.mark.parametrize(("depths", "gamma", "left_out", "again"), [
     ([1, 2, 3, 4, 4, 3.99, 4, 2, 1], 90, [4, 5, 6, 7, 8], 0),
-    ([1, 2, 3, 4, 3, 2, 1], -90, [0, 1, 2], 0),
-    ([3, 2, 1, 2, 3, 4, 3, 2], 45, [0, 1, 6, 7], 0),
+    ([1, 2, 3, 4, 4, 3, 2, 1], -90, [0, 1, 2, 3, 4], 0),
+    ([3, 2, 1, 2, 3, 4, 3, 2], 45, [0, 1, 2, 6, 7], 0),
     ([4, 3, 2, 1], 90, [], 0),
     ([1, 2, 3, 4], -90, [], 0),
     ([3, 3, 3], 90, [], 0),

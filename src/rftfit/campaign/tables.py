@@ -152,6 +152,7 @@ def read_pushes(
             replace(one, run=replace(one.run, run_id=f"{one.run.medium}_{one.run.run_id}"))
             for one in pushes
         ]
+    problems.sort(key=lambda one: one.place.row or 0)
     return TableRead(sorted(pushes, key=lambda one: one.run.run_id), problems, names, known)
 
 
@@ -398,20 +399,22 @@ def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_],
         _, first = np.unique(level[starts], return_index=True)
         twice = np.setdiff1d(np.arange(starts.size), first)
         return wrong, int(starts[twice[0]]) if twice.size else 0
-    turns, sense = _turns(depth)
-    ends = [0, *turns, depth.size - 1]
-    senses = [sense * (-1) ** place for place in range(len(ends) - 1)]
-    right = [place for place, one in enumerate(senses) if one * gamma > 0]
-    for place, (start, stop) in enumerate(pairwise(ends)):
-        if turns and (stop == start + 1 or place in right[1:]):
+    turns, sense = _turns(depth, gamma)
+    right = 0
+    for place, (start, stop) in enumerate(pairwise([0, *turns, depth.size - 1]) if turns else ()):
+        is_right = sense * (-1) ** place * gamma > 0
+        right += is_right
+        if stop == start + 1 or (is_right and right > 1):  # a jump back, or the same way once more
             return wrong, stop if stop == start + 1 else start
-        if turns and place not in right:
-            wrong[start + (place > 0) : stop + (stop == depth.size - 1)] = True
+        wrong[start + (place > 0) : stop + 1] = not is_right
     return wrong, 0
 
 
-def _turns(depth: FloatArray) -> tuple[list[int], int]:
-    """Where the depth turns by more than noise, the first of many, and the sense in which it begins."""
+def _turns(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
+    """Where the depth turns by more than noise, the first of many, and the sense in which it begins.
+
+    A pause there is left to the sense that is not that of gamma.
+    """
     import numpy as np
 
     least = _TURN * float(depth.max() - depth.min())
@@ -420,15 +423,17 @@ def _turns(depth: FloatArray) -> tuple[list[int], int]:
         for sense in (1, -1)
     )
     begins = sense = 1 if grown and (grown < shrunk or not shrunk) else -1
-    turns: list[int] = []
-    while len(turns) < _MOST_TURNS:
-        ahead = sense * depth[turns[-1] if turns else 0 :]
+    turns = [0]
+    while len(turns) <= _MOST_TURNS:
+        ahead = sense * depth[turns[-1] :]
         back = np.maximum.accumulate(ahead) - ahead > least
         if not back.any():
             break
-        turns.append((turns[-1] if turns else 0) + int(np.argmax(ahead[: int(np.argmax(back))])))
+        before = ahead[: int(np.argmax(back))]
+        farthest = np.flatnonzero(before == before.max())
+        turns.append(turns[-1] + int(farthest[0 if sense * gamma > 0 else -1]))
         sense = -sense
-    return turns, begins
+    return turns[1:], begins
 
 
 def _of_direction(beta: float, gamma: float) -> str:
