@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 LARGEST_BYTES = 20_000_000
 """Larger logs are left to the run itself."""
 
-_AT_A_TIME = 256
+_AT_A_TIME, _ROWS = 256, 500
 
 
 @dataclass
@@ -47,25 +47,18 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
     form = campaign.config.table
     if form is not None and form.holds == "alpha":
         return found
-    ingest = ingest_table if form else ingest_medium
     every = campaign.runs_of(medium)
     sizes = {run.run_id: _sizes(campaign, run) for run in every}
-    large = (
-        {name for name, own in sizes.items() if any(size and size > LARGEST_BYTES for size in own)}
-        if form is None
-        else set()
-    )
-    runs = [run for run in every if not {run.run_id, run.tare_run} & large]
+    large = {
+        name for name, own in sizes.items() if any(size and size > LARGEST_BYTES for size in own)
+    }
+    runs = [run for run in every if form or not {run.run_id, run.tare_run} & large]
     found.passed_over = len(every) - len(runs)
-    reasons: dict[str, tuple[Remark, ...]] = {}
-    flags: dict[str, tuple[Remark, ...]] = {}
-    for part in _portions(runs):
-        samples, status, _ = ingest(replace(campaign, runs=part), medium)
-        tared, tares, _ = tare_medium(replace(campaign, runs=part), medium, samples, status)
-        fits, *_ = fit_medium(replace(campaign, runs=part), medium, status, tared, tares)
-        for table in (status, tares, fits):
-            reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
-        flags |= {row["run_id"]: flags_of(row) for row in status.to_dict("records")}
+    reasons, flags = _measured(_thin(campaign) if form else campaign, medium, runs)
+    if form:
+        # a part of the rows may give no alpha where all give one, not the other way round
+        reasons |= _measured(campaign, medium, [run for run in runs if reasons[run.run_id]])[0]
+        flags = dict.fromkeys(flags, ())  # the table's own reader has warned
     # of the others the sheet has said so
     told = [run for run in runs if not run.excluded and None not in sizes[run.run_id]]
     found.runs = len(told)
@@ -86,6 +79,34 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
             found.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
         severity = "warning"
     return found
+
+
+_Told = dict[str, tuple[Remark, ...]]
+
+
+def _measured(campaign: Campaign, medium: str, runs: list[Run]) -> tuple[_Told, _Told]:
+    """Reasons and flags of some runs, by run_id."""
+    ingest = ingest_table if campaign.config.table else ingest_medium
+    reasons: _Told = {}
+    flags: _Told = {}
+    for part in _portions(runs):
+        own = replace(campaign, runs=part)
+        samples, status, _ = ingest(own, medium)
+        tared, tares, _ = tare_medium(own, medium, samples, status)
+        fits, *_ = fit_medium(own, medium, status, tared, tares)
+        for table in (status, tares, fits):
+            reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
+        flags |= {row["run_id"]: flags_of(row) for row in status.to_dict("records")}
+    return reasons, flags
+
+
+def _thin(campaign: Campaign) -> Campaign:
+    """The campaign of a table with some hundred rows of each run."""
+    numbers = {
+        name: {one: values[:: 1 + values.size // _ROWS] for one, values in columns.items()}
+        for name, columns in campaign.numbers.items()
+    }
+    return replace(campaign, numbers=numbers)
 
 
 def _portions(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
