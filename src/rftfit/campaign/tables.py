@@ -245,7 +245,7 @@ class _Checked:
 
         columns = self.rows.columns
         angles = [columns["beta_deg"], columns["gamma_deg"]]
-        largest = max(np.nanmax(np.abs(each), initial=0) for each in angles)
+        largest = max(np.abs(np.nan_to_num(each)).max(initial=0) for each in angles)
         if table.angle_unit == "deg" and largest <= LARGEST_RAD and np.unique(angles).size > 1:
             found = f"no angle larger than {largest:g}"
             allowed = "degrees; looks like rad: set angle_unit: rad in `table` of the config"
@@ -348,7 +348,8 @@ def _push(
         if gamma == 0 and depth.max() - depth.min() <= SAME_DEPTH_CM:
             level = float(depth[0])
         columns["other_sense"], again = other_sense(depth, gamma)
-        _note_depths(draft, own, columns["other_sense"], again, name, given)
+        if not draft.yes("excluded"):
+            _note_depths(draft, own, columns["other_sense"], again, name, given)
     direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
     run = Run(
         run_id=name, kind="plate", medium=medium, intruder=UNIT_AREA, direction=direction, beta_deg=beta,
@@ -374,7 +375,7 @@ def _note_depths(
         draft.row = int(own["row"][again])
         allowed = f"depth that changes one way in the run {name}; here another push starts: {ask}; rows of one push stand in the order of depth"
         draft.note("depth_cm", "starts-again", f"{depth[again]:g} cm", allowed)
-    elif times.size > 2 and 1 < times[0] <= _REPEATS and (times == times[0]).all():
+    elif 1 < times[0] <= _REPEATS and (times == times[0]).all():
         text = f"each depth of the run {name} stands {times[0]} times; if these are so many pushes: {ask}"
         draft.note("depth_cm", "depths-repeated", None, text, severity="warning")
     if other.any() and not again:

@@ -216,14 +216,14 @@ def told_by(*files: Path | None) -> tuple[str, pd.DataFrame]:
 
     from rftfit.model.profile_file import pushes_in_profile
 
-    tables = []
-    for path, read in zip(files, (_pushes_of_table, pushes_in_profile), strict=True):
-        tables += [read(path)] if path is not None else []
+    readers = zip(files, (pushes_of_table, pushes_in_profile), strict=True)
+    tables = [read(path) for path, read in readers if path is not None]
     names = [path.name for path in files if path is not None]
     return " and ".join(names), pd.concat(tables, ignore_index=True)
 
 
-def _pushes_of_table(path: Path) -> pd.DataFrame:
+def pushes_of_table(path: Path) -> pd.DataFrame:
+    """Pushes of a table; what is doubtful in it is printed."""
     from rftfit.campaign.tables import pushes_in
 
     pushes, warnings = pushes_in(path)
