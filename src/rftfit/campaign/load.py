@@ -17,6 +17,7 @@ from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
 from rftfit.campaign.tables import read_pushes
 from rftfit.errors import InputError
+from rftfit.store.digests import digest_of_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -59,6 +60,11 @@ class Campaign:
     def by_id(self) -> dict[str, Run]:
         """The runs by their run_id."""
         return {run.run_id: run for run in self.runs}
+
+    @cached_property
+    def digests(self) -> dict[str, str]:
+        """Digest of the rows of each run, by run_id, of a campaign that is a table."""
+        return {name: digest_of_numbers(columns) for name, columns in self.numbers.items()}
 
     def runs_of(self, medium: str) -> tuple[Run, ...]:
         """List the plates, rods and legs of one medium, and the in-air runs that its legs name.

@@ -77,10 +77,12 @@ def digest_of(*values: object) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
 
 
-def digest_of_numbers(column: tuple[str, npt.NDArray[Any]]) -> str:
-    """Digest of a column of numbers and of its name."""
-    name, values = column
-    return hashlib.sha256(name.encode() + values.tobytes()).hexdigest()[:_LENGTH]
+def digest_of_numbers(columns: Mapping[str, npt.NDArray[Any]]) -> str:
+    """Digest of columns of numbers and of their names."""
+    found = hashlib.sha256()
+    for name, values in columns.items():
+        found.update(name.encode() + values.tobytes())
+    return found.hexdigest()[:_LENGTH]
 
 
 def code_digest(room: str, *more: str) -> str:

@@ -18,13 +18,7 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
-from rftfit.store.digests import (
-    code_digest,
-    digest_of,
-    digest_of_numbers,
-    digests_of_files,
-    plugin_digest,
-)
+from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest
 from rftfit.workflow.stages import ALL, EVERY, FIGURE_RULES, LAST, OWN, STAGES, Stage
 
 if TYPE_CHECKING:
@@ -251,11 +245,7 @@ def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
     # whether they are recordings at all is told beside the whole
     origin = [] if medium else [[f"re-enacted: {campaign.reenacted}"]]
     return origin + sorted(
-        [
-            *cells(run).values(),
-            *map(digest_of_numbers, campaign.numbers.get(run.run_id, {}).items()),
-        ]
-        for run in runs
+        [*cells(run).values(), campaign.digests.get(run.run_id, "")] for run in runs
     )
 
 
