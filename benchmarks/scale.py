@@ -3,6 +3,9 @@
 Writes the logs of one medium as the re-enacted lab would, at twice its sampling rates, and copies
 them under new names into media of a thousand logs each, with a run sheet that fits, in a temporary
 folder. Takes some ten minutes, 7 GB of disk, and all of two cores: `make scale`.
+
+`make scale ARGS="--table 2000000"` measures a table of stress of so many rows instead, beside the same one
+thinned to 5,000, and compares its alphas with numpy: two minutes.
 """
 
 from __future__ import annotations
@@ -325,12 +328,98 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     return [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads), *body]
 
 
+THIN = 5_000
+
+
+def long_table(path: Path, rows: int) -> dict[tuple[int, int], float]:
+    """Write a table of stress; its slopes alpha_z by direction, by numpy."""
+    import numpy as np
+    import pandas as pd
+
+    from rftfit.lab.truth import table_s5
+
+    random, parts, slopes = np.random.default_rng(2013), [], {}
+    cells = [(b, g) for b in range(-75, 91, 15) for g in (-90, -80, -50, -20, 20, 50, 80, 90)]
+    for beta, gamma in cells:
+        depth = np.linspace(0.5, 8, rows // len(cells)).round(5)[:: 1 if gamma > 0 else -1]
+        force = [(a * depth + random.normal(0, 0.01, depth.size)).round(5)
+                 for a in table_s5("poppy_LP", beta, gamma)]  # fmt: skip
+        slopes[beta, gamma] = float(force[0] @ depth / (depth @ depth))
+        columns = {"beta_deg": beta, "gamma_deg": gamma, "depth_cm": depth,
+                   "stress_z_N_per_cm2": force[0], "stress_x_N_per_cm2": force[1]}  # fmt: skip
+        parts.append(pd.DataFrame(columns).assign(run_id=f"b{beta}_g{gamma}"))
+    pd.concat(parts).to_csv(path, index=False)
+    return slopes
+
+
+def largest(words: Sequence[str], cwd: Path) -> tuple[float, float]:
+    """Seconds of a command, and the peak of the largest process that it starts, directly or not, MB."""
+    begun, peak = time.perf_counter(), 0
+    process = subprocess.Popen(words, cwd=cwd, stdout=subprocess.DEVNULL, start_new_session=True)
+    while process.poll() is None:
+        for status in Path("/proc").glob("[0-9]*/status"):
+            try:
+                if os.getsid(int(status.parent.name)) == process.pid:
+                    lines = status.read_text(encoding="utf-8").splitlines()
+                    peak = max([peak, *(int(line.split()[1]) for line in lines if "VmHWM" in line)])
+            except OSError:
+                continue
+        time.sleep(0.05)
+    if process.returncode:
+        sys.exit(f"{' '.join(words)} failed")
+    return time.perf_counter() - begun, peak / 1e3
+
+
+def of_table(folder: Path, rows: int) -> list[str]:
+    """Measure a long table beside a thin one, command by command, in turns; a table of lines."""
+    import pandas as pd
+
+    rftfit = str(Path(sys.executable).with_name("rftfit"))
+    slopes = {size: long_table(folder / f"t{size}.csv", size) for size in (rows, THIN)}
+    told, reading = [], []
+    for _ in range(TURNS):
+        begun = time.perf_counter()
+        pd.read_csv(folder / f"t{rows}.csv")
+        reading.append(time.perf_counter() - begun)
+    pandas = statistics.median(reading)
+    for name in ("init", "check", "run"):
+        found = {}
+        for size in slopes:
+            root = folder / f"c{size}"
+            init = ["init", str(root), "--stress-table", str(folder / f"t{size}.csv")]
+            words = {"init": init, "check": ["check"], "run": ["run", "--cores", str(CORES)]}[name]
+            found[size] = largest([rftfit, *words], folder if name == "init" else root)
+        (long, peak), (short, _) = found[rows], found[THIN]
+        told.append(
+            [name, f"{long:.1f}", f"{short:.1f}", f"{(long - short) / pandas:.1f}", f"{peak:.0f}"]
+        )
+    alpha = pd.read_csv(folder / f"c{rows}" / "results" / "fits" / f"t{rows}.csv")
+    apart = [
+        abs(row.alpha_z_N_per_cm3 / slopes[rows][_cell(row)] - 1) for row in alpha.itertuples()
+    ]
+    heads = [
+        "command",
+        f"{rows:,} rows, s",
+        f"{THIN:,} rows, s",
+        "difference, times pandas",
+        "largest process, MB",
+    ]
+    end = f"pandas reads it in {pandas:.2f} s; {len(apart)} of {len(slopes[rows])} runs, alpha_z within {max(apart):.1e} of numpy"
+    return [*table(heads, told), "", end]
+
+
+def _cell(row: Any) -> tuple[int, int]:
+    beta, gamma = row.run_id[1:].split("_g")
+    return int(beta), int(gamma)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--logs", type=int, nargs="*", default=SIZES)
     parser.add_argument(
         "--floor", type=int, default=FLOOR_AT, help="logs of that comparison; 0: none"
     )
+    parser.add_argument("--table", type=int, help="rows of a table of stress, measured alone")
     parser.add_argument("--way", choices=sorted(WAYS), help=argparse.SUPPRESS)
     parser.add_argument("--config", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--cores", type=int, default=1, help=argparse.SUPPRESS)
@@ -338,6 +427,10 @@ def main() -> None:
     chosen = parser.parse_args()
     if chosen.way:
         inside(chosen.way, chosen.config, chosen.cores, chosen.turns)
+        return
+    if chosen.table:
+        with tempfile.TemporaryDirectory() as folder:
+            print(*of_table(Path(folder), chosen.table), sep="\n")
         return
     rows: list[list[str]] = []
     told: list[str] = []

@@ -23,7 +23,7 @@ SCHEMA = Schema(
         Column("used", "flag", needed=False),
     ),
     comments=True,
-    others=True,
+    others="left",
 )
 
 
@@ -98,7 +98,7 @@ def test_headers_that_cannot_be_used(tmp_path: Path, header: str, codes: set[str
 
 
 def test_a_lenient_table_marks_bad_cells_without_a_word(tmp_path: Path) -> None:
-    lenient = Schema("table", SCHEMA.columns, others=True, lenient=True)
+    lenient = Schema("table", SCHEMA.columns, others="left", lenient=True)
     path = written(tmp_path, "depth_cm,side\n1,left\nx,left\n2,up\n")
     rows, problems = read_rows(path, lenient)
     assert problems == []

@@ -12,7 +12,9 @@ import pytest
 from rftfit import reference
 from rftfit.campaign.config import Config, Table
 from rftfit.campaign.load import check_campaign
-from rftfit.campaign.tables import media_of_table, read_pushes
+from rftfit.campaign.rows import read_columns
+from rftfit.campaign.tables import STRESS, media_of_blocks, other_sense, pushes_in, read_pushes
+from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,7 +25,7 @@ HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
 
 
 def read(path: Path, table: Table | None = None, *media: str) -> tuple[list[Push], list[str]]:
-    found, problems = read_pushes(
+    found, problems, *_ = read_pushes(
         path, path.name, table or Table(holds="alpha"), media or ("sand",), path.name
     )
     return found, [str(problem) for problem in problems]
@@ -35,12 +37,12 @@ def written(path: Path, *lines: str) -> Path:
 
 
 def test_long_table_of_alpha(tmp_path: Path) -> None:
-    path = written(tmp_path / "a.csv", f"{HEAD},se_z,se_x,n,colour", "0,90,0.35,0,0.01,0.02,3,red")
+    path = written(tmp_path / "a.csv", f"{HEAD},se_z,se_x,n", "0,90,0.35,0,0.01,0.02,3")
     (push,), problems = read(path)
     assert not problems
     assert (push.run.beta_deg, push.run.gamma_deg, push.run.medium) == (0, 90, "sand")
-    assert push.rows[0]["se_x"] == 0.02
-    assert push.rows[0]["n"] == 3
+    assert push.columns["se_x"][0] == 0.02
+    assert push.columns["n"][0] == 3
 
 
 def test_names_and_units_of_a_file(tmp_path: Path) -> None:
@@ -56,8 +58,8 @@ def test_names_and_units_of_a_file(tmp_path: Path) -> None:
     assert push.run.beta_deg == pytest.approx(30)
     assert push.run.gamma_deg == pytest.approx(-45)
     assert push.run.direction == "extraction"
-    assert push.rows[0]["alpha_z_N_per_cm3"] == pytest.approx(0.2)
-    assert push.rows[0]["alpha_x_N_per_cm3"] == pytest.approx(-0.1)
+    assert push.columns["alpha_z_N_per_cm3"][0] == pytest.approx(0.2)
+    assert push.columns["alpha_x_N_per_cm3"][0] == pytest.approx(-0.1)
 
 
 def test_everything_that_is_wrong_is_told(tmp_path: Path) -> None:
@@ -81,8 +83,8 @@ def test_stress_by_run_or_by_direction(tmp_path: Path) -> None:
     pushes, problems = read(written(tmp_path / "s.csv", head, *rows), table)
     assert not problems
     assert [push.run.run_id for push in pushes] == ["b0_g0", "b0_g90"]
-    assert [row["depth_cm"] for row in pushes[1].rows] == [1, 2, 3]
-    assert pushes[1].rows[0]["stress_z_N_per_cm2"] == pytest.approx(0.3)
+    assert pushes[1].columns["depth_cm"].tolist() == [1, 2, 3]
+    assert pushes[1].columns["stress_z_N_per_cm2"][0] == pytest.approx(0.3)
     named = [f"{row},r{i // 3}" for i, row in enumerate(rows)]
     pushes, _ = read(written(tmp_path / "s.csv", f"{head},run_id", *named), table)
     assert [push.run.run_id for push in pushes] == ["r0", "r1"]
@@ -100,7 +102,7 @@ def test_nothing_in_a_block_is_lost_in_silence(tmp_path: Path) -> None:
     )  # fmt: skip
     pushes, problems = read(path)
     told = "\n".join(problems)
-    assert "row 3, column gamma_deg: found '95'; allowed: -90 to 90 degrees" in told
+    assert "row 3, column gamma_deg: found '95'; allowed: -90 to 90 deg" in told
     assert "row 4, column alpha_z_N_per_cm3: found 'x'" in told
     assert "column alpha_x_N_per_cm3: both components of b30_g45" in told
     assert {push.run.run_id for push in pushes} == {"b0_g45", "b0_g90"}
@@ -152,16 +154,16 @@ def test_blocks_of_table_s5(tmp_path: Path) -> None:
             sheet.append([])
     path = tmp_path / "s5.xlsx"
     book.save(path)
-    assert [key for key, _ in media_of_table(path, "alpha")] == list(reference.MEDIA[:2])
+    assert [key for key, _ in media_of_blocks(path)] == list(reference.MEDIA[:2])
     pushes, problems = read(path, None, *reference.MEDIA[:2])
     assert not problems
     assert len(pushes) == 182
     for medium in reference.MEDIA[:2]:
         own = [push for push in pushes if push.run.medium == medium]
-        found = {(p.run.beta_deg, round(p.run.gamma_deg, 3)): p.rows[0] for p in own}
+        found = {(p.run.beta_deg, round(p.run.gamma_deg, 3)): p.columns for p in own}
         for c, alpha in zip("zx", reference.alpha_grid(medium), strict=True):
             wanted = [
-                found[beta, round(gamma, 3)][f"alpha_{c}_N_per_cm3"]
+                found[beta, round(gamma, 3)][f"alpha_{c}_N_per_cm3"][0]
                 for beta in reference.BETA_DEG
                 for gamma in reference.GAMMA_DEG
             ]
@@ -182,3 +184,168 @@ def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(
     assert campaign is None
     assert len(problems) == 1
     assert "colour" in str(problems[0])
+
+
+STRESS_HEAD = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
+DOWN = [f"0,90,{d},{0.3 * d},0" for d in (1, 2, 3, 4)]
+UP = [f"0,-90,{d},{-0.1 * d},0" for d in (4, 3, 2, 1)]
+
+
+def each(rows: list[str], *more: str) -> list[str]:
+    return [",".join([row, *more]) for row in rows]
+
+
+@pytest.mark.parametrize(("head", "rows", "code", "place", "words"), [
+    ("", DOWN * 3, "starts-again", "row 6, column depth_cm", "which column tells the runs apart?"),
+    ("", UP * 2, "starts-again", "row 6", ""),
+    ("", DOWN + UP + DOWN, "starts-again", "row 10", ""),
+    # sorted by depth, as a spreadsheet does
+    ("", [row.replace(",90,", ",-90,") for row in DOWN * 2], "starts-again", "row 6", ""),
+    ("", [row for row in DOWN for _ in range(3)], "depths-repeated", "row 2", "stands 3 times"),
+    ("", DOWN[:1] * 3, "depths-repeated", "row 2", "stands 3 times"),
+    ("", [f"0,0,{d},0,{d}" for d in (2, 5, 7, 2, 5, 7)], "starts-again", "row 5", ""),
+    ("", DOWN + DOWN[2::-1] + DOWN, "starts-again", "row 9", ""),
+    (",run", each(DOWN, "1") + each(DOWN, "2"), "unknown-column", "row 1, column run", "did you mean 'run_id'?"),
+    (",run", each(DOWN, "1") + each(DOWN, "2"), "starts-again", "row 6", ""),
+    (",run_id", each(DOWN * 2, "a"), "starts-again", "row 6", "give each push a run_id of its own"),
+    (",colour", each(DOWN, "red"), "unknown-column", "row 1, column colour", "is not read"),
+    (",excluded", each(DOWN, "yes"), "excluded-without-reason", "row 2, column reason", ""),
+    (",excluded,reason", each(DOWN[:2], "yes", "dust") + each(DOWN[2:], "", ""), "two-in-one", "row 4, column excluded", ""),
+    (",exclude", each(DOWN, "yes"), "unknown-column", "column exclude", "did you mean 'excluded'?"),
+    ("", [*DOWN, "0,90,5,1,5,0"], "no-header", "row 6", ""),
+    ("", [row.replace("90", "1.57") for row in DOWN], "looks-like-rad", "column gamma_deg", "angle_unit: rad"),
+    ("", [row.replace("90", "91") for row in DOWN], "out-of-range", "row 2, column gamma_deg", "the first of 4 rows"),
+    ("", [*DOWN, *DOWN[2::-1]], "other-sense", "row 6", "3 rows of the run b0_g90 are left out: with gamma > 0 depth grows"),
+    ("", [*UP[::-1], *UP[1:]], "other-sense", "row 2", "4 rows"),
+])  # fmt: skip
+def test_what_a_table_of_stress_is_refused_or_warned_of(
+    tmp_path: Path, head: str, rows: list[str], code: str, place: str, words: str
+) -> None:
+    path = written(tmp_path / "s.csv", STRESS_HEAD + head, *rows)
+    problems = read_pushes(path, "s.csv", Table(holds="stress"), ["sand"], "s.csv")[1]
+    told = [str(one) for one in problems if one.code == f"stress-table.{code}"]
+    assert len(told) == 1, [one.code for one in problems]
+    assert place in told[0]
+    assert words in told[0]
+
+
+@pytest.mark.parametrize(("depths", "gamma", "left_out", "again"), [
+    ([1, 2, 3, 4, 4, 3.99, 4, 2, 1], 90, [4, 5, 6, 7, 8], 0),
+    ([1, 2, 3, 4, 4, 3, 2, 1], -90, [0, 1, 2, 3, 4], 0),
+    ([3, 2, 1, 2, 3, 4, 3, 2], 45, [0, 1, 2, 6, 7], 0),
+    ([4, 3, 2, 1], 90, [], 0),
+    ([1, 2, 3, 4], -90, [], 0),
+    ([3, 3, 3], 90, [], 0),
+    ([5], 90, [], 0),
+    ([3, 1, 2], 90, [], 1),
+    ([1, 2, 3, 2, 1, 2, 3], 90, [], 4),
+    ([2.54, 2.55, 5.08, 5.07, 7.62], 0, [], 0),
+    ([7.62, 2.54, 5.08], 0, [], 0),
+    ([2.54, 5.08, 2.5], 0, [], 2),
+])  # fmt: skip
+def test_the_sense_of_depth(
+    depths: list[float], gamma: float, left_out: list[int], again: int
+) -> None:
+    wrong, found = other_sense(np.array(depths, dtype=float), gamma)
+    assert (np.flatnonzero(wrong).tolist() if not found else [], found) == (left_out, again)
+
+
+def test_noise_of_depth_is_no_turn() -> None:
+    random = np.random.default_rng(1)
+    there = np.concatenate([np.linspace(0, 8, 800), np.full(100, 8.0), np.linspace(8, 0, 800)])
+    wrong, again = other_sense(there + random.normal(0, 0.01, there.size), 90)
+    assert not again
+    assert abs(np.flatnonzero(wrong)[0] - 850) < 60
+    assert wrong[900:].all()
+
+
+def test_angles_within_the_tolerance_of_90_are_90(tmp_path: Path) -> None:
+    rows = ["0,1.571,1,0.3,0", "-1.566,1.571,1,0.2,0", "0.7854,-1.571,1,-0.1,0"]
+    path = written(tmp_path / "s.csv", STRESS_HEAD, *rows)
+    pushes, problems, *_ = read_pushes(
+        path, "s.csv", Table(holds="stress", angle_unit="rad"), ["sand"], "s.csv"
+    )
+    assert not problems
+    assert {(round(p.run.beta_deg, 2), p.run.gamma_deg) for p in pushes} == {
+        (0, 90), (-90, 90), (45.0, -90)
+    }  # fmt: skip
+    path = written(tmp_path / "s.csv", STRESS_HEAD, "0,90.6,1,0.3,0", "0,90.01,1,0.3,0")
+    pushes, problems, *_ = read_pushes(path, "s.csv", Table(holds="stress"), ["sand"], "s.csv")
+    assert [(one.code, one.place.row) for one in problems] == [("stress-table.out-of-range", 2)]
+    assert [push.run.gamma_deg for push in pushes] == [90]
+
+
+def test_a_name_of_the_config_that_the_file_lacks(tmp_path: Path) -> None:
+    path = written(tmp_path / "s.csv", STRESS_HEAD, *DOWN)
+    table = Table(holds="stress", columns={"run_id": "push"})
+    problems = read_pushes(path, "s.csv", table, ["sand"], "s.csv")[1]
+    assert [(one.code, one.found) for one in problems] == [("stress-table.missing-column", "push")]
+
+
+def test_a_long_table_is_read_as_its_rows_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Blocks of any size give the same columns and problems, whatever is in the cells."""
+    rows = [
+        f"{b},{g},{d},{0.1 * d},{-0.0},r{b}_{g}"
+        for b in (0, 30)
+        for g in (90, -45)
+        for d in range(1, 40)
+    ]
+    rows[20], rows[50] = '0,90,"21","2.1",0," r0_90 "', "0,-45,x,1,0,r0_-45"
+    rows[70:70] = ["", ",,,,,", "0,-45,33,1", "0,-45,inf,1,0,r0_-45", "0,-45,33,1_0,0,-bad"]
+    path = written(tmp_path / "s.csv", f"{STRESS_HEAD},run_id", *rows)
+    found = []
+    for head, block in ((10**6, 10**6), (40, 30), (40, 300), (200, 2000)):
+        monkeypatch.setattr("rftfit.campaign.rows._HEAD", head)
+        monkeypatch.setattr("rftfit.campaign.rows._BLOCK", block)
+        read_rows, _, problems = read_columns(path, STRESS, "s.csv")
+        names = {name: [*texts] for name, texts in read_rows.texts.items()}
+        columns = {
+            name: [names[name][one] for one in values] if name in names else values.tolist()
+            for name, values in read_rows.columns.items()
+        }
+        found.append((str(columns), [str(one) for one in problems]))
+    assert all(one == found[0] for one in found)
+    assert [line.split(":")[0] for line in found[0][1]] == [
+        "s.csv, row 52, column depth_cm", "s.csv, row 74, column stress_x_N_per_cm2",
+        "s.csv, row 75, column depth_cm", "s.csv, row 76, column stress_z_N_per_cm2", "s.csv, row 76, column run_id",
+    ]  # fmt: skip
+
+
+def test_after_many_errors_the_rest_is_not_read_and_a_limit_names_its_cure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rftfit.campaign.rows._BLOCK", 1000)
+    path = written(tmp_path / "s.csv", STRESS_HEAD, *[row.replace(",", ";") for row in DOWN * 2000])
+    _, _, problems = read_columns(path, STRESS, "s.csv")
+    assert problems[-1].code == "stress-table.many-problems"
+    assert len(problems) < 2000
+    monkeypatch.setattr("rftfit.campaign.rows.MAX_TEXT", 1000)
+    _, _, (problem,) = read_columns(path, STRESS, "s.csv")
+    assert "at most 0.001 MB are read: leave out columns" in str(problem)
+
+
+def test_blocks_with_an_empty_corner(tmp_path: Path) -> None:
+    rows = [",45,90", "0,0.2,0.3", "30,0.1,0.2", "", ",45,90", "0,0.1,0", "30,0.15,0.05"]
+    path = written(tmp_path / "b.csv", *rows)
+    pushes, problems = read(path)
+    assert not problems
+    found = {push.run.run_id: push.columns["alpha_x_N_per_cm3"][0] for push in pushes}
+    assert found == {"b0_g45": 0.1, "b0_g90": 0, "b30_g45": 0.15, "b30_g90": 0.05}
+    assert pushes[0].columns["alpha_z_N_per_cm3"] == [0.2]
+    # of one or of three nobody knows which they are
+    assert read(written(tmp_path / "b.csv", *rows[:3]))[1]
+    assert read(written(tmp_path / "b.csv", *rows, *rows[:3]))[1]
+
+
+def test_pushes_for_a_map_leave_out_what_is_excluded(tmp_path: Path) -> None:
+    head = "beta,gamma,alpha_z,excluded,reason,weather"
+    path = written(tmp_path / "p.csv", head, "0,90,0.3,,,dry", "0,45,0.9,yes,a stone,dry")
+    pushes, (warning,) = pushes_in(path)
+    assert pushes["alpha_z_N_per_cm3"].tolist() == [0.3]
+    assert pushes["alpha_x_N_per_cm3"].isna().all()
+    assert warning.code == "alpha-table.unknown-column"
+    path = written(tmp_path / "p.csv", "beta,gamma,alpha_z,medium", "0,90,0.3,a", "0,45,0.9,b")
+    with pytest.raises(InputError, match="found 'b'; allowed: one of a"):
+        pushes_in(path)

@@ -37,7 +37,7 @@ def test_scale_writes_the_map_of_its_pushes(rftfit: Callable[..., Said], here: P
     said = rftfit("scale", "--pushes", "pushes.csv", "--output", "sand.csv")
     assert said.code == 0
     assert said.out.count("0.000 (by symmetry)") == 4
-    expected = program.estimate_map(pushes_in(here / "pushes.csv"))
+    expected = program.estimate_map(pushes_in(here / "pushes.csv")[0])
     assert f"zeta {expected.zeta[0]:.4f}" in said.out
     assert "by the paper's routine from (0, 90) deg alone" in said.out
     assert "Agreement with the shape of the known media" in said.out
@@ -75,10 +75,7 @@ def test_scale_warns_of_a_medium_that_does_not_belong(
         (("--alpha", "0.9", "--pushes", "pushes.csv"), "found both"),
         (("--pushes", "pushes.csv", "--se", "0.1"), "columns se_z, se_x"),
         (("--pushes", "none.csv"), "none.csv: the file does not exist"),
-        (
-            ("--pushes", "bad.csv"),
-            "row 2, column gamma_deg: found '190'; allowed: -90 to 90 degrees",
-        ),
+        (("--pushes", "bad.csv"), "row 2, column gamma_deg: found '190'; allowed: -90 to 90 deg"),
         (("--pushes", "bad.csv"), "row 3, column alpha_z_N_per_cm3: found 'zz'; allowed: a number"),
         (("--pushes", "up.csv"), "up.csv: the pushes meet no resistance"),
         (("--pushes", "pushes.csv", "--output", "pushes.csv"), "this file is read"),
@@ -96,7 +93,7 @@ def test_scale_refuses(rftfit: Callable[..., Said], here: Path, words: list[str]
 def test_plan_prints_what_the_library_plans(rftfit: Callable[..., Said], here: Path) -> None:
     said = rftfit("plan", "--leg", "c_leg", "--pushes", "pushes.csv", "--count", "4", "--json")
     assert said.code == 0
-    known = program.estimate_map(pushes_in(here / "pushes.csv"))
+    known = program.estimate_map(pushes_in(here / "pushes.csv")[0])
     expected = program.plan(program.model_leg("c_leg"), known, count=4).table()
     found = json.loads(said.out)
     widths = [row["half_width_percent"] for row in found["pushes"]]

@@ -1,4 +1,4 @@
-"""Campaigns with mistakes in sheet, config and logs."""
+"""Campaigns with mistakes in sheet, config and logs, or in a table of stress."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from other_labs import Case, make
 from rigroom import Room
 
 from rftfit.campaign.load import REENACTED
+from rftfit.lab.truth import table_s5
 
 if TYPE_CHECKING:
     import random
@@ -42,7 +43,10 @@ Cells = dict[str, str]
 
 @dataclass
 class Written:
-    """A campaign as it is on the disk: configuration, rows of the sheet, and logs by their paths."""
+    """A campaign as it is on the disk: configuration, rows of the sheet, and logs by their paths.
+
+    A table of stress has no sheet: it counts as a log.
+    """
 
     config: dict[str, Any]
     rows: list[Cells]
@@ -73,6 +77,8 @@ class Written:
         for name, content in self.logs.items():
             (raw / name).parent.mkdir(exist_ok=True, parents=True)
             (raw / name).write_bytes(content)
+        if not self.rows:
+            return
         with (raw / "runs.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, list(self.rows[0]))
             writer.writeheader()
@@ -90,16 +96,44 @@ def bases() -> dict[str, Written]:
         with TemporaryDirectory() as folder:
             make(Path(folder), Case("one-push", protocol))
             found[protocol] = Written.read(Path(folder))
+    found["table"] = Written(
+        {
+            "title": "a table", "raw": "raw/paper", "run_sheet": "raw/paper/stress.csv",
+            "table": {"holds": "stress", "angle_unit": "deg", "depth_unit": "cm", "stress_unit": "N/cm^2"},
+            "media": {"sand": {"title": "sand", "role": "laboratory"}, "dune": {"title": "dune", "role": "natural_sand"}},
+            "fit": {"submergence_cm": 0.5, "max_depth_cm": 7.0}, "fourier": {"draws": 200},
+        },
+        [], {"stress.csv": _stress().encode()},
+    )  # fmt: skip
     return found
 
 
-def mutated(luck: random.Random) -> Written:
+def _stress() -> str:
+    """A table of stress of two media: pushes, one with its way back, pulls, a level run, and one left out."""
+    lines = [
+        "medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2,run_id,excluded,reason"
+    ]
+    cells = [("sand", b, g) for b in (-60, 0, 30, 60) for g in (-90, -45, 45, 90)] + [
+        ("dune", 0, 90)
+    ]
+    for at, (medium, beta, gamma) in enumerate(cells):
+        there = [0.5 * step for step in range(1, 17)]
+        depths = there + there[::-1] if at == 2 else there[:: 1 if gamma > 0 else -1]
+        end = ",yes,a stone" if at == 5 else ",,"
+        alpha = table_s5("poppy_LP", beta, gamma)
+        for place, depth in enumerate(depths):
+            noise = 0.004 * ((7 * place) % 5 - 2)
+            stress = ",".join(f"{a * depth + noise:.4f}" for a in alpha)
+            lines.append(f"{medium},{beta},{gamma},{depth},{stress},r{at}{end}")
+    return "\n".join(lines) + "\n"
+
+
+def mutated(luck: random.Random, base: str | None = None) -> Written:
     """Make one to three mistakes in one of the campaigns."""
-    made = copy.deepcopy(bases()[luck.choice(list(bases()))])
+    made = copy.deepcopy(bases()[base or luck.choice(list(bases()))])
     for _ in range(luck.choice([1, 1, 2, 3])):
-        made.done.append(
-            luck.choice([_of_log, _of_log, _of_log, _of_cell, _of_setting])(luck, made)
-        )
+        kinds = [_of_log, _of_log, _of_log, _of_cell if made.rows else _of_log, _of_setting]
+        made.done.append(luck.choice(kinds)(luck, made))
     return made
 
 
@@ -142,7 +176,7 @@ def _of_log(luck: random.Random, made: Written) -> str:
     how = luck.choice(DAMAGES)
     text = made.logs[name].decode()
     lines = text.splitlines()
-    top = next((i + 1 for i, line in enumerate(lines) if line.startswith("time")), 0)
+    top = next((i + 1 for i, line in enumerate(lines) if line.startswith(("time", "medium"))), 0)
     if len(lines) - top < 10:
         return f"{name}: spoiled already"
     if how is _another:
@@ -151,7 +185,15 @@ def _of_log(luck: random.Random, made: Written) -> str:
         body = how(luck, [line.split(",") for line in lines[top:]])
         head = [] if how is _nothing else lines[:top]
         if how is _unit:
-            old, new = luck.choice([("_N", "_lbf"), ("_mm", "_cm"), ("time_s", "time_ms")])
+            old, new = luck.choice(
+                [
+                    ("_N", "_lbf"),
+                    ("_mm", "_cm"),
+                    ("time_s", "time_ms"),
+                    ("run_id", "run"),
+                    ("_deg", ""),
+                ]
+            )
             head = [line.replace(old, new) for line in head]
         made.logs[name] = "\n".join([*head, *map(",".join, body)]).encode() + b"\n"
     return f"{name}: {how.__name__.strip('_')}"

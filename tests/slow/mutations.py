@@ -1,4 +1,4 @@
-"""Campaigns with mistakes in sheet, config and logs: the stages refuse nothing that `check` passed.
+"""Campaigns with mistakes in sheet, config and logs or in a table: the stages refuse nothing that `check` passed.
 
     make mutations                           200 campaigns, measured
     make mutations ARGS="--whole --count 50" with figures and pages
@@ -20,7 +20,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 from agreement import compare
 from campaigns import Folder
-from mutations import MEASURED, mutated
+from mutations import MEASURED, bases, mutated
 
 
 def main() -> None:
@@ -28,11 +28,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=2013, help="of the first campaign")
     parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--base", choices=list(bases()), help="one campaign only, such as table")
     parser.add_argument("--whole", action="store_true", help="all stages, not those that measure")
     words = parser.parse_args()
     ways: Counter[str] = Counter()
     for seed in range(words.seed, words.seed + words.count):
-        made = mutated(random.Random(seed))
+        made = mutated(random.Random(seed), words.base)
         folder = Folder(Path(tempfile.mkdtemp(prefix="rftfit_mutation_")))
         try:
             made.write(folder.root)

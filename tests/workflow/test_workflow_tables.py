@@ -14,11 +14,16 @@ from rftfit.cli.main import main
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import errors_of
-from rftfit.measure.tables import fit_alpha_table
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ledger import check, join
+from rftfit.measure.tables import fit_alpha_table, ingest_table
+from rftfit.measure.tare import tare_medium
 from rftfit.reference import MEDIA, load
 
-pytestmark = pytest.mark.slow
 PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data" / "published"
+
+
+slow = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +40,7 @@ def alpha(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     return folder
 
 
+@slow
 def test_zeta_and_chi_of_table_s3(alpha: Folder) -> None:
     rows = alpha.table("penetration.csv")
     printed = rows[rows["method"] == "dft-index, printed terms"].set_index("medium")
@@ -56,6 +62,7 @@ def test_zeta_and_chi_of_table_s3(alpha: Folder) -> None:
     assert [f"{lsq.loc[m, 'chi']:.2f}" for m in MEDIA] == ["1.24", "1.09", "1.11", "0.97", "1.22"]
 
 
+@slow
 def test_no_error_is_made_up(alpha: Folder) -> None:
     """The table states none: there is no interval anywhere, and the page says so."""
     for name in ("coefficients", "penetration"):
@@ -88,12 +95,14 @@ def test_stated_errors_become_intervals(tmp_path: Path) -> None:
     assert cell.loc[30, "alpha_x_hi_N_per_cm3"] == pytest.approx(0.105 + 1.96 * 0.003, abs=1e-5)
 
 
+@slow
 def test_no_figure_of_logs_that_there_are_not(alpha: Folder) -> None:
     figures = {path.stem for path in (alpha.root / "results" / "figures").glob("*.png")}
     assert {"alpha_maps", "fit_maps", "generic_profile"} <= figures
     assert not {"linearity", "stress_of_runs", "protocol_poppy_LP", "tare_poppy_LP"} & figures
 
 
+@slow
 def test_stress_on_another_grid(tmp_path: Path) -> None:
     random = np.random.default_rng(1)
     rows = ["medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"]
@@ -139,6 +148,7 @@ def test_stress_on_another_grid(tmp_path: Path) -> None:
     assert test["zeta_lo"] < test["zeta"] < test["zeta_hi"]
 
 
+@slow
 def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path: Path) -> None:
     table, root = tmp_path / "one depth.csv", tmp_path / "lab"
     table.write_text(
@@ -165,3 +175,58 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path: Pa
     assert two["alpha_z_lo_N_per_cm3"] < two["alpha_z_N_per_cm3"]
     assert np.isnan(none["alpha_z_N_per_cm3"])
     assert none["reason_code"] == "zero-depths"
+
+
+def test_the_way_back_and_what_is_excluded_are_counted(tmp_path: Path) -> None:
+    """Slopes are those of the way down alone, or up alone, whatever stands beside it."""
+    random = np.random.default_rng(1)
+    there = np.linspace(0.1, 8, 200)
+    lines = ["beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2,excluded,reason"]
+    wanted = {}
+    both = np.concatenate([there, there[::-1]])
+    for beta, gamma, depth, end, own in (
+        (0, 90, both, ",", slice(200)), (30, -45, both, ",", slice(201, 400)),
+        (0, -90, there[::-1], ",", slice(200)), (60, 45, there, "yes,a stone", slice(200)),
+    ):  # fmt: skip
+        alpha = np.where(np.arange(depth.size) < 200, 0.35, -0.05)
+        stress = alpha * depth + random.normal(0, 0.02, depth.size)
+        for d, one in zip(depth, stress, strict=True):
+            lines.append(f"{beta},{gamma},{d:.6f},{one:.6f},0.01,{end}")
+        slope = stress[own] @ depth[own] / (depth[own] @ depth[own])
+        wanted[f"b{beta}_g{gamma}".replace("-", "m")] = slope
+    source = tmp_path / "stress.csv"
+    source.write_text("\n".join(lines), encoding="utf-8")
+    assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
+    campaign = load_campaign(tmp_path / "c" / "config" / "config.yaml")
+    samples, runs, book = ingest_table(campaign, "stress")
+    tared, tares, of_tare = tare_medium(campaign, "stress", samples, runs)
+    table, _, of_fits = fit_medium(campaign, "stress", runs, tared, tares)
+    fits = table.set_index("run_id")
+    excluded = fits.loc["b60_g45"]
+    assert (excluded["reason"], excluded["reason_code"]) == ("excluded: a stone", "excluded")
+    assert np.isnan(excluded["alpha_z_N_per_cm3"])
+    for name in wanted.keys() - {"b60_g45"}:
+        assert fits.loc[name, "alpha_z_N_per_cm3"] == pytest.approx(wanted[name], rel=1e-3)
+        # of neighbouring rows nobody knows that they are independent, whichever way the depth goes
+        assert fits.loc[name, "alpha_z_curvature_N_per_cm3"] >= 0
+        assert np.isfinite(fits.loc[name, "nonlinear_z_p"])
+    flags = fits["flag_codes"].to_dict()
+    assert {name for name, codes in flags.items() if codes} == {"b0_g90", "b30_gm45"}
+    assert "200 rows are left out: with gamma > 0 depth grows" in fits.loc["b0_g90", "flags"]
+    whole = join([book, of_tare.table(), of_fits.table()])
+    check(whole, runs, set(wanted), wanted)
+    fates = whole.groupby(["run_id", "reason_code"])["rows"].sum().to_dict()
+    assert fates["b0_g90", "other-sense"] == 200
+    assert fates["b30_gm45", "other-sense"] == 201
+    assert fates["b60_g45", "excluded"] == 200
+
+
+def test_init_says_how_it_reads_the_columns(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = tmp_path / "stress.csv"
+    source.write_text("beta,gamma,depth,stress_z,stress_x,run\n0,90,1,0.3,0,a\n", encoding="utf-8")
+    assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
+    told = capsys.readouterr().out
+    assert "read as: beta in deg, gamma in deg, depth in cm, stress_z in N/cm^2" in told
+    assert "column run: this column is not read" in told

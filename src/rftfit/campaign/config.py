@@ -527,6 +527,7 @@ class Errors(Model):
 TableColumn = Literal[
     "medium", "run_id", "beta_deg", "gamma_deg", "depth_cm", "stress_z_N_per_cm2",
     "stress_x_N_per_cm2", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x", "n",
+    "excluded", "reason",
 ]  # fmt: skip
 
 

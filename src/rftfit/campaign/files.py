@@ -35,7 +35,7 @@ def read_text(path: Path, file: str, area: str, limit: int) -> str:
     return decode(read_bytes(path, file, area, limit), file, area)
 
 
-def read_bytes(path: Path, file: str, area: str, limit: int) -> bytes:
+def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> bytes:
     """Read a regular file of at most `limit` bytes; `area` is the first part of a problem's code."""
 
     def refusal(code: str, text: str) -> CampaignError:
@@ -50,6 +50,7 @@ def read_bytes(path: Path, file: str, area: str, limit: int) -> bytes:
             text = (
                 f"{state.st_size / 1e6:.1f} MB are too large; at most {limit / 1e6:g} MB are read"
             )
+            text += cure and f": {cure}"
             raise refusal("too-large", text)
         return path.read_bytes()
     except FileNotFoundError:

@@ -17,9 +17,12 @@ from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
 from rftfit.campaign.tables import read_pushes
 from rftfit.errors import InputError
+from rftfit.store.digests import digest_of_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    import numpy.typing as npt
 
     from rftfit.campaign.files import Entry
     from rftfit.campaign.schema import KeyPath
@@ -38,7 +41,7 @@ _SHAPES = (*PLATE_SHAPES, "leg")
 class Campaign:
     """A checked campaign; its runs are in the order of the sheet.
 
-    `numbers`: By run_id, of a campaign that is a table: its rows, in cm and N.
+    `numbers`: By run_id, of a campaign that is a table: its columns (n,), as `Push` has them.
     """
 
     root: Path
@@ -46,7 +49,7 @@ class Campaign:
     sheet: Path
     config: Config
     runs: tuple[Run, ...]
-    numbers: Mapping[str, tuple[dict[str, float], ...]] = field(default_factory=dict)
+    numbers: Mapping[str, Mapping[str, npt.NDArray[Any]]] = field(default_factory=dict)
 
     @cached_property
     def reenacted(self) -> bool:
@@ -57,6 +60,11 @@ class Campaign:
     def by_id(self) -> dict[str, Run]:
         """The runs by their run_id."""
         return {run.run_id: run for run in self.runs}
+
+    @cached_property
+    def digests(self) -> dict[str, str]:
+        """Digest of the rows of each run, by run_id, of a campaign that is a table."""
+        return {name: digest_of_numbers(columns) for name, columns in self.numbers.items()}
 
     def runs_of(self, medium: str) -> tuple[Run, ...]:
         """List the plates, rods and legs of one medium, and the in-air runs that its legs name.
@@ -167,7 +175,7 @@ def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
     if file.model is None or any(problem.severity == "error" for problem in problems):
         return None, problems
-    numbers = {push.run.run_id: push.rows for push in pushes}
+    numbers = {push.run.run_id: push.columns for push in pushes}
     return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers), problems
 
 
@@ -219,7 +227,8 @@ def _read_table(
         )
         return [], [Problem("table.not-in-raw", Place(sheet), None, allowed)]
     within = sheet[len(raw) + 1 :]
-    return read_pushes(root / sheet, sheet, config.table, config.media, within)
+    tolerance = config.grid.angle_tolerance_deg
+    return read_pushes(root / sheet, sheet, config.table, config.media, within, tolerance)[:2]
 
 
 def root_of(config_path: Path) -> Path:

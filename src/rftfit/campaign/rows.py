@@ -30,20 +30,33 @@ from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean
 from rftfit.store.tables import NUMBER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, MutableSequence, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
     from pathlib import Path
+
+    import numpy as np
+    import numpy.typing as npt
 
     from rftfit.campaign.files import Folder
     from rftfit.campaign.problems import Severity
 
 MAX_BYTES = 50_000_000
+MAX_TEXT = 500_000_000
+"""Of a csv that is read by columns."""
+
 MAX_UNPACKED = 40_000_000
 MAX_TAGS = 3_000_000
 """Some four a cell of a workbook: enough for 45,000 runs, and read in seconds whatever they are."""
 
+_HEAD, _BLOCK = 1 << 12, 1 << 22
+_MOST_NOTED = 100
+"""Problems after which no more of a table is read by columns."""
+
 _MOST_MERGED = 1000
 """Ranges of merged cells, and rows of each, that are looked at."""
 MAX_COLUMNS = 64
+BAD = "?"
+"""Text of a bad cell."""
+
 YES = ("yes", "true", "1")
 NO = ("no", "false", "0")
 
@@ -66,6 +79,7 @@ _BAD_CELLS = {
 _MERGED = re.compile(rb'<mergeCell ref="([A-Z]+)([0-9]+):([A-Z]+)([0-9]+)"')
 
 Form = Literal["name", "choice", "number", "path", "flag", "text"]
+Others = Literal["refused", "told", "left"]
 
 
 @dataclass(frozen=True)
@@ -138,7 +152,7 @@ class Schema:
     `area`: First part of the codes of problems.
     `rows`: What its rows are, for messages.
     `comments`: Whether lines that start with ``#`` are left out.
-    `others`: Whether columns that are not in `columns` are left alone.
+    `others`: Whether a column that is not in `columns` is an error, is warned about, or left alone.
     `lenient`: Whether a bad cell is only marked in its row, without a problem.
     `file`: The table's name in problems.
     """
@@ -147,7 +161,7 @@ class Schema:
     columns: tuple[Column, ...]
     rows: str = "rows"
     comments: bool = False
-    others: bool = False
+    others: Others = "refused"
     lenient: bool = False
     most_rows: int = 200_000
     file: str = ""
@@ -158,6 +172,12 @@ class Schema:
         """Say why nothing of the table can be read."""
         place = Place(self.file, row)
         return CampaignError([Problem(f"{self.area}.{code}", place, found, allowed)])
+
+    @property
+    def no_rows(self) -> tuple[Problem, ...]:
+        """What is wrong with a header alone."""
+        allowed = f"no {self.rows} yet: below the header, one row for each is needed"
+        return self.refusal("empty", allowed).problems
 
 
 @dataclass(slots=True, eq=False)
@@ -236,23 +256,183 @@ def read_rows(
     except CampaignError as error:
         return [], list(error.problems)
     if not table.rows:
-        allowed = f"no {schema.rows} yet: below the header, one row for each is needed"
-        problems += schema.refusal("empty", allowed).problems
+        problems += schema.no_rows
     noted = deque[Problem](maxlen=0) if schema.lenient else problems
+    return _drafts(table, found, schema, noted), problems
+
+
+_Found = dict[str, tuple[int, float]]
+"""Position of each column that a table has, and what its unit is in that of the schema."""
+
+
+def _drafts(
+    table: _Table, found: _Found, schema: Schema, problems: MutableSequence[Problem]
+) -> list[DraftRow]:
     columns = [(column, *found.get(column.name, (None, 1.0))) for column in schema.columns]
+    # a program may write an index below no name
+    header = table.header if schema.others == "refused" else ["-"] * len(table.header)
     drafts: list[DraftRow] = []
     for number, cells in table.rows:
         width = len(cells)
         named = {name: cells[at] if at < width else "" for name, (at, _) in found.items()}
-        draft = DraftRow(schema, number, noted)
+        draft = DraftRow(schema, number, problems)
         for column, at, scale in columns:
             draft.text[column.name] = ""
             bad = table.bad.get((number, at)) if table.bad and at is not None else None
             _read_cell(draft, column, named, bad, scale)
-        if not schema.others:
-            _check_beyond(draft, table.header, cells)
+        if schema.others != "left":
+            _check_beyond(draft, header, cells)
         drafts.append(draft)
-    return drafts, problems
+    return drafts
+
+
+@dataclass
+class Rows:
+    """Rows of a table by columns, shape (n,): ``row``, ``bad``, numbers, NaN where there is none, and texts.
+
+    `texts`: Of a column of texts all that it holds, where `columns` have the place of each row's; a bad
+    cell counts as `BAD`.
+    """
+
+    columns: dict[str, npt.NDArray[Any]]
+    texts: dict[str, dict[str, int]]
+
+    @classmethod
+    def of(
+        cls, drafts: Sequence[DraftRow], schema: Schema, texts: dict[str, dict[str, int]]
+    ) -> Rows:
+        """Put checked rows into columns."""
+        import numpy as np
+
+        columns = {
+            "row": np.array([draft.row for draft in drafts], dtype=np.int64),
+            "bad": np.array([bool(draft.bad) for draft in drafts], dtype=bool),
+        }
+        for column in schema.columns:
+            name = column.name
+            if column.form == "number":
+                numbers = [draft.number.get(name, math.nan) for draft in drafts]
+                columns[name] = np.array(numbers, dtype=float)
+            else:
+                own = (BAD if name in one.bad else one.text.get(name, "") for one in drafts)
+                columns[name] = _places(own, texts.setdefault(name, {}))
+        return cls(columns, texts)
+
+
+def _places(texts: Iterable[str], among: dict[str, int]) -> npt.NDArray[np.int32]:
+    """Place of each text among those of its column, to which new ones are added."""
+    import numpy as np
+
+    return np.array([among.setdefault(text, len(among)) for text in texts], dtype=np.int32)
+
+
+def read_columns(
+    path: Path, schema: Schema, file: str
+) -> tuple[Rows, dict[str, str], list[Problem]]:
+    """Read a table of any length by columns, and what is around a bad cell as `read_rows` does.
+
+    Returns its rows, the name that the file gives to each column, and all problems: where they are
+    many, of the first rows.
+    """
+    import numpy as np
+
+    schema = replace(schema, file=file)
+    problems: list[Problem] = []
+    texts: dict[str, dict[str, int]] = {}
+    none = Rows.of([], schema, texts).columns
+    try:
+        data = _long_text(path, schema)
+        at = _behind_line(data, 0, _HEAD)
+        at = at if data[:at].strip() else len(data)
+        suffix = path.suffix.lower()
+        table = _read_csv(data[:at].decode(), schema, suffix) if data else _read_table(path, schema)
+        found, problems = _find_columns(table, schema)
+        part = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
+        most = part["row"].size + data.count(b"\n", at) + 1
+        columns = {name: np.empty(most, values.dtype) for name, values in none.items()}
+        filled = _fill(columns, 0, part)
+        while at < len(data):
+            block = data[at : (at := _behind_line(data, at, _BLOCK))]
+            quick = _quick(block, table, found, schema, texts)
+            if quick is None:
+                table.rows = []
+                _take(table, block.decode(), schema)
+                quick = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
+            filled = _fill(columns, filled, quick)
+            if at < len(data) and len(problems) > _MOST_NOTED:
+                allowed = "this put right first: the rows below were not looked at"
+                raise schema.refusal("many-problems", allowed, row=table.last)
+    except CampaignError as error:
+        return Rows(none, texts), {}, [*problems, *error.problems]
+    if table.last <= table.header_row:
+        problems += schema.no_rows
+    columns = {name: values[:filled] for name, values in columns.items()}
+    names = {name: table.header[place] for name, (place, _) in found.items()}
+    return Rows(columns, texts), names, problems
+
+
+def _fill(columns: dict[str, Any], start: int, part: dict[str, npt.NDArray[Any]]) -> int:
+    """Copy rows into columns; returns where the next ones begin."""
+    stop = start + part["row"].size
+    for name, values in part.items():
+        columns[name][start:stop] = values
+    return stop
+
+
+def _quick(
+    block: bytes, table: _Table, found: _Found, schema: Schema, texts: dict[str, dict[str, int]]
+) -> dict[str, npt.NDArray[Any]] | None:
+    """Read lines in which every cell is as it must be; None where one is not."""
+    import numpy as np
+    import pyarrow as pa
+    import pyarrow.csv as pacsv
+
+    kinds = {"number": pa.float64()}
+    types = {
+        str(found[column.name][0]): kinds.get(column.form, pa.dictionary(pa.int32(), pa.string()))
+        for column in schema.columns
+        if column.name in found
+    }
+    try:
+        cells = pacsv.read_csv(
+            pa.BufferReader(block),
+            pacsv.ReadOptions(column_names=[str(at) for at in range(len(table.header))]),
+            pacsv.ParseOptions(delimiter=table.delimiter),
+            pacsv.ConvertOptions(column_types=types, include_columns=list(types), null_values=[]),
+        ).unify_dictionaries()
+    except pa.ArrowInvalid:
+        return None
+    size = cells.num_rows
+    if size != block.count(b"\n") + (not block.endswith(b"\n")):
+        return None  # a blank line, or a quote that swallowed line ends
+    columns: dict[str, npt.NDArray[Any]] = {
+        "row": np.arange(table.last + 1, table.last + 1 + size), "bad": np.zeros(size, dtype=bool),
+    }  # fmt: skip
+    one = DraftRow(schema, 0, deque(maxlen=0))
+    for column in schema.columns:
+        name, number = column.name, column.form == "number"
+        own = texts.setdefault(name, {}) if not number else {}
+        if name not in found:
+            columns[name] = np.full(size, math.nan if number else _places([""], own)[0])
+            continue
+        at, scale = found[name]
+        values = cells.column(str(at)).combine_chunks()
+        if number:
+            columns[name] = values.to_numpy() * scale + 0.0
+            ends = columns[name].min(), columns[name].max()
+            if not all(math.isfinite(end) and column.holds(end) for end in ends):
+                return None
+            continue
+        distinct = []
+        for text in values.dictionary.to_pylist():
+            one.text[name] = ""
+            _read_cell(one, column, {name: text.strip()}, None, 1.0)
+            distinct.append(one.text[name])
+        if one.bad:
+            return None
+        columns[name] = _places(distinct, own)[values.indices.to_numpy()]
+    table.last += size
+    return columns
 
 
 # --- one cell
@@ -378,9 +558,12 @@ class _Table:
     rows: list[tuple[int, list[str]]] = field(default_factory=list)
     bad: dict[tuple[int, int], tuple[str, str]] = field(default_factory=dict)
     header_row: int = 1
+    last: int = 0
+    delimiter: str = ","
 
     def add(self, row: int, cells: list[str]) -> None:
         """Take in one row; the first that is not blank is the header."""
+        self.last = row
         if not any(cells):
             return
         if self.header:
@@ -417,16 +600,20 @@ def _find_columns(
         header = next(filter(None, table.header))
         raise schema.refusal("header-below", allowed, header, table.header_row)
     missing = [column for column in schema.columns if column.name not in found]
-    for name in () if schema.others else unknown:
+    for name in () if schema.others == "left" else unknown:
         # first among those that are not there yet, so that two misspellings get two answers
         nearest = did_you_mean(name, [column.name for column in missing])
         nearest = nearest or did_you_mean(name, names)
-        note(name, "unknown-column", name, f"one of {', '.join(names)}", nearest)
+        if schema.others == "told":
+            text = f"this column is not read; those that are: {', '.join(names)}"
+            note(name, "unknown-column", None, text, nearest, "warning")
+        else:
+            note(name, "unknown-column", name, f"one of {', '.join(names)}", nearest)
     for column in missing:
         if column.header_needed:
             like = f", such as {column.name}_{column.unit}" if column.units else ""
             text = f"this column is missing; it is needed: {column.meaning}{like}"
-            nearest = did_you_mean(column.name, unknown) if schema.others else None
+            nearest = did_you_mean(column.name, unknown) if schema.others != "refused" else None
             note(column.name, "missing-column", None, text, nearest)
     return found, problems
 
@@ -482,6 +669,26 @@ def _too_many_rows(schema: Schema) -> CampaignError:
     return schema.refusal("too-many-rows", allowed, row=schema.most_rows)
 
 
+def _long_text(path: Path, schema: Schema) -> bytes:
+    """UTF-8 of a csv that is read by columns, its line ends line feeds; nothing of a workbook."""
+    cure = "leave out columns that are not needed, keep every tenth row, or part the table by media"
+    data = read_bytes(path, schema.file, schema.area, MAX_TEXT, cure)
+    if path.suffix.lower() in (".xlsx", ".xlsm") or data.startswith((_WORKBOOK, _OLD_WORKBOOK)):
+        return b""
+    plain = data.isascii() and b"\r" not in data
+    return data if plain else decode(data, schema.file, schema.area).encode()
+
+
+def _behind_line(text: bytes, begin: int, size: int) -> int:
+    """Where the first row after `size` more bytes begins; a line end in quotes ends none."""
+    stop = text.find(b"\n", begin + size) + 1 or len(text)
+    quotes = text.count(b'"', begin, stop)
+    while quotes % 2 and stop < len(text):
+        begin, stop = stop, text.find(b"\n", stop) + 1 or len(text)
+        quotes += text.count(b'"', begin, stop)
+    return stop
+
+
 def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     if schema.comments:
         text = re.sub(r"(?m)^[ \t]*#.*$", "", text)
@@ -494,22 +701,27 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
 
     # at a draw, that of the file's name
     order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
-    reader = csv.reader(io.StringIO(text), delimiter=max(order, key=known), strict=True)
-    table, row = _Table(), 0
-    try:
-        for row, cells in enumerate(reader, start=1):
-            if row > schema.most_rows:
-                raise _too_many_rows(schema)
-            table.add(row, [cell.strip() for cell in cells])
-    except csv.Error as error:
-        allowed = f"this row cannot be taken apart into cells ({error}); look for a stray quote"
-        raise schema.refusal("not-csv", allowed, row=row + 1) from None
+    table = _Table(delimiter=max(order, key=known))
+    _take(table, text, schema, schema.most_rows)
     # one long cell that names several columns: cut by something else
     several = min(3, len(names))
     if len(table.header) == 1 and sum(name in table.header[0] for name in names) >= several > 1:
         allowed = "cells separated by comma, semicolon, tab"
         raise schema.refusal("wrong-delimiter", allowed, table.header[0], table.header_row)
     return table
+
+
+def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> None:
+    """Take the rows of a text into a table, `most` of them."""
+    reader = csv.reader(io.StringIO(text), delimiter=table.delimiter, strict=True)
+    try:
+        for row, cells in enumerate(reader, start=table.last + 1):
+            if row > most:
+                raise _too_many_rows(schema)
+            table.add(row, [cell.strip() for cell in cells])
+    except csv.Error as error:
+        allowed = f"this row cannot be taken apart into cells ({error}); look for a stray quote"
+        raise schema.refusal("not-csv", allowed, row=table.last + 1) from None
 
 
 def _read_workbook(data: bytes, schema: Schema) -> _Table:
@@ -573,14 +785,14 @@ def _check_archive(data: bytes, schema: Schema) -> tuple[bool, bool]:
         unpacked = sum(info.file_size for info in archive.infolist())
         if unpacked > MAX_UNPACKED:
             size, most = unpacked / 1e6, MAX_UNPACKED / 1e6
-            allowed = f"{size:.0f} MB when unpacked are too large; at most {most:g} MB are read"
+            allowed = f"{size:.0f} MB when unpacked are too large; at most {most:g} MB are read: save it as csv"
             raise schema.refusal("too-large", allowed)
         parts = {name: archive.read(name) for name in archive.namelist()}
     if any(b"<!DOCTYPE" in part or b"<!ENTITY" in part for part in parts.values()):
         allowed = "a workbook as a spreadsheet saves it; this one declares XML entities"
         raise schema.refusal("not-a-workbook", allowed)
     if (tags := sum(part.count(b"<") for part in parts.values())) > MAX_TAGS:
-        limit = f"at most {MAX_TAGS / 1e6:g} million are read"
+        limit = f"at most {MAX_TAGS / 1e6:g} million are read: save the sheet as csv"
         raise schema.refusal(
             "too-large", f"{tags / 1e6:.0f} million XML tags are too many; {limit}"
         )

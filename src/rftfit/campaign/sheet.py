@@ -129,7 +129,7 @@ def read_sheet(
         _check_cell(draft, vocabulary)
         _check_depth(draft, vocabulary)
         _check_stroke(draft)
-        _check_excluded(draft)
+        check_excluded(draft)
         if logs is not None:
             lost = "" if draft.yes("excluded") else "this run will be dropped"
             for column in (*_LOGS, _ZERO_LOG):
@@ -238,7 +238,8 @@ def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
         )
 
 
-def _check_excluded(draft: DraftRow) -> None:
+def check_excluded(draft: DraftRow) -> None:
+    """Note an excluded run without a reason, and a reason of a run that is used."""
     if "excluded" in draft.bad or "reason" in draft.bad:
         return
     excluded, reason = draft.yes("excluded"), draft.text["reason"]

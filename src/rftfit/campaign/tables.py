@@ -7,30 +7,47 @@ import io
 import math
 import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rftfit.campaign.config import UNIT_AREA
+from rftfit.campaign.config import UNIT_AREA, Grid, Table
 from rftfit.campaign.files import decode, read_bytes
-from rftfit.campaign.problems import CampaignError, Problem, listed
-from rftfit.campaign.rows import MAX_BYTES, Column, DraftRow, Schema, read_rows, sheet_rows
-from rftfit.campaign.sheet import Run
+from rftfit.campaign.problems import CampaignError, Place, Problem, listed
+from rftfit.campaign.rows import (
+    BAD,
+    MAX_BYTES,
+    Column,
+    DraftRow,
+    Rows,
+    Schema,
+    read_columns,
+    sheet_rows,
+)
+from rftfit.campaign.sheet import Run, check_excluded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
+    import numpy as np
+    import numpy.typing as npt
     import pandas as pd
 
-    from rftfit.campaign.config import Table
+    FloatArray = npt.NDArray[np.float64]
 
 _ANGLES = tuple(
-    Column(f"{name}_deg", "number", meaning, low=-90, high=90, unit="degrees", also=(name,))
+    Column(f"{name}_deg", "number", meaning, unit="degrees", also=(name,))
     for name, meaning in (
         ("beta", "attack angle of the plate"),
         ("gamma", "intrusion angle of its motion: 90 straight down, -90 straight up"),
     )
 )
-_MEDIUM = Column("medium", "name", "key of the config's media", needed=False)
+_RUN_ID = Column("run_id", "name", "rows of one push", needed=False)
+_OF_RUN = (
+    Column("medium", "name", "key of the config's media", needed=False),
+    Column("excluded", "flag", "yes leaves the run out", needed=False),
+    Column("reason", "text", "why the run is left out; needed where excluded is yes", needed=False),
+)
 
 
 def _alpha(component: str) -> tuple[Column, Column]:
@@ -46,8 +63,8 @@ ALPHA = Schema(
     "alpha-table",
     (*_ANGLES, *_alpha("z"), *_alpha("x"),
      Column("n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)),
-     _MEDIUM),
-    others=True,
+     *_OF_RUN),
+    others="told",
 )  # fmt: skip
 STRESS = Schema(
     "stress-table",
@@ -56,8 +73,8 @@ STRESS = Schema(
             also=("depth",)),
      *(Column(f"stress_{c}_N_per_cm2", "number", "force of the medium over the plate's area",
               unit="N/cm^2", also=(f"stress_{c}",)) for c in "zx"),
-     Column("run_id", "name", "rows of one push", needed=False), _MEDIUM),
-    others=True,
+     _RUN_ID, *_OF_RUN),
+    others="told",
 )  # fmt: skip
 """The formats of both tables; alpha and stress are positive upward and toward +x."""
 
@@ -65,70 +82,90 @@ LENGTHS = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
 STRESSES = {"N/cm^2": 1.0, "Pa": 1e-4, "kPa": 0.1, "MPa": 100.0, "psi": 0.6894757293168361}
 SLOPES = {"N/cm^3": 1.0, "N/m^3": 1e-6, "Pa/m": 1e-6, "kPa/m": 1e-3, "MPa/m": 1.0, "kPa/cm": 0.1}
 SAME_DEPTH_CM = 0.1
+LARGEST_RAD = 3.2
+"""Several angles, none of them larger, are no degrees."""
+
+OTHER_SENSE = "with gamma > 0 depth grows, with gamma < 0 it shrinks"
+_NUMBERS = (
+    "depth_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3",
+    "se_z", "se_x", "n",
+)  # fmt: skip
+_TURN, _MOST_TURNS = 0.02, 6
+"""Of the depth that a run covers: what is less is noise, and no turn; more turns are not looked for."""
+
+_REPEATS = 20
 
 
 @dataclass(frozen=True)
 class Push:
     """Rows of the table that belong to one run, in their order.
 
-    `rows`: Numbers by column: depth and stress, or alpha, error and number of runs; cm, N.
+    `columns` (n,): Depth and stress, or alpha, error and number of runs, by name; cm, N; of stress also
+    ``other_sense``: whether the depth changes against the sense of gamma.
     """
 
     run: Run
-    rows: tuple[dict[str, float], ...]
+    columns: Mapping[str, npt.NDArray[Any]]
+
+
+class TableRead(NamedTuple):
+    """What a table holds: its runs, by run_id, what is wrong with it, and how it names columns and media."""
+
+    pushes: list[Push]
+    problems: list[Problem]
+    names: dict[str, str]
+    media: tuple[str, ...]
 
 
 def read_pushes(
-    path: Path, file: str, table: Table, media: Iterable[str], within: str
-) -> tuple[list[Push], list[Problem]]:
+    path: Path, file: str, table: Table, media: Iterable[str], within: str, tolerance: float = 0.5
+) -> TableRead:
     """Read the table of a campaign, long or, of alpha, in the blocks of Table S5.
 
-    `file`: Its name for messages; `within`: relative to the raw folder. Returns the runs that it
-    stands for, by run_id, and everything that is wrong with it.
+    `file`: Its name for messages; `media`: those of the config, default: what the table names;
+    `within`: relative to the raw folder; `tolerance`, deg: angles so near to 90 are 90.
     """
     known = tuple(media)
     schema = replace(_named(STRESS if table.holds == "stress" else ALPHA, table), file=file)
     problems: list[Problem] = []
+    names: dict[str, str] = {}
     drafts = _blocks(path, schema, known, problems) if table.holds == "alpha" else None
     if drafts is None:
-        drafts, problems = read_rows(path, schema, file)
-    scale = {
-        "beta_deg": table.angle_scale, "gamma_deg": table.angle_scale, "depth_cm": LENGTHS[table.depth_unit],
-        **dict.fromkeys(("stress_z_N_per_cm2", "stress_x_N_per_cm2"), STRESSES[table.stress_unit]),
-        **dict.fromkeys(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x"),
-                        SLOPES[table.alpha_unit]),
-    }  # fmt: skip
-    groups: dict[tuple[str, str], list[tuple[DraftRow, dict[str, float]]]] = {}
-    for draft in drafts:
-        medium = draft.text.get("medium", "") or (known[0] if len(known) == 1 else "")
-        if "medium" not in draft.bad and medium not in known:
-            allowed = f"one of {listed(known)} (media in the config)"
-            draft.note("medium", "unknown-medium", draft.text.get("medium") or None, allowed)
-        numbers = {name: value * scale.get(name, 1.0) for name, value in draft.number.items()}
-        _check_numbers(draft, numbers)
-        if not draft.bad:
-            groups.setdefault((medium, _name(draft, numbers, table)), []).append((draft, numbers))
-    pushes = []
-    for (medium, name), members in groups.items():
-        first, numbers = members[0]
-        for draft, other in members[1:]:
-            if any(abs(other[a] - numbers[a]) > 1e-6 for a in ("beta_deg", "gamma_deg")):
-                allowed = (
-                    f"the angles of row {first.row}: all rows of the run {name} have one direction"
-                )
-                draft.note("run_id", "two-directions", name, allowed)
-        pushes.append(_push(medium, name, first.row, [own for _, own in members], within))
+        rows, names, problems = read_columns(path, schema, file)
+        for ours, theirs in table.columns.items() if names else ():
+            if names.get(ours) != theirs:
+                place, allowed = Place(file, column=theirs), "a column of the file"
+                text = f"{allowed}: table.columns of the config gives {ours} this name"
+                problems.append(Problem(f"{schema.area}.missing-column", place, theirs, text))
+    else:
+        schema = replace(schema, columns=(*schema.columns, _RUN_ID))
+        rows = Rows.of(drafts, schema, {})
+    known = known or tuple(one for one in rows.texts["medium"] if one not in ("", BAD))
+    known = known or (key_of(path.stem) or "medium",)
+    checked = _Checked(rows, schema, problems)
+    checked.measures(table, tolerance)
+    checked.media(known)
+    pushes = checked.runs(known, within)
     ids = {push.run.run_id for push in pushes}
     if len(ids) < len(pushes):  # one name in two media
         pushes = [
             replace(one, run=replace(one.run, run_id=f"{one.run.medium}_{one.run.run_id}"))
             for one in pushes
         ]
-    return sorted(pushes, key=lambda one: one.run.run_id), problems
+    problems.sort(key=lambda one: one.place.row or 0)
+    return TableRead(sorted(pushes, key=lambda one: one.run.run_id), problems, names, known)
 
 
-def pushes_in(path: Path) -> pd.DataFrame:
-    """Read a table of alpha of one medium, as `rftfit.estimate_map` takes it.
+def read_as(table: Table, names: Mapping[str, str]) -> str:
+    """Say in which units the columns of a table are read."""
+    units = _units(table)
+    return ", ".join(
+        f"{theirs} in {units[ours][0]}" for ours, theirs in names.items() if ours in units
+    )
+
+
+def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
+    """Read a table of alpha of one medium, as `rftfit.estimate_map` takes it, and what to be warned of.
 
     alpha_x may be missing: a penetrometer measures the force along its way only. Raises CampaignError
     with everything that is wrong.
@@ -138,71 +175,270 @@ def pushes_in(path: Path) -> pd.DataFrame:
     columns = [
         replace(column, needed=False) if column.name.startswith("alpha_x") else column
         for column in ALPHA.columns
-        if column.name != "medium"
     ]
-    drafts, problems = read_rows(path, replace(ALPHA, columns=tuple(columns)), str(path))
-    rows = []
-    for draft in drafts:
-        _check_numbers(draft, draft.number)
-        rows.append(draft.number)
-    if problems:
+    schema = replace(ALPHA, columns=tuple(columns), file=str(path))
+    rows, _, problems = read_columns(path, schema, str(path))
+    checked = _Checked(rows, schema, problems)
+    checked.measures(Table(holds="alpha"), Grid().angle_tolerance_deg)
+    one = next((name for name in rows.texts["medium"] if name), "")
+    checked.media((one,))
+    pushes = checked.runs((one,), "")
+    if any(one.severity == "error" for one in problems):
         raise CampaignError(problems)
     names = {"se_z": "alpha_z_se_N_per_cm3", "se_x": "alpha_x_se_N_per_cm3"}
-    table = pd.DataFrame(rows).rename(columns=names)
-    lacking = {f"alpha_x{end}_N_per_cm3" for end in ("", "_se")} | {"alpha_z_se_N_per_cm3"}
-    return table.assign(**dict.fromkeys(sorted(lacking - {*table}), math.nan))
+    table = [
+        {"beta_deg": run.beta_deg, "gamma_deg": run.gamma_deg}
+        | {names.get(name, name): float(values[0]) for name, values in push.columns.items()}
+        for push in pushes
+        if not (run := push.run).excluded
+    ]
+    return pd.DataFrame(table), problems
 
 
 def _named(schema: Schema, table: Table) -> Schema:
-    """The schema with the names that the file has; angles in radians have other limits."""
-    high = 90 / table.angle_scale
+    """The schema with the names that the file has."""
     given: dict[str, str] = {str(ours): theirs for ours, theirs in table.columns.items()}
-    columns = []
-    for column in schema.columns:
-        changes: dict[str, Any] = {}
-        if column.name in given:
-            changes["also"] = (*column.also, given[column.name])
-        if column.name in ("beta_deg", "gamma_deg"):
-            changes |= {"low": -high, "high": high, "unit": table.angle_unit}
-        columns.append(replace(column, **changes))
+    columns = [
+        replace(column, also=(*column.also, given[column.name])) if column.name in given else column
+        for column in schema.columns
+    ]
     return replace(schema, columns=tuple(columns))
 
 
-def _check_numbers(draft: DraftRow, numbers: dict[str, float]) -> None:
-    """Note what the columns' own ranges do not hold: of blocks, also the angles."""
-    for name in ("beta_deg", "gamma_deg"):
-        if name in numbers and not abs(numbers[name]) <= 90 + 1e-6:
-            draft.note(name, "out-of-range", f"{numbers[name]:g}", "-90 to 90 degrees")
-    if (depth := numbers.get("depth_cm")) is not None and depth < 0:
-        draft.note("depth_cm", "negative-depth", draft.text["depth_cm"],
-                   "0 or more: depth grows downward from the free surface")  # fmt: skip
-    count = numbers.get("n")
-    if count is not None and count != int(count):
-        draft.note("n", "not-whole", draft.text["n"], "a whole number of runs")
+def _units(table: Table) -> dict[str, tuple[str, float]]:
+    """Unit of each column of numbers in the file, and what it is in ours."""
+    angle = (table.angle_unit, table.angle_scale)
+    stress = (table.stress_unit, STRESSES[table.stress_unit])
+    alpha = (table.alpha_unit, SLOPES[table.alpha_unit])
+    return {
+        **dict.fromkeys(("beta_deg", "gamma_deg"), angle),
+        "depth_cm": (table.depth_unit, LENGTHS[table.depth_unit]),
+        **dict.fromkeys(("stress_z_N_per_cm2", "stress_x_N_per_cm2"), stress),
+        **dict.fromkeys(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x"), alpha),
+    }
 
 
-def _name(draft: DraftRow, numbers: dict[str, float], table: Table) -> str:
-    given = draft.text.get("run_id", "")
-    if given or table.holds == "alpha":
-        return given or f"row{draft.row:05d}"
-    return _of_direction(numbers["beta_deg"], numbers["gamma_deg"])
+@dataclass
+class _Checked:
+    """Rows of a table as they are checked: one problem says what is wrong with any number of them."""
+
+    rows: Rows
+    schema: Schema
+    problems: list[Problem]
+
+    def note(
+        self, wrong: npt.NDArray[np.bool_], column: str, code: str, found: str | None, allowed: str
+    ) -> None:
+        """Note rows that cannot be used, at the first of them; `{}` of `found` is its value."""
+        columns, at = self.rows.columns, wrong.nonzero()[0]
+        if not at.size:
+            return
+        columns["bad"] |= wrong
+        found = found and found.format(columns[column][at[0]])
+        allowed += f"; this is the first of {at.size} rows" if at.size > 1 else ""
+        note = DraftRow(self.schema, int(columns["row"][at[0]]), self.problems).note
+        note(column, code, found, allowed)
+
+    def measures(self, table: Table, tolerance: float) -> None:
+        """Turn numbers into degrees, cm and N; `tolerance`, deg: angles so near to 90 are 90."""
+        import numpy as np
+
+        columns = self.rows.columns
+        angles = [columns["beta_deg"], columns["gamma_deg"]]
+        largest = max(np.abs(np.nan_to_num(each)).max(initial=0) for each in angles)
+        if table.angle_unit == "deg" and largest <= LARGEST_RAD and np.unique(angles).size > 1:
+            found = f"no angle larger than {largest:g}"
+            allowed = "degrees; looks like rad: set angle_unit: rad in `table` of the config"
+            code, place = (
+                f"{self.schema.area}.looks-like-rad",
+                Place(self.schema.file, column="gamma_deg"),
+            )
+            self.problems.append(Problem(code, place, found, allowed))
+        for name, (unit, scale) in _units(table).items():
+            if name not in columns:
+                continue
+            values = columns[name]
+            if name == "depth_cm":
+                allowed = "0 or more: depth grows downward from the free surface"
+                self.note(values < 0, name, "negative-depth", "{:g}", allowed)
+            elif name in ("beta_deg", "gamma_deg"):
+                upright = np.abs(np.abs(values) - 90 / scale) <= tolerance / scale + 1e-6
+                allowed = f"-{90 / scale:.3g} to {90 / scale:.3g} {unit}"
+                self.note(
+                    (np.abs(values) > 90 / scale) & ~upright, name, "out-of-range", "{:g}", allowed
+                )
+                values = np.where(upright, np.copysign(90 / scale, values), values)
+            columns[name] = values if scale == 1 else values * scale
+        if "n" in columns:
+            self.note(columns["n"] % 1 > 0, "n", "not-whole", "{:g}", "a whole number of runs")
+
+    def media(self, known: tuple[str, ...]) -> None:
+        """Turn names of media into their places in the config; of a single one it may be left out."""
+        import numpy as np
+
+        codes, places = self.rows.columns["medium"], []
+        for name, code in self.rows.texts["medium"].items():
+            own = name or (known[0] if len(known) == 1 else "")
+            if own not in (*known, BAD):
+                allowed = f"one of {listed(known)} (media in the config)"
+                self.note(codes == code, "medium", "unknown-medium", name or None, allowed)
+            places.append(known.index(own) if own in known else -1)
+        self.rows.columns["medium"] = np.array(places, dtype=np.int32)[codes]
+
+    def runs(self, known: tuple[str, ...], file: str) -> list[Push]:
+        """Part rows by run: of alpha each is one, of stress those of one run_id or of one direction."""
+        import numpy as np
+        import pandas as pd
+
+        columns, texts = self.rows.columns, self.rows.texts
+        if columns["bad"].any():
+            columns = {name: values[~columns["bad"]] for name, values in columns.items()}
+        order: Any = slice(None)
+        first = np.arange(columns["row"].size)
+        if "depth_cm" in columns:
+            run, unnamed = columns["run_id"], texts["run_id"].get("", -1)
+            keys = [columns["medium"], run]
+            if unnamed >= 0:
+                angles = (columns[f"{one}_deg"] for one in ("beta", "gamma"))
+                keys += [np.where(run == unnamed, angle.round(4), 0.0) for angle in angles]
+            # most often the rows of a run stand together: the first of each stretch tells which it is
+            changes = [each[1:] != each[:-1] for each in keys]
+            first = np.flatnonzero(np.append(run.size > 0, np.any(changes, axis=0)))
+            heads = pd.DataFrame({at: each[first] for at, each in enumerate(keys)})
+            group = heads.groupby([*heads], sort=False).ngroup().to_numpy()
+            if np.unique(group).size < group.size:
+                rows = np.repeat(group, np.diff(first, append=run.size))
+                order = np.argsort(rows, kind="stable")
+                first = np.flatnonzero(np.diff(rows[order], prepend=-1))
+        columns = {name: values[order] for name, values in columns.items()}
+        words = {name: [*texts[name]] for name in texts}
+        told: list[Problem] = []
+        pushes = []
+        for start, stop in pairwise([*first.tolist(), columns["row"].size]):
+            own = {name: values[start:stop] for name, values in columns.items()}
+            said = {name: words[name][own[name][0]] for name in words if name != "medium"}
+            pushes.append(_push(own, said, known[own["medium"][0]], self.schema, told, file))
+        for code in dict.fromkeys(one.code for one in told):
+            first_of, *others = (one for one in told if one.code == code)
+            more = f"; this is the first of {1 + len(others)} runs" if others else ""
+            self.problems.append(replace(first_of, allowed=first_of.allowed + more))
+        return pushes
+
+
+def _push(
+    own: dict[str, npt.NDArray[Any]], said: dict[str, str], medium: str, schema: Schema,
+    problems: list[Problem], file: str,
+) -> Push:  # fmt: skip
+    """Make a run of its rows, and note what is wrong with them; `said`: texts of the first."""
+    beta, gamma = (float(own[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
+    row, level = int(own["row"][0]), math.nan
+    given = said.get("run_id", f"row{row:05d}")
+    name = given or _of_direction(beta, gamma)
+    draft = DraftRow(schema, row, problems, said)
+    check_excluded(draft)
+    for column in ("beta_deg", "gamma_deg", "excluded"):
+        # of a run without a name, the angles differ in the last digits only
+        other = abs(own[column] - own[column][0]) > (1e-6 if given else 1e-3)
+        if other.any():
+            draft.row = int(own["row"][other][0])
+            allowed = f"as in row {row}: all rows of the run {name} have one direction, and are excluded or not"
+            draft.note(column, "two-in-one", None, allowed)
+    columns = {name: own[name] for name in _NUMBERS if name in own}
+    if (depth := columns.get("depth_cm")) is not None:
+        if gamma == 0 and depth.max() - depth.min() <= SAME_DEPTH_CM:
+            level = float(depth[0])
+        columns["other_sense"], again = other_sense(depth, gamma)
+        if not draft.yes("excluded"):
+            _note_depths(draft, own, columns["other_sense"], again, name, given)
+    direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
+    run = Run(
+        run_id=name, kind="plate", medium=medium, intruder=UNIT_AREA, direction=direction, beta_deg=beta,
+        gamma_deg=gamma, depth_cm=level, force_log=file, motion_log=file, tare_run="", tare_shared=False,
+        surface_z_mm=None, excluded=draft.yes("excluded"), reason=said["reason"], note="", row=row,
+    )  # fmt: skip
+    return Push(run, columns)
+
+
+def _note_depths(
+    draft: DraftRow, own: dict[str, npt.NDArray[Any]], other: npt.NDArray[np.bool_], again: int,
+    name: str, given: str,
+) -> None:  # fmt: skip
+    """Note what the depths of a run tell: several runs in one, or rows that are left out."""
+    import numpy as np
+
+    depth = own["depth_cm"]
+    ask = "give each push a run_id of its own"
+    if not given:
+        ask = "which column tells the runs apart? Its name is run_id, or is given as run_id in table.columns of the config"
+    times = np.diff(np.flatnonzero(np.diff(depth, prepend=-1, append=-1)))
+    if again:
+        draft.row = int(own["row"][again])
+        allowed = f"depth that changes one way in the run {name}; here another push starts: {ask}; rows of one push stand in the order of depth"
+        draft.note("depth_cm", "starts-again", f"{depth[again]:g} cm", allowed)
+    elif 1 < times[0] <= _REPEATS and (times == times[0]).all():
+        text = f"each depth of the run {name} stands {times[0]} times; if these are so many pushes: {ask}"
+        draft.note("depth_cm", "depths-repeated", None, text, severity="warning")
+    if other.any() and not again:
+        draft.row = int(own["row"][other][0])
+        text = f"from here on {np.count_nonzero(other)} rows of the run {name} are left out: {OTHER_SENSE}"
+        draft.note("depth_cm", "other-sense", None, text, severity="warning")
+
+
+def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_], int]:
+    """Rows (n,) in which depth changes against the sense of gamma, deg; and the one where it starts again, or 0.
+
+    A run whose depth changes in one sense only is taken as it stands: tables are sorted by depth.
+    """
+    import numpy as np
+
+    wrong = np.zeros(depth.size, dtype=bool)
+    if gamma == 0:
+        order = np.argsort(depth, kind="stable")
+        level = np.empty(depth.size, dtype=int)
+        level[order] = np.cumsum(np.diff(depth[order], prepend=depth[order[0]]) > SAME_DEPTH_CM)
+        starts = np.flatnonzero(np.diff(level, prepend=-1))
+        _, first = np.unique(level[starts], return_index=True)
+        twice = np.setdiff1d(np.arange(starts.size), first)
+        return wrong, int(starts[twice[0]]) if twice.size else 0
+    turns, sense = _turns(depth, gamma)
+    right = 0
+    for place, (start, stop) in enumerate(pairwise([0, *turns, depth.size - 1]) if turns else ()):
+        is_right = sense * (-1) ** place * gamma > 0
+        right += is_right
+        if stop == start + 1 or (is_right and right > 1):  # a jump back, or the same way once more
+            return wrong, stop if stop == start + 1 else start
+        wrong[start + (place > 0) : stop + 1] = not is_right
+    return wrong, 0
+
+
+def _turns(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
+    """Where the depth turns by more than noise, the first of many, and the sense in which it begins.
+
+    A pause there is left to the sense that is not that of gamma.
+    """
+    import numpy as np
+
+    least = _TURN * float(depth.max() - depth.min())
+    grown, shrunk = (
+        int(np.argmax(sense * depth - np.minimum.accumulate(sense * depth) > least))
+        for sense in (1, -1)
+    )
+    begins = sense = 1 if grown and (grown < shrunk or not shrunk) else -1
+    turns = [0]
+    while len(turns) <= _MOST_TURNS:
+        ahead = sense * depth[turns[-1] :]
+        back = np.maximum.accumulate(ahead) - ahead > least
+        if not back.any():
+            break
+        before = ahead[: int(np.argmax(back))]
+        farthest = np.flatnonzero(before == before.max())
+        turns.append(turns[-1] + int(farthest[0 if sense * gamma > 0 else -1]))
+        sense = -sense
+    return turns[1:], begins
 
 
 def _of_direction(beta: float, gamma: float) -> str:
     return f"b{beta:g}_g{gamma:g}".replace("-", "m")
-
-
-def _push(medium: str, name: str, row: int, rows: list[dict[str, float]], file: str) -> Push:
-    beta, gamma = (rows[0][f"{angle}_deg"] + 0.0 for angle in ("beta", "gamma"))
-    depths = [one.get("depth_cm", math.nan) for one in rows]
-    level = gamma == 0 and max(depths) - min(depths) <= SAME_DEPTH_CM
-    direction = "extraction" if gamma < 0 else "horizontal" if level else "intrusion"
-    run = Run(
-        run_id=name, kind="plate", medium=medium, intruder=UNIT_AREA, direction=direction, beta_deg=beta,
-        gamma_deg=gamma, depth_cm=depths[0] if level else math.nan, force_log=file, motion_log=file,
-        tare_run="", tare_shared=False, surface_z_mm=None, excluded=False, reason="", note="", row=row,
-    )  # fmt: skip
-    return Push(run, tuple(rows))
 
 
 # --- the layout of Table S5: a block for each component, rows by beta, columns by gamma
@@ -233,13 +469,14 @@ def _blocks(
         component: str = ""
         gammas: dict[int, float] = {}
         width = max((len(cells) for _, cells in rows), default=0)
+        components = _components(rows)
         for number, cells in rows:
             texts = [cell.strip() for cell in cells] + [""] * (width - len(cells))
             head, rest = texts[0], {i: _float(text) for i, text in enumerate(texts) if i > 0}
             if (lone := key_of("".join(texts))) in media:
                 medium, component, gammas = lone, "", {}
-            elif named := _COMPONENT.fullmatch(head):
-                component, gammas = named[1].lower(), {}
+            elif number in components:
+                component, gammas = components[number], {}
             elif head and _float(head) is None and not any(v is not None for v in rest.values()):
                 component, gammas = "", {}
             if component and not gammas and _float(head) is None:
@@ -276,31 +513,38 @@ def key_of(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "_", name.strip()).strip("_.-")[:64]
 
 
-def media_of_table(path: Path, holds: str) -> list[tuple[str, str]]:
-    """Keys and titles of the media that a table names, in its order; of the file where it names none."""
-    schema = replace(STRESS if holds == "stress" else ALPHA, file=path.name)
+def media_of_blocks(path: Path) -> list[tuple[str, str]]:
+    """Keys and titles of the media whose blocks a table holds, in its order; none of a long table."""
     found: dict[str, str] = {}
-    grids = list(_grids(path, schema))
+    grids = list(_grids(path, replace(ALPHA, file=path.name)))
     for sheet, rows in grids:
-        heads = [row[0].strip() if row else "" for _, row in rows]
-        blocks = holds == "alpha" and any(_COMPONENT.fullmatch(head) for head in heads)
-        if holds == "alpha" and len(grids) > 1 and not blocks:
+        if not _components(rows):
             continue
-        if blocks:
-            alone = [row[0] for _, row in rows if len([c for c in row if c.strip()]) == 1]
-            named = [one for one in alone if not _COMPONENT.fullmatch(one) and _float(one) is None]
-            if len(grids) > 1 or not named:
-                named = [sheet]
-            found |= {key_of(one): one.strip() for one in named}
-        elif rows:
-            header = [cell.strip().lower() for cell in rows[0][1]]
-            if "medium" in header:
-                at = header.index("medium")
-                names = [row[at] for _, row in rows[1:] if len(row) > at and row[at].strip()]
-                found |= {key_of(one): one.strip() for one in dict.fromkeys(names)}
-            break
+        alone = [row[0] for _, row in rows if len([c for c in row if c.strip()]) == 1]
+        named = [one for one in alone if not _COMPONENT.fullmatch(one) and _float(one) is None]
+        if len(grids) > 1 or not named:
+            named = [sheet]
+        found |= {key_of(one): one.strip() for one in named}
     found.pop("", None)
-    return list(found.items()) or [(key_of(path.stem) or "medium", path.stem)]
+    return list(found.items())
+
+
+def _components(rows: list[tuple[int, list[str]]]) -> dict[int, str]:
+    """Component that each head of a block in a sheet names, by its row; of two blocks without, z and x."""
+    heads = {number: row[0].strip() for number, row in rows}
+    named = {
+        number: found[1].lower()
+        for number, head in heads.items()
+        if (found := _COMPONENT.fullmatch(head))
+    }
+    corners = [
+        number
+        for number, row in rows
+        if not row[0].strip()
+        and len(row) > 2
+        and all(_float(one) is not None for one in row[1:] if one.strip())
+    ]
+    return named or (dict(zip(corners, "zx", strict=True)) if len(corners) == 2 else {})
 
 
 def _grids(path: Path, schema: Schema) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:

@@ -58,22 +58,28 @@ def _template(name: str) -> str:
     return files("rftfit.campaign").joinpath("template", name).read_text(encoding="utf-8")
 
 
-def init_from_table(folder: Path, table: Path, holds: Literal["stress", "alpha"]) -> list[Path]:
-    """Write a campaign whose data are a table of stress or alpha, copied into its raw folder."""
+def init_from_table(
+    folder: Path, table: Path, holds: Literal["stress", "alpha"]
+) -> tuple[list[Path], str]:
+    """Write a campaign whose data are a table of stress or alpha, copied into its raw folder.
+
+    Returns the files, and how the columns of the table are read.
+    """
     from rftfit.campaign.config import Table
     from rftfit.campaign.schema import json_schema, reference_markdown
-    from rftfit.campaign.tables import media_of_table, read_pushes
+    from rftfit.campaign.tables import media_of_blocks, read_as, read_pushes
 
     if not table.is_file():
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
     name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
-    titles = dict(media_of_table(table, holds))
-    pushes, _ = read_pushes(table, table.name, Table(holds=holds), titles, table.name)
+    titles = dict(media_of_blocks(table) if holds == "alpha" else ())
+    form = Table(holds=holds)
+    pushes, _, names, keys = read_pushes(table, table.name, form, titles, table.name)
     cells = {
         key: {(p.run.beta_deg, p.run.gamma_deg) for p in pushes if p.run.medium == key}
-        for key in titles
+        for key in keys
     }
-    media = "\n".join(_medium(key, title, cells[key]) for key, title in titles.items())
+    media = "\n".join(_medium(key, titles.get(key, key), cells[key]) for key in keys)
     config = _template("table.yaml").replace("@FILE@", f"raw/{name}").replace("@HOLDS@", holds)
     texts = {
         "config/README.md": reference_markdown(),
@@ -85,7 +91,7 @@ def init_from_table(folder: Path, table: Path, holds: Literal["stress", "alpha"]
     shutil.copyfile(table, folder / "raw" / name)
     for path, text in texts.items():
         write_text(folder / path, text)
-    return [folder / path for path in (f"raw/{name}", *texts)]
+    return [folder / path for path in (f"raw/{name}", *texts)], read_as(form, names)
 
 
 def _medium(key: str, title: str, cells: set[tuple[float, float]]) -> str:
@@ -120,7 +126,7 @@ def init(
         raise InputError("--stress-table and --alpha-table: a campaign is one table, not two")
     table = stress_table or alpha_table
     if table:
-        written = init_from_table(folder, table, "stress" if stress_table else "alpha")
+        written, how = init_from_table(folder, table, "stress" if stress_table else "alpha")
     else:
         written = init_campaign(folder)
     say(f"A new campaign is in {folder}:")
@@ -130,6 +136,7 @@ def init(
     # as it can be pasted into a shell, also with blanks
     shown = f'"{folder}"' if " " in str(folder) else str(folder)
     if table:
+        say(f"read as: {how}\n" if how else "")
         _say_next_of_table(folder, shown)
         return
     say("Next:")

@@ -214,13 +214,22 @@ def told_by(*files: Path | None) -> tuple[str, pd.DataFrame]:
     """Pushes of a table and of a profile file, and the names of these files."""
     import pandas as pd
 
-    from rftfit.campaign.tables import pushes_in
     from rftfit.model.profile_file import pushes_in_profile
 
-    readers = zip(files, (pushes_in, pushes_in_profile), strict=True)
+    readers = zip(files, (pushes_of_table, pushes_in_profile), strict=True)
     tables = [read(path) for path, read in readers if path is not None]
     names = [path.name for path in files if path is not None]
     return " and ".join(names), pd.concat(tables, ignore_index=True)
+
+
+def pushes_of_table(path: Path) -> pd.DataFrame:
+    """Pushes of a table; what is doubtful in it is printed."""
+    from rftfit.campaign.tables import pushes_in
+
+    pushes, warnings = pushes_in(path)
+    for one in warnings:
+        warn(f"warning: {one}")
+    return pushes
 
 
 def _scale_pushes(

@@ -226,7 +226,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     startup = None
     if run.direction == "horizontal":
         startup = unfinished_start(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
-    if config.table and (depth.size < FEWEST or not (np.diff(depth) > 0).all()):
+    if config.table and (depth.size < FEWEST or not run.gamma_deg):
         slope, exact = _of_table(fit_few(depth, stress[:, usable]), depth, stress[:, usable], run)
         return RunFit(
             beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why=why,

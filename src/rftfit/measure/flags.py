@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.campaign.tables import OTHER_SENSE
 from rftfit.logs.base import FINITE
 from rftfit.logs.text import CELLS, CUT, NUMBER
 
@@ -42,6 +43,7 @@ SENTENCES = {
     "stroke-saturated": "transducer saturated in {count} samples of the stroke",
     "no-tare": "no tare subtracted: force on rod and mount is in it",
     "no-scatter": "stress lies exactly on a line through zero: no scatter is known, so alpha has no interval",
+    "rows-other-sense": f"{{count}} rows are left out: {OTHER_SENSE}",
     "no-force-x": "alpha_x was not measured: the config states a constant for its channel",
     "several-plates": "{plate}, one of {count} plates in this medium",
     "not-linear": "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
@@ -254,6 +256,7 @@ SENTENCES = {
     "nonlinear": f"{_OUTSIDE}beyond the linear regime",
     "yielded": "force beyond that of the push against something rigid: depth not known",
     "too-deep": f"{_OUTSIDE}deeper than fit.max_depth_cm of the config",
+    "other-sense": OTHER_SENSE,
     "too-shallow": f"{_OUTSIDE}above fit.submergence_cm of the config",
 }
 """The one sentence of each code; readers of logs and tracks raise errors with code and sentence of their own."""

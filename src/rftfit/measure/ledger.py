@@ -39,6 +39,7 @@ class RowStatus(IntEnum):
     YIELDED = 13
     TOO_DEEP = 14
     TOO_SHALLOW = 15
+    OTHER_SENSE = 16
 
     @property
     def code(self) -> str:

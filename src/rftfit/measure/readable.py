@@ -10,6 +10,7 @@ from rftfit.campaign.problems import Place, Problem
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import Remark, flags_of, reason_of
 from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.tables import ingest_table
 from rftfit.measure.tare import TARE_KINDS, tare_medium
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 LARGEST_BYTES = 20_000_000
 """Larger logs are left to the run itself."""
 
-_AT_A_TIME = 256
+_AT_A_TIME, _ROWS = 256, 500
 
 
 @dataclass
@@ -43,26 +44,23 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
     Where no plate and no leg of a medium would be left, that is an error, else a warning.
     """
     found = Opened()
-    if campaign.numbers:
+    form = campaign.config.table
+    if form is not None and form.holds == "alpha":
         return found
     every = campaign.runs_of(medium)
     sizes = {run.run_id: _sizes(campaign, run) for run in every}
     large = {
         name for name, own in sizes.items() if any(size and size > LARGEST_BYTES for size in own)
     }
-    runs = [run for run in every if not {run.run_id, run.tare_run} & large]
+    runs = [run for run in every if form or not {run.run_id, run.tare_run} & large]
     found.passed_over = len(every) - len(runs)
-    reasons: dict[str, tuple[Remark, ...]] = {}
-    flags: dict[str, tuple[Remark, ...]] = {}
-    for part in _portions(runs):
-        samples, status, _ = ingest_medium(replace(campaign, runs=part), medium)
-        tared, tares, _ = tare_medium(replace(campaign, runs=part), medium, samples, status)
-        fits, *_ = fit_medium(replace(campaign, runs=part), medium, status, tared, tares)
-        for table in (status, tares, fits):
-            reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
-        flags |= {row["run_id"]: flags_of(row) for row in status.to_dict("records")}
-        for row in fits.to_dict("records"):
-            flags[row["run_id"]] += tuple(one for one in flags_of(row) if one.code == "gives-back")
+    reasons, flags = _measured(_thin(campaign) if form else campaign, medium, runs)
+    if form:
+        # a part of the rows may give no alpha where all give one, not the other way round
+        reasons |= _measured(campaign, medium, [run for run in runs if reasons[run.run_id]])[0]
+        flags = {  # of all else the table's own reader has warned
+            run: tuple(one for one in own if one.code == "gives-back") for run, own in flags.items()
+        }
     # of the others the sheet has said so
     told = [run for run in runs if not run.excluded and None not in sizes[run.run_id]]
     found.runs = len(told)
@@ -83,6 +81,36 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
             found.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
         severity = "warning"
     return found
+
+
+_Told = dict[str, tuple[Remark, ...]]
+
+
+def _measured(campaign: Campaign, medium: str, runs: list[Run]) -> tuple[_Told, _Told]:
+    """Reasons and flags of some runs, by run_id."""
+    ingest = ingest_table if campaign.config.table else ingest_medium
+    reasons: _Told = {}
+    flags: _Told = {}
+    for part in _portions(runs):
+        own = replace(campaign, runs=part)
+        samples, status, _ = ingest(own, medium)
+        tared, tares, _ = tare_medium(own, medium, samples, status)
+        fits, *_ = fit_medium(own, medium, status, tared, tares)
+        for table in (status, tares, fits):
+            reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
+        flags |= {row["run_id"]: flags_of(row) for row in status.to_dict("records")}
+        for row in fits.to_dict("records"):
+            flags[row["run_id"]] += tuple(one for one in flags_of(row) if one.code == "gives-back")
+    return reasons, flags
+
+
+def _thin(campaign: Campaign) -> Campaign:
+    """The campaign of a table with some hundred rows of each run."""
+    numbers = {
+        name: {one: values[:: 1 + values.size // _ROWS] for one, values in columns.items()}
+        for name, columns in campaign.numbers.items()
+    }
+    return replace(campaign, numbers=numbers)
 
 
 def _portions(runs: list[Run]) -> Iterator[tuple[Run, ...]]:

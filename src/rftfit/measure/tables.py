@@ -12,7 +12,7 @@ from rftfit.measure.errors import CURVATURE, ROD, STARTUP, TARE
 from rftfit.measure.fits import FIT_COLUMNS, filed_under
 from rftfit.measure.flags import flag_columns, reason_columns, remark
 from rftfit.measure.ingest import PHASES, RUN_COLUMNS, readings_digest, samples_table
-from rftfit.measure.ledger import USED, Ledger, RowStatus
+from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
 if TYPE_CHECKING:
@@ -32,25 +32,35 @@ def ingest_table(
     import pandas as pd
 
     parts: dict[str, tuple[np.ndarray, ...]] = {}
+    ledger = Ledger()
     known = {"zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0, "zero_dof": GIVEN_DOF, "clock_se_s": 0.0}
     rows = []
     for run in campaign.runs_of(medium):
-        numbers = campaign.numbers[run.run_id]
-        count = {"rows_force": len(numbers), "rows_motion": len(numbers), "sample_step_s": 1.0}
+        table = campaign.numbers[run.run_id]
+        size = len(next(iter(table.values())))
+        count = {"rows_force": size, "rows_motion": size, "sample_step_s": 1.0}
         name = {"run_id": run.run_id, "kind": run.kind, "status": "read"}
         rows.append(RUN_COLUMNS | name | count | known)
-        if "depth_cm" not in numbers[0]:
+        if run.excluded:
+            reason = remark("excluded", why=run.reason)
+            ledger.add(run, run.force_log, DROPPED, size, reason)
+            rows[-1] |= {"status": "refused"} | reason_columns([reason])
+        if run.excluded or "depth_cm" not in table:
             continue
-        table = {key: np.array([row[key] for row in numbers]) for key in numbers[0]}
         stress = np.stack([table[f"stress_{c}_N_per_cm2"] for c in "zx"])
         if np.unique(stress[stress != 0]).size >= _FEWEST_READINGS:
             rows[-1]["readings"] = readings_digest(np.vstack([table["depth_cm"], stress]))
-        size = len(numbers)
+        other = table["other_sense"]
+        if left := int(other.sum()):
+            rows[-1] |= flag_columns([remark("rows-other-sense", count=left)])
+            ledger.add(run, run.force_log, DROPPED, left, remark(RowStatus.OTHER_SENSE.code))
+        phase = np.where(other, PHASES.index("other"), PHASES.index("stroke"))
+        why = np.where(other, RowStatus.OTHER_SENSE, RowStatus.GOOD).astype(np.int8)
         parts[run.run_id] = (
-            np.arange(size, dtype=float), np.full(size, PHASES.index("stroke")), np.zeros(size),
-            table["depth_cm"], np.full(size, run.beta_deg), *stress, np.full(size, RowStatus.GOOD, dtype=np.int8),
+            np.arange(size, dtype=float), phase, np.zeros(size), table["depth_cm"],
+            np.full(size, run.beta_deg), *stress, why,
         )  # fmt: skip
-    return samples_table(parts), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), Ledger().table()
+    return samples_table(parts), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger.table()
 
 
 def fit_alpha_table(
@@ -62,24 +72,27 @@ def fit_alpha_table(
     ledger, level = Ledger(), campaign.config.fit.confidence
     rows = []
     for run in campaign.runs_of(medium):
-        (numbers,) = campaign.numbers[run.run_id]
+        numbers = {name: float(values[0]) for name, values in campaign.numbers[run.run_id].items()}
         beta, gamma, _ = filed_under(run)
+        excluded = [remark("excluded", why=run.reason)] if run.excluded else []
         row = dict.fromkeys(FIT_COLUMNS, math.nan) | {
             "run_id": run.run_id, "medium": medium, "beta_deg": beta, "gamma_deg": gamma,
             "direction": run.direction, "mirrored": False, "tare_run": "", "n_points": 0,
-            **flag_columns([]), "note": "", **reason_columns([]),
+            **flag_columns([]), "note": "", **reason_columns(excluded),
             "lever_per_cm": 0.0,  # the error of the surface is in what the table states
         }  # fmt: skip
-        runs = int(numbers.get("n", 0))
+        rows.append(row)
+        if excluded:
+            continue
+        runs = int(np.nan_to_num(numbers["n"]))
         dof = runs - 1.0 if runs > 1 else GIVEN_DOF
         for c in "zx":
-            alpha, se = numbers[f"alpha_{c}_N_per_cm3"], numbers.get(f"se_{c}", math.nan)
+            alpha, se = numbers[f"alpha_{c}_N_per_cm3"], numbers[f"se_{c}"]
             half = float(student_quantile(level, dof)) * se
             none = dict.fromkeys((f"_{part}" for part in (STARTUP, TARE, CURVATURE, ROD)), 0.0)
             values = {"": alpha, "_se": se, "_lo": alpha - half, "_hi": alpha + half} | none
             row |= {column(c, end): value for end, value in values.items()}
             row[f"alpha_{c}_dof"] = dof
-        rows.append(row)
         ledger.add(run, run.force_log, USED, 1, remark("slope"))
     windows = pd.DataFrame({"run_id": tared["run_id"], "why": tared["why"]})
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger

@@ -8,12 +8,14 @@ import os
 import stat
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+
+    import numpy.typing as npt
 
 _LENGTH = 16
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -73,6 +75,14 @@ def digest_of(*values: object) -> str:
     """Digest of values that JSON can write, or that can say what they are."""
     text = json.dumps(values, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
+
+
+def digest_of_numbers(columns: Mapping[str, npt.NDArray[Any]]) -> str:
+    """Digest of columns of numbers and of their names."""
+    found = hashlib.sha256()
+    for name, values in columns.items():
+        found.update(name.encode() + values.tobytes())
+    return found.hexdigest()[:_LENGTH]
 
 
 def code_digest(room: str, *more: str) -> str:

@@ -245,8 +245,7 @@ def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
     # whether they are recordings at all is told beside the whole
     origin = [] if medium else [[f"re-enacted: {campaign.reenacted}"]]
     return origin + sorted(
-        [*cells(run).values(), *(str(row) for row in campaign.numbers.get(run.run_id, ()))]
-        for run in runs
+        [*cells(run).values(), campaign.digests.get(run.run_id, "")] for run in runs
     )
 
 
