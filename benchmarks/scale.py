@@ -395,7 +395,8 @@ def of_table(folder: Path, rows: int) -> list[str]:
         )
     alpha = pd.read_csv(folder / f"c{rows}" / "results" / "fits" / f"t{rows}.csv")
     apart = [
-        abs(row.alpha_z_N_per_cm3 / slopes[rows][_cell(row)] - 1) for row in alpha.itertuples()
+        abs(float(row["alpha_z_N_per_cm3"]) / slopes[rows][_cell(str(row["run_id"]))] - 1)
+        for row in alpha.to_dict("records")
     ]
     heads = [
         "command",
@@ -408,8 +409,8 @@ def of_table(folder: Path, rows: int) -> list[str]:
     return [*table(heads, told), "", end]
 
 
-def _cell(row: Any) -> tuple[int, int]:
-    beta, gamma = row.run_id[1:].split("_g")
+def _cell(run: str) -> tuple[int, int]:
+    beta, gamma = run[1:].split("_g")
     return int(beta), int(gamma)
 
 

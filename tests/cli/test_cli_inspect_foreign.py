@@ -299,7 +299,7 @@ def test_options_that_were_given_stand_in_the_lines_for_the_config(
     path = tmp_path / name
     frame = pd.DataFrame({"Fz [N]": np.arange(9.0), "z [mm]": np.arange(9.0)})
     if name.endswith("npz"):
-        np.savez(path, **{str(column): frame[column] for column in frame})
+        np.savez(path, **{str(column): frame[column].to_numpy() for column in frame})  # type: ignore[arg-type]
     elif name.endswith("csv"):
         frame.to_csv(path, index=False)
     else:

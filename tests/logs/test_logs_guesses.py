@@ -20,7 +20,7 @@ Header = list[tuple[str, str, str]]
 """Of each column: name, unit, and the quantity that it holds (empty: none of the chain's)."""
 
 
-def proposed(path: Path, header: Header, how: str) -> dict[str, str]:
+def proposed(path: Path, header: Header, how: str) -> dict[str, int]:
     """Quantities of a text with this header, by the place of the column that is proposed."""
     names = [f"{name} [{unit}]" if unit and how == "brackets" else name for name, unit, _ in header]
     below = ["\t".join(unit for _, unit, _ in header)] if how == "row" else []

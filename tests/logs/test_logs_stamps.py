@@ -140,7 +140,7 @@ def test_dates_of_other_countries(text: str, order: str, wanted: tuple[int, ...]
         assert column is None
         return
     *whole, seconds = wanted
-    moment = dt.datetime(*whole, tzinfo=dt.UTC).timestamp() + seconds  # type: ignore[arg-type]
+    moment = dt.datetime(*whole, tzinfo=dt.UTC).timestamp() + seconds  # type: ignore[arg-type,misc]
     assert seconds_of(text, order) == pytest.approx(moment, abs=1e-6)
     assert column is not None
     assert_allclose(column, moment, atol=1e-6)

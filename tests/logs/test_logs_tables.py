@@ -254,13 +254,14 @@ def test_rows_of_units(row: str, units: str | None, tmp_path: Path) -> None:
         assert log.units == dict(zip(["Force", "Travel", "Time"], units.split(), strict=True))
 
 
-Rows = list[list[object]]
-LOG: Rows = [["Time", "Force"], ["s", "kN"], *([0.1 * k, 2.0 * k] for k in range(9))]
+Rows = list[list[Any]]
+LOG: Rows = [["Time", "Force"], ["s", "kN"], *[[0.1 * k, 2.0 * k] for k in range(9)]]
 RESULT: Rows = [["Date", "Fmax"], [None, "N"], [45000.5, 5286.0]]
 PROSE: Rows = [["Speed", 5]]
-BESIDE: Rows = [[*row, None, *typed] for row, typed in zip(
-    [["GLL", "Specimen 1"], *LOG], [["L?", 1, 1.32, 5.99, 6], ["gap", 3], ["me", "you"], *[[None]] * 9],
-    strict=True)]  # fmt: skip
+TYPED: Rows = [["L?", 1, 1.32, 5.99, 6], ["gap", 3], ["me", "you"], *([None] for _ in range(9))]
+BESIDE: Rows = [
+    [*row, None, *typed] for row, typed in zip([["GLL", "Specimen 1"], *LOG], TYPED, strict=True)
+]
 BELOW: Rows = [*LOG, [None, None], [None, None, None, "sum", 72]]
 
 

@@ -51,7 +51,7 @@ def told(
 ) -> dict[tuple[str, str], dict[str, Any]]:
     """Rows by run and window; `stresses` of the runs that have a tared stroke, `reasons` of the others."""
     here = Path("no campaign is here")
-    table = {run.run_id: ({"depth_cm": 1.0},) for run in runs} if numbers else {}
+    table = {run.run_id: {"depth_cm": np.ones(1)} for run in runs} if numbers else {}
     campaign = Campaign(here, here, here, config, runs, table)
     facts = {"flags": "", "note": "", "sample_step_s": 0.01, "clock_se_s": 0.0, "surface_se_mm": 0.0,
              "zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0, "zero_dof": 12.0}  # fmt: skip

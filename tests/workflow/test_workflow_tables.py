@@ -202,17 +202,18 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path: Path) -> None:
     tared, tares, of_tare = tare_medium(campaign, "stress", samples, runs)
     table, _, of_fits = fit_medium(campaign, "stress", runs, tared, tares)
     fits = table.set_index("run_id")
-    excluded = fits.loc["b60_g45"]
+    rows = fits.to_dict("index")
+    excluded = rows["b60_g45"]
     assert (excluded["reason"], excluded["reason_code"]) == ("excluded: a stone", "excluded")
     assert np.isnan(excluded["alpha_z_N_per_cm3"])
     for name in wanted.keys() - {"b60_g45"}:
-        assert fits.loc[name, "alpha_z_N_per_cm3"] == pytest.approx(wanted[name], rel=1e-3)
+        assert rows[name]["alpha_z_N_per_cm3"] == pytest.approx(wanted[name], rel=1e-3)
         # of neighbouring rows nobody knows that they are independent, whichever way the depth goes
-        assert fits.loc[name, "alpha_z_curvature_N_per_cm3"] >= 0
-        assert np.isfinite(fits.loc[name, "nonlinear_z_p"])
+        assert rows[name]["alpha_z_curvature_N_per_cm3"] >= 0
+        assert np.isfinite(rows[name]["nonlinear_z_p"])
     flags = fits["flag_codes"].to_dict()
     assert {name for name, codes in flags.items() if codes} == {"b0_g90", "b30_gm45"}
-    assert "200 rows are left out: with gamma > 0 depth grows" in fits.loc["b0_g90", "flags"]
+    assert "200 rows are left out: with gamma > 0 depth grows" in rows["b0_g90"]["flags"]
     whole = join([book, of_tare.table(), of_fits.table()])
     check(whole, runs, set(wanted), wanted)
     fates = whole.groupby(["run_id", "reason_code"])["rows"].sum().to_dict()
