@@ -86,7 +86,7 @@ def all_in_pounds(made: Written, _: Any) -> None:
 
 
 def test_a_campaign_without_a_mistake_fails_no_check(lab: Written) -> None:
-    table, alpha = judged(lab)
+    table, alpha, _ = judged(lab)
     assert set(table["verdict"]) == {"passed", "not checked"}
     unchecked = table[table["verdict"] == "not checked"]
     # what no log can tell is said
@@ -120,7 +120,7 @@ def test_a_mistake_is_named_with_what_mends_it(
     put(lab, settings)
     if mistake is not None:
         mistake(lab, LUCK)
-    table, alpha = judged(lab)
+    table, alpha, _ = judged(lab)
     found: Any = table.set_index("check").loc[check]
     assert (found["verdict"], found["effect"]) == ("failed", effect)
     assert re.match(said, found["sentence"]), found["sentence"]
@@ -139,7 +139,7 @@ def test_channels_that_end_below_their_range(lab: Written) -> None:
     for row in plates(lab):
         if row["direction"] == "horizontal":
             change(lab, row["force_log"], partial(cut, run=row["run_id"]))
-    table, alpha = judged(lab)
+    table, alpha, _ = judged(lab)
     found = table.set_index("check").loc["channels"]
     assert " stops at " in found["sentence"]
     assert "look at the range of amplifier and logger" in found["sentence"]
@@ -166,7 +166,7 @@ def test_stress_that_is_no_line() -> None:
 
 def test_copies_of_a_log_are_no_repeats(lab: Written) -> None:
     copies(lab, LUCK, count=6)
-    table, alpha = judged(lab)
+    table, alpha, _ = judged(lab)
     found = table.set_index("check").loc["same_logs"]
     assert found["effect"] == "unusable"
     assert found["sentence"].startswith("Copies of a log are no repeats (7 runs")
@@ -178,7 +178,7 @@ def test_copies_of_a_log_are_no_repeats(lab: Written) -> None:
 def test_an_accepted_medium_is_used_and_says_why(lab: Written) -> None:
     why = "the mount was re-seated; see the notebook"
     put(lab, {"transducer.turn_deg": 0.0, f"media.{MEDIUM}.accept": {"symmetry": why}})
-    table, alpha = judged(lab)
+    table, alpha, _ = judged(lab)
     found = table.set_index("check").loc["symmetry"]
     assert (found["verdict"], found["effect"]) == ("accepted", "")
     assert (alpha["checks"] == f"accepted: fails symmetry: {why}").all()
