@@ -41,9 +41,8 @@ rule ledger:
     shell:
         "(echo run_id,kind,fate,reason_code,rows > {output}; echo p1,plate,used,slope,3 >> {output}; "
         "echo p1,plate,dropped,approach,2 >> {output}; echo p2,plate,used,path,1 >> {output}; "
-        "echo p2,plate,dropped,bad,3 >> {output}; echo p2,plate,lost,packets,8 >> {output}; "
-        "if [ 'ledger' = '{BAD}' ]; then "
-        "echo 'rftfit ledger: does not add up' >&2; exit 1; fi) 2> {log}"
+        "echo p2,plate,dropped,bad,3 >> {output}; echo p2,plate,lost,packets,8 >> {output}"
+        ") 2> {log}"
 """
 HEAD = "run_id,kind,fate,reason_code,rows\n"
 SLOW = """
@@ -92,8 +91,11 @@ def test_whole_run_and_nothing_to_do(
 def test_dry_run_targets_and_words_for_snakemake(
     rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
 ) -> None:
+    (campaign / "raw/paper/yuma/yuma_c_leg_force.csv").unlink()
     said = rftfit("run", *fake, "--dry-run")
-    assert said.code == 0
+    assert (said.code, said.err) == (
+        0, "1 warning on the campaign; `rftfit check` shows them.\n"
+    )  # fmt: skip
     assert said.out.startswith("4 jobs would run")
     assert said.out.splitlines()[2].split() == ["ingest", "2"]
     assert not (campaign / "results").exists()
@@ -119,11 +121,6 @@ def test_a_stage_that_fails(
     )
     assert (campaign / "results/a.txt").is_file()
     assert '"job_error"' in (campaign / "results/logs/snakemake.log").read_text()
-    # a rule that keeps a log of its own
-    monkeypatch.setenv("BAD", "ledger")
-    said = rftfit("run", *fake)
-    assert said.code == 4
-    assert "  ledger:\n    does not add up\nThe whole log" in said.err
 
 
 def test_failures_before_any_job(
@@ -137,9 +134,6 @@ def test_failures_before_any_job(
     said = rftfit("run", *fake)
     assert said.code == 4
     assert "no such sand" in said.err
-    said = rftfit("run", "--snakefile", "none.smk")
-    assert said.code == 4
-    assert "none.smk" in said.err
 
 
 def test_a_bad_sheet_runs_nothing(
@@ -154,15 +148,6 @@ def test_a_bad_sheet_runs_nothing(
     assert said.err.count("did you mean 'yuma'?") == 2
     assert not (campaign / "results").exists()
     assert not (campaign / ".snakemake").exists()
-
-
-def test_a_log_that_is_missing_is_a_warning(
-    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
-) -> None:
-    (campaign / "raw/paper/yuma/yuma_c_leg_force.csv").unlink()
-    said = rftfit("run", *fake, "-n")
-    assert said.code == 0
-    assert said.err == "1 warning on the campaign; `rftfit check` shows them.\n"
 
 
 @pytest.mark.parametrize("word", ["--config", "-C", "--snakefile=x", "-d"])
@@ -205,19 +190,20 @@ def test_a_log_that_cannot_be_written(
 def test_stopping_stops_the_children(campaign: Path, number: signal.Signals) -> None:
     (campaign / "slow.smk").write_text(SLOW)
     words = ["-m", "rftfit.cli.main", "run", "--snakefile", "slow.smk"]
-    # what a test run in the background ignores, its children would ignore too
-    before = signal.signal(number, signal.SIG_DFL)
+    # as of a shell's script in the background, whose children are deaf to SIGINT
+    deaf = signal.SIG_IGN if number == signal.SIGTERM else signal.SIG_DFL
+    before = signal.signal(signal.SIGINT, deaf)
     child = subprocess.Popen(
         [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-    signal.signal(number, before)
+    signal.signal(signal.SIGINT, before)
     deadline = time.monotonic() + 60
     while not (campaign / "results/began").exists() and time.monotonic() < deadline:
         time.sleep(0.05)
     root = campaign.resolve()
     assert len(working_in(root)) == 1
     child.send_signal(number)
-    out, err = child.communicate(timeout=60)
+    out, err = child.communicate(timeout=15)
     assert (child.returncode, out) == (130, "")
     assert (
         err

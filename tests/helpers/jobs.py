@@ -39,7 +39,28 @@ class Job:
 
 
 def planned_jobs(config: Path, targets: Sequence[str] = ()) -> list[Job]:
-    """All jobs that some results need, or all results, in an order in which they can be done."""
+    """All jobs that some results need, or all results, in an order in which they can be done.
+
+    Their states are written. Snakemake plans campaigns once that are alike in all that the rules look at.
+    """
+    states = read_states(config)[0]
+    campaign = states.campaign
+    alike = (
+        campaign.media_with_runs, campaign.of_role("laboratory"), campaign.of_role("natural_sand"),
+        campaign.robot_medium, tuple((path, one[1]) for path, one in states.figures.items()),
+        tuple(targets),
+    )  # fmt: skip
+    if alike not in _PLANS:
+        _PLANS[alike] = _plan(config, targets)
+    for job in _PLANS[alike]:
+        states.input_of(job.rule)({"": job.key})
+    return _PLANS[alike]
+
+
+_PLANS: dict[tuple[object, ...], list[Job]] = {}
+
+
+def _plan(config: Path, targets: Sequence[str]) -> list[Job]:
     root, before = root_of(config), Path.cwd()
     environment = dict(os.environ)
     try:

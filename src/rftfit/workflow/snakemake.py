@@ -364,7 +364,9 @@ def _signals_as_interrupts() -> Iterator[None]:
 
 def _stop(child: subprocess.Popen[bytes]) -> None:
     """End Snakemake and its jobs: politely, so that it clears its lock, then less so."""
-    steps = ("SIGINT", "SIGTERM", "SIGKILL") if os.name == "posix" else ("SIGTERM",)
+    # what a script starts in the background ignores Ctrl-C, and its children do
+    deaf = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    steps = ("SIGINT", "SIGTERM", "SIGKILL")[deaf:] if os.name == "posix" else ("SIGTERM",)
     for name in steps:
         if child.poll() is not None:
             return
