@@ -35,8 +35,8 @@ CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 CONFIG_TEXT, _, _ = CONFIG.read_text(encoding="utf-8").partition("\nrobot:")
 CONFIG_TEXT += "\n"
 SEED = 2013
-WHOLE = ("poppy_LP", "glass3mm_CP", "yuma", "palms29", "palms29_sieved")
-"""Two laboratory media, one with its clocks an hour apart, and the three sands."""
+WHOLE = ("glass3mm_CP", "yuma")
+"""A laboratory medium with its clocks an hour apart, and a sand."""
 
 
 @cache

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from rigroom import Lab, Results, Room
+from rigroom import WHOLE, Lab, Results, Room
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,11 +24,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     made.unlock()
 
 
-@pytest.fixture(scope="session", params=["poppy_LP", "glass3mm_CP"])
-def medium(request: pytest.FixtureRequest) -> str:
-    return str(request.param)
-
-
 @pytest.fixture(scope="session")
-def results(lab: Lab, medium: str) -> Results:
-    return lab.results[medium]
+def results(lab: Lab) -> Results:
+    """Of the laboratory medium."""
+    return lab.results[WHOLE[0]]

@@ -1,4 +1,4 @@
-"""Whole media of the re-enacted lab: what went in comes out."""
+"""A whole medium and a sand of the re-enacted lab: what went in comes out."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from rftfit.measure.alpha import column
 if TYPE_CHECKING:
     from rigroom import Lab, Results
 
+MEDIUM = "glass3mm_CP"
 RHO = 0.7
 """Correlation of the lab's noise from sample to sample."""
 
 
-def errors(results: Results, medium: str) -> np.ndarray:
+def errors(results: Results) -> np.ndarray:
     found = [grid(results.alpha, column(component)) for component in "zx"]
-    off: np.ndarray = np.stack(found) - np.stack(reference.alpha_grid(medium))
+    off: np.ndarray = np.stack(found) - np.stack(reference.alpha_grid(MEDIUM))
     return off
 
 
-def test_alpha_is_table_s5(results: Results, medium: str) -> None:
-    wrong = np.abs(errors(results, medium))
+def test_alpha_is_table_s5(results: Results) -> None:
+    wrong = np.abs(errors(results))
     assert np.mean(wrong <= 0.005) >= 0.95
     assert wrong.max() <= 0.01
     assert (results.alpha["reason"] == "").all()
@@ -34,9 +35,9 @@ def test_alpha_is_table_s5(results: Results, medium: str) -> None:
     assert (results.alpha["n_runs"] == np.where(results.alpha["gamma_deg"] == 0, 3, 1)).all()
 
 
-def test_intervals_contain_table_s5(results: Results, medium: str) -> None:
+def test_intervals_contain_table_s5(results: Results) -> None:
     inside = []
-    for component, alpha in zip("zx", reference.alpha_grid(medium), strict=True):
+    for component, alpha in zip("zx", reference.alpha_grid(MEDIUM), strict=True):
         lo, hi = (grid(results.alpha, column(component, q)) for q in ("_lo", "_hi"))
         # horizontal cells carry the lab's stick-slip on top; beta = -90 repeats beta = 90
         slanted = np.delete(np.arange(13), 6)
@@ -45,9 +46,9 @@ def test_intervals_contain_table_s5(results: Results, medium: str) -> None:
     assert np.mean(inside) >= 0.9
 
 
-def test_signs_are_not_a_matter_of_size(results: Results, medium: str) -> None:
+def test_signs_are_not_a_matter_of_size(results: Results) -> None:
     """Every alpha that is large enough to have a sign has the published one."""
-    for component, alpha in zip("zx", reference.alpha_grid(medium), strict=True):
+    for component, alpha in zip("zx", reference.alpha_grid(MEDIUM), strict=True):
         found, large = grid(results.alpha, column(component)), np.abs(alpha) > 0.01
         assert large.sum() > 40
         assert (np.sign(found) == np.sign(alpha))[large].all()
@@ -94,7 +95,7 @@ def test_raw_files_are_untouched(lab: Lab) -> None:
     )  # the sheet, and the mark of a re-enactment
 
 
-def test_clocks(results: Results, medium: str) -> None:
+def test_clocks(results: Results) -> None:
     runs = results.runs
     assert (runs["status"] == "read").all()
     assert runs["clock_residual_s"].max() < 0.02
@@ -102,7 +103,7 @@ def test_clocks(results: Results, medium: str) -> None:
     assert not runs["flags"].str.contains("clocks").any()
     # the legs in air were logged before the clocks were changed
     own = ~runs["run_id"].str.startswith("air_")
-    assert late[own].all() if medium == "glass3mm_CP" else not late.any()
+    assert late[own].all()
     assert not late[~own].any()
 
 
@@ -118,9 +119,9 @@ def bin_deviation(samples: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("leg", reference.LEGS)
-def test_leg_curves_are_fig_s5(results: Results, medium: str, leg: str) -> None:
+def test_leg_curves_are_fig_s5(results: Results, leg: str) -> None:
     published = reference.load("fig_s5")
-    published = published[(published["medium"] == medium) & (published["leg"] == leg)]
+    published = published[(published["medium"] == MEDIUM) & (published["leg"] == leg)]
     found = results.curves[results.curves["leg"] == leg]
     both = found.merge(published, on="theta_deg", suffixes=("", "_published"))
     assert len(both) >= 240
@@ -142,25 +143,21 @@ def test_leg_curves_are_fig_s5(results: Results, medium: str, leg: str) -> None:
         assert abs(off[inner].mean()) < 3.5 * zero[0] + 0.01
 
 
-@pytest.mark.parametrize(
-    ("sand", "to_cm", "slope"),
-    [("yuma", 2, 0.69), ("palms29", 3, 0.88), ("palms29_sieved", 3, 0.76)],
-)
-def test_slopes_of_the_sands(lab: Lab, sand: str, to_cm: float, slope: float) -> None:
-    found = lab.results[sand].cell(0, 90)
+def test_slope_of_a_sand(lab: Lab) -> None:
+    yuma = lab.results["yuma"]
+    found = yuma.cell(0, 90)
     # independent of the program: zero-intercept fit of the published curve itself
     curve = reference.load("fig_s11")
-    curve = curve[(curve["medium"] == sand) & (curve["depth_cm"] <= to_cm)]
+    curve = curve[(curve["medium"] == "yuma") & (curve["depth_cm"] <= 2)]
     depth, stress = curve["depth_cm"].to_numpy(), curve["stress_z_N_per_cm2"].to_numpy()
     expected = float(stress @ depth / (depth @ depth))
     assert found[column("z")] == pytest.approx(expected, abs=0.01)
-    assert found[column("z")] == pytest.approx(slope, abs=0.012)
+    assert found[column("z")] == pytest.approx(0.69, abs=0.012)
     assert abs(found[column("x")]) < 0.01
-    fit = lab.results[sand].fits.iloc[0]
-    assert fit["depth_to_cm"] == pytest.approx(to_cm, abs=0.02)
-    others = lab.results[sand].alpha.drop(index=found.name)
+    assert yuma.fits.iloc[0]["depth_to_cm"] == pytest.approx(2, abs=0.02)
+    others = yuma.alpha.drop(index=found.name)
     assert (others["reason_code"] == "no-run").all()
-    assert set(lab.results[sand].curves["leg"]) == set(reference.LEGS)
+    assert set(yuma.curves["leg"]) == set(reference.LEGS)
 
 
 def test_phases_and_traces(results: Results) -> None:

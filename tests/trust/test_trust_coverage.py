@@ -2,7 +2,8 @@
 
 From samples with correlated noise, drifting zeros, errors of the clocks, start-up, stick-slip and
 beds that differ from run to run, through the program's own zero, slope, alpha table, nine terms,
-scaling, leg prediction and the robot. `benchmarks/intervals.py 2000` is the same with 2000 campaigns.
+scaling, leg prediction and the robot. `benchmarks/intervals.py` is the same with 100 campaigns of all
+media and all ways that beds may differ, `make reliability` under all disturbances.
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, Ensemble, paper_config, plan,
 
 from rftfit.measure.slopes import fit_slope, unfinished_start
 
-CAMPAIGNS, SEED = 25, 7
-ROBOTS = 4
+CAMPAIGNS, SEED = 8, 7
+ROBOTS = 3
 """Campaigns with the speed of the robot, under two conditions each: it is slow."""
 
-NAMES = [scenario.name for scenario in SCENARIOS]
-FEW = SCENARIOS[-1]
+ALIKE, STATED, *_, FEW = SCENARIOS
+NAMES = [ALIKE.name, STATED.name]
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def ensemble() -> Ensemble:
 def shares(ensemble: Ensemble) -> dict[str, dict[str, np.ndarray]]:
     """Share of intervals with the truth in them, by scenario and level."""
     config = paper_config(300)
-    return {s.name: cover([ensemble], s, config, SEED) for s in SCENARIOS if s is not FEW}
+    return {s.name: cover([ensemble], s, config, SEED) for s in (ALIKE, STATED)}
 
 
 def honest(shares: np.ndarray) -> None:
@@ -43,17 +44,17 @@ def honest(shares: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize("level", ["alpha, slanted", "alpha, horizontal"])
-@pytest.mark.parametrize("scenario", NAMES[:3])
+@pytest.mark.parametrize("scenario", NAMES)
 def test_alpha(shares: dict[str, dict[str, np.ndarray]], scenario: str, level: str) -> None:
     found = shares[scenario][level]
     honest(found)
-    # thousands of cells: no leniency is needed where there is no error common to them
-    if level == "alpha, slanted" and "repeats" not in scenario:
+    # a thousand cells: no leniency is needed where there is no error common to them
+    if level == "alpha, slanted":
         assert 0.93 <= found.mean() <= 0.97
 
 
 @pytest.mark.parametrize("method", ["lsq", "dft-index"])
-@pytest.mark.parametrize("scenario", NAMES[:3])
+@pytest.mark.parametrize("scenario", NAMES)
 def test_coefficients(shares: dict[str, dict[str, np.ndarray]], scenario: str, method: str) -> None:
     honest(shares[scenario][f"M ({method})"])
 
@@ -66,7 +67,7 @@ def test_zeta_and_chi(shares: dict[str, dict[str, np.ndarray]], level: str) -> N
     honest(np.concatenate([part[level] for part in shares.values()]))
 
 
-@pytest.mark.parametrize("scenario", NAMES[:3])
+@pytest.mark.parametrize("scenario", NAMES)
 def test_leg_force(shares: dict[str, dict[str, np.ndarray]], scenario: str) -> None:
     honest(shares[scenario]["leg force"])
 
@@ -76,10 +77,9 @@ def test_peak_error(shares: dict[str, dict[str, np.ndarray]]) -> None:
 
 
 def test_robot_speed() -> None:
-    """Beds alike, and beds that differ as stated; `benchmarks/intervals.py --robot` has more of it."""
-    ensemble, config = simulate("poppy_CP", ROBOTS, SEED), paper_config(40)
-    found = [cover_robot(ensemble, s, config, SEED)["robot speed"] for s in SCENARIOS[:2]]
-    honest(np.concatenate(found))
+    """Of beds that differ as stated; `benchmarks/intervals.py --robot` has more of it."""
+    few = simulate("poppy_CP", ROBOTS, SEED)
+    honest(cover_robot(few, STATED, paper_config(40), SEED)["robot speed"])
 
 
 def test_few_repeats_and_the_generic_coefficients(ensemble: Ensemble) -> None:
@@ -92,7 +92,7 @@ def test_few_repeats_and_the_generic_coefficients(ensemble: Ensemble) -> None:
 
 def test_a_spread_that_nobody_told_is_not_in_the_intervals(ensemble: Ensemble) -> None:
     """What `one bed as prepared` means: such intervals miss the mean of many beds nine times in ten."""
-    tables = list(ensemble.tables(SEED, RUN_TO_RUN))[:20]
+    tables = list(ensemble.tables(SEED, RUN_TO_RUN))
     assert {source for table in tables for source in table["spread"]} == {"one bed as prepared"}
     assert np.mean([alpha_inside(table)["alpha, slanted"].inside.mean() for table in tables]) < 0.25
 

@@ -1,4 +1,7 @@
-"""Disturbances of a real lab: the same in files and in memory, and what they do to intervals."""
+"""Disturbances of a real lab: the same in files and in memory, and what they do to intervals.
+
+`make disturbed` has all of them, with more campaigns of all media.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ from rftfit.workflow.stages import FIGURE_RULES, STAGES
 if TYPE_CHECKING:
     from pathlib import Path
 
-MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, 20
+MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, 8
 COMMON = ("lag=0.3", "turn=5", "power=1.25", "tare-bed=150")
 """Disturbances that move every campaign alike, large."""
 

@@ -245,8 +245,8 @@ def rftfit_run(root: Path) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("killed", ["Snakemake", "rftfit run", "both"])
-def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake: Path, killed: str) -> None:
+def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake: Path) -> None:
+    """Both at once: nobody is left to tell the stage, or to clear the lock."""
     from kills import living, working
 
     child = rftfit_run(fake)
@@ -255,22 +255,15 @@ def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake: Path, killed:
     assert now.snakemake is not None
     # the run, Snakemake and the stage
     assert len(working(fake)) == 3
-    victims = {"Snakemake": [now.snakemake], "rftfit run": [now.run]}
-    for victim in victims.get(killed, [now.run, now.snakemake]):
-        victim.kill()
+    now.run.kill()
+    now.snakemake.kill()
     wait_for(lambda: not working(fake), 15)
-    _, err = child.communicate(timeout=20)
-    if killed == "Snakemake":
-        assert child.returncode == 4
-        assert "Snakemake itself was ended by SIGKILL" in err
-        assert "`rftfit run` goes on from there" in err
+    child.communicate(timeout=20)
     assert not (fake / "results/orphan.txt").exists()
     assert not (fake / "results/second.txt").exists()
-    # Snakemake clears its lock where it still can
-    locked = bool(list((fake / ".snakemake/locks").glob("*")))
-    assert locked == (killed != "rftfit run")
+    assert list((fake / ".snakemake/locks").glob("*"))
     (fake / "go").touch()
     out, err = rftfit_run(fake).communicate()
-    assert ("its lock is cleared" in err) == locked
+    assert "its lock is cleared" in err
     assert "[1/2] second" in out
     assert (fake / "results/second.txt").read_text(encoding="utf-8") == "done"
