@@ -110,7 +110,7 @@ def test_no_command_executes_what_lies_in_the_folder(
     words = [str(RFTFIT.with_name("snakemake")), *hand, "-f", "results/alpha_extended.csv"]
     done = subprocess.run(words, cwd=PROJECT, capture_output=True, text=True, check=False)
     assert (executed(marker), done.returncode) == ([], 0), done.stderr
-    assert "Nothing to do" in safe("run", *TARGETS)
+    assert "Nothing to do" in safe("run", "--dry-run", *TARGETS)
     safe("scale", "--alpha", "0.9")
     leg = ("--leg", "c_leg", "--output", "forces.csv")
     safe("predict", *leg, "--results", "results", "--medium", MEDIUM)

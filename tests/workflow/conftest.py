@@ -5,12 +5,19 @@ from __future__ import annotations
 import pytest
 from campaigns import Folder, make_campaign
 
+from rftfit.workflow.state import read_states
+
+LONGEST = ("", "glass0.3mm_CP", "palms29_sieved")
+"""Media with the longest titles: of the figures of one medium theirs are looked at, to see if texts have room."""
+
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     """All tables of the demonstration campaign but the robot's; `make run` draws and writes the rest."""
     folder = make_campaign(tmp_path_factory.mktemp("whole") / "campaign", robot=False)
     before = folder.raw_digests()
-    folder.run_here("workbooks")
+    drawn = read_states(folder.config)[0].figures
+    checked = [path.rpartition("/")[2] for path, (_, medium) in drawn.items() if medium in LONGEST]
+    folder.run_here("workbooks", checked=checked)
     assert folder.raw_digests() == before, "the workflow wrote into raw/"
     return folder

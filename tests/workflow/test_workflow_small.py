@@ -119,7 +119,7 @@ def again(
             patch.setattr(States, "of", plain)
 
         patch.setattr("jobs.do_job", alone)
-        other.run_here(made=small)
+        other.run_here(made=small, checked=())
     return other, seen
 
 
