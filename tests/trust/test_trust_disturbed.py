@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, 8
-SOME = FEW[::3]
+SOME = FEW[1::2]
 COMMON = ("lag=0.3", "turn=5", "power=1.25", "tare-bed=150")
 """Disturbances that move every campaign alike, large."""
 
