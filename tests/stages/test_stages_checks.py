@@ -121,7 +121,7 @@ def test_a_mistake_is_named_with_what_mends_it(
     if mistake is not None:
         mistake(lab, LUCK)
     table, alpha = judged(lab)
-    found = table.set_index("check").loc[check]
+    found: Any = table.set_index("check").loc[check]
     assert (found["verdict"], found["effect"]) == ("failed", effect)
     assert re.match(said, found["sentence"]), found["sentence"]
     assert alpha["checks"].str.contains(check).all()
@@ -129,19 +129,16 @@ def test_a_mistake_is_named_with_what_mends_it(
 
 
 def test_channels_that_end_below_their_range(lab: Written) -> None:
-    level = [row for row in plates(lab) if row["direction"] == "horizontal"]
     cut_runs = set()
 
-    def cut(log: np.ndarray) -> bool:
-        hit = np.abs(log[2:]).max() > 4
+    def cut(log: np.ndarray, run: str) -> None:
+        if np.abs(log[2:]).max() > 4:
+            cut_runs.add(run)
         log[2:] = log[2:].clip(-4, 4)
-        return bool(hit)
 
-    for row in level:
-        hits: list[bool] = []
-        change(lab, row["force_log"], lambda log, hits=hits: hits.append(cut(log)))
-        if hits[0]:
-            cut_runs.add(row["run_id"])
+    for row in plates(lab):
+        if row["direction"] == "horizontal":
+            change(lab, row["force_log"], partial(cut, run=row["run_id"]))
     table, alpha = judged(lab)
     found = table.set_index("check").loc["channels"]
     assert " stops at " in found["sentence"]
