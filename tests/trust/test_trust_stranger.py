@@ -104,7 +104,7 @@ def test_no_command_executes_what_lies_in_the_folder(
     safe("check")
     # an empty entry of PYTHONPATH is the current folder of each process: the campaign's, in jobs
     config = ("--config", str(root / "config/config.yaml"))
-    safe("run", *config, *TARGETS, cwd=tmp_path, PYTHONPATH=os.pathsep)
+    safe("run", *config, *TARGETS, cwd=tmp_path, PYTHONPATH=f"{os.pathsep}{PROJECT / 'src'}")
     # Snakemake started by hand, with nothing from `rftfit run`
     hand = ("--snakefile", str(PROJECT / "Snakefile"), "--directory", str(root), "--cores", "1")
     words = [str(RFTFIT.with_name("snakemake")), *hand, "-f", "results/alpha_extended.csv"]
