@@ -81,7 +81,7 @@ def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium: str) 
         ((0.30, 0.31, 0.29), []),
         ((0.30, 0.31, 0.60), ["r2"]),
         ((0.30, 0.10, 0.31), ["r1"]),
-        # 4.5 spreads of 5 % of 0.30 off, and 7
+        # 5.0 times 6 % of 0.30 off, and 7.8
         ((0.30, 0.30, 0.390), []),
         ((0.30, 0.30, 0.440), ["r2"]),
     ],
@@ -95,13 +95,29 @@ def test_one_of_three_repeats(values: tuple[float, ...], which: list[str]) -> No
     np.testing.assert_allclose(found["others_z_N_per_cm3"], others)
     largest = max(values)
     np.testing.assert_allclose(found["off_z_ratio"], (np.array(values) - others) / largest)
-    # fewer than 24 pairs: 5 % of alpha, and 5 % of that of the largest median, for run and median of two
-    spread = np.hypot(0.05 * 0.05 * np.median(values), 0.05 * np.array(others))
-    times = np.abs(np.array(values) - others) / (spread * math.sqrt(1 + 1.57 / 2))
+    # fewer than 24 runs: 6 % of alpha, and of 5 % of the largest
+    level = np.hypot(others, 0.05 * largest)
+    times = np.abs(np.array(values) - others) / level / 0.06
     np.testing.assert_allclose(found["times_spread"], times)
     assert apart(found) == {
         run: (values[at] - others[at], 0.0) for run in which for at in [int(run[1])]
     }
+
+
+@pytest.mark.parametrize("factor", [0.6, 1.4])
+def test_one_of_60_runs_is_off_by_two_fifths(factor: float) -> None:
+    """Beds differ by 5 %, of both components alike; by a tenth they may differ too."""
+    luck = np.random.default_rng(4)
+    beds = luck.normal(1, 0.05, 60)
+    for off, which in ((factor, ["r31"]), (1 + (factor - 1) / 4, [])):
+        beds[31] = off
+        cells = [cell for cell in published("poppy_LP")[:20] for _ in range(3)]
+        rows = [
+            (*cell[:2], *(bed * value for value in cell[2:]))
+            for cell, bed in zip(cells, beds, strict=True)
+        ]
+        found = compare_runs(fits(rows), "m")
+        assert found.loc[found["apart"], "run_id"].tolist() == which
 
 
 def test_too_few_runs_say_nothing() -> None:

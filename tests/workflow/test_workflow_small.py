@@ -38,8 +38,8 @@ UNREAD = {
     "ingest": {"raw"},
     # whether a run may lack a tare; here none does
     "tare": {"fit"},
-    # of fits by a power where stress is curved; of these media only a sand's is, which has no walls
-    "checks": {"container"},
+    # of fits by a power where stress is curved; of these media none is
+    "checks": {"container", "intruders"},
     # in-air runs that no leg names, of which this campaign has none, are read there
     "ledger": {"raw", "dialect", "force_log", "motion_log", "media"},
     # of the map, on which the robot runs where the table has holes; here it has none

@@ -188,7 +188,7 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path: Path) -> None:
         (0, 90, both, ",", slice(200)), (30, -45, both, ",", slice(201, 400)),
         (0, -90, there[::-1], ",", slice(200)), (60, 45, there, "yes,a stone", slice(200)),
     ):  # fmt: skip
-        alpha = np.where(np.arange(depth.size) < 200, 0.35, -0.05)
+        alpha = np.where((np.arange(depth.size) < 200) & (gamma > -90), 0.35, -0.05)
         stress = alpha * depth + random.normal(0, 0.02, depth.size)
         for d, one in zip(depth, stress, strict=True):
             lines.append(f"{beta},{gamma},{d:.6f},{one:.6f},0.01,{end}")
