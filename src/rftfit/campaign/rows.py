@@ -339,7 +339,7 @@ def read_columns(
     schema = replace(schema, file=file)
     problems: list[Problem] = []
     texts: dict[str, dict[str, int]] = {}
-    none = Rows.of([], schema, texts).columns
+    parts = [Rows.of([], schema, texts).columns]
     try:
         data = _long_text(path, schema)
         at = _behind_line(data, 0, _HEAD)
@@ -347,36 +347,25 @@ def read_columns(
         suffix = path.suffix.lower()
         table = _read_csv(data[:at].decode(), schema, suffix) if data else _read_table(path, schema)
         found, problems = _find_columns(table, schema)
-        part = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
-        most = part["row"].size + data.count(b"\n", at) + 1
-        columns = {name: np.empty(most, values.dtype) for name, values in none.items()}
-        filled = _fill(columns, 0, part)
+        parts.append(Rows.of(_drafts(table, found, schema, problems), schema, texts).columns)
         while at < len(data):
             block = data[at : (at := _behind_line(data, at, _BLOCK))]
-            quick = _quick(block, table, found, schema, texts)
-            if quick is None:
+            part = _quick(block, table, found, schema, texts)
+            if part is None:
                 table.rows = []
                 _take(table, block.decode(), schema)
-                quick = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
-            filled = _fill(columns, filled, quick)
+                part = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
+            parts.append(part)
             if at < len(data) and len(problems) > _MOST_NOTED:
                 allowed = "this put right first: the rows below were not looked at"
                 raise schema.refusal("many-problems", allowed, row=table.last)
     except CampaignError as error:
-        return Rows(none, texts), {}, [*problems, *error.problems]
+        return Rows(parts[0], texts), {}, [*problems, *error.problems]
     if table.last <= table.header_row:
         problems += schema.no_rows
-    columns = {name: values[:filled] for name, values in columns.items()}
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     names = {name: table.header[place] for name, (place, _) in found.items()}
     return Rows(columns, texts), names, problems
-
-
-def _fill(columns: dict[str, Any], start: int, part: dict[str, npt.NDArray[Any]]) -> int:
-    """Copy rows into columns; returns where the next ones begin."""
-    stop = start + part["row"].size
-    for name, values in part.items():
-        columns[name][start:stop] = values
-    return stop
 
 
 def _quick(
@@ -387,9 +376,9 @@ def _quick(
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
-    kinds = {"number": pa.float64()}
+    text = pa.dictionary(pa.int32(), pa.string())
     types = {
-        str(found[column.name][0]): kinds.get(column.form, pa.dictionary(pa.int32(), pa.string()))
+        str(found[column.name][0]): pa.float64() if column.form == "number" else text
         for column in schema.columns
         if column.name in found
     }
