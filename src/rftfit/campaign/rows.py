@@ -365,7 +365,8 @@ def read_columns(
         return Rows(parts[0], texts), {}, [*problems, *error.problems]
     if table.last <= table.header_row:
         problems += schema.no_rows
-    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    # the parts of a column are freed as soon as it is joined
+    columns = {name: np.concatenate([part.pop(name) for part in parts]) for name in [*parts[0]]}
     names = {name: table.header[place] for name, (place, _) in found.items()}
     return Rows(columns, texts), names, problems
 
