@@ -242,3 +242,14 @@ def test_init_says_how_it_reads_the_columns(
     assert "read as: beta in deg, gamma in deg, depth in cm, stress_z in N/cm^2" in told
     assert "raw/stress.csv, row 1, column run: this column is not read" in told
     assert reads == [source]
+
+
+@pytest.mark.parametrize("holds", ["stress", "alpha"])
+@pytest.mark.parametrize("content", ["beta,gamma".encode("utf-16"), b"\xd0\xcf\x11\xe0"])
+def test_no_campaign_is_made_of_a_file_that_cannot_be_read(
+    tmp_path: Path, holds: str, content: bytes
+) -> None:
+    source = tmp_path / "table.csv"
+    source.write_bytes(content)
+    assert main(["init", str(tmp_path / "c"), f"--{holds}-table", str(source)]) == 2
+    assert not (tmp_path / "c").exists()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rftfit.campaign.tables import TableRead
+
+_UNREADABLE = (".not-utf8", ".not-a-workbook", ".too-large", ".unreadable")
+"""Ends of codes of problems with a file of which nothing can be read."""
 
 
 def init_campaign(folder: Path) -> list[Path]:
@@ -70,6 +74,7 @@ def init_from_table(
 ) -> tuple[list[Path], TableRead]:
     """Write a campaign whose data are a table of stress or alpha, copied into its raw folder."""
     from rftfit.campaign.config import Table
+    from rftfit.campaign.problems import CampaignError, Place
     from rftfit.campaign.schema import json_schema, reference_markdown
     from rftfit.campaign.tables import read_pushes
 
@@ -77,6 +82,9 @@ def init_from_table(
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
     name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
     read = read_pushes(table, f"raw/{name}", Table(holds=holds), (), name)
+    if unreadable := [one for one in read.problems if one.code.endswith(_UNREADABLE)]:
+        where = Place(str(table), line=unreadable[0].place.line)
+        raise CampaignError([replace(unreadable[0], place=where)])
     cells: dict[str, set[tuple[float, float]]] = {key: set() for key in read.media}
     for push in read.pushes:
         cells[push.run.medium].add((push.run.beta_deg, push.run.gamma_deg))
