@@ -13,7 +13,7 @@ from rftfit import reference
 from rftfit.campaign.config import Config, Table
 from rftfit.campaign.load import check_campaign
 from rftfit.campaign.rows import read_columns
-from rftfit.campaign.tables import STRESS, media_of_blocks, other_sense, pushes_in, read_pushes
+from rftfit.campaign.tables import STRESS, other_sense, pushes_in, read_pushes
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -154,7 +154,8 @@ def test_blocks_of_table_s5(tmp_path: Path) -> None:
             sheet.append([])
     path = tmp_path / "s5.xlsx"
     book.save(path)
-    assert [key for key, _ in media_of_blocks(path)] == list(reference.MEDIA[:2])
+    found_media = read_pushes(path, path.name, Table(holds="alpha"), (), path.name).media
+    assert list(found_media) == list(reference.MEDIA[:2])
     pushes, problems = read(path, None, *reference.MEDIA[:2])
     assert not problems
     assert len(pushes) == 182

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,7 @@ import pytest
 from campaigns import Folder
 
 from rftfit.campaign.load import load_campaign
+from rftfit.campaign.rows import read_columns
 from rftfit.cli.main import main
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_table
@@ -223,11 +225,31 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path: Path) -> None:
 
 
 def test_init_says_how_it_reads_the_columns(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """And reads the table once: it may be long."""
+    reads: list[Path] = []
+
+    def counted(path: Path, *more: Any) -> Any:
+        reads.append(path)
+        return read_columns(path, *more)
+
+    monkeypatch.setattr("rftfit.campaign.tables.read_columns", counted)
     source = tmp_path / "stress.csv"
     source.write_text("beta,gamma,depth,stress_z,stress_x,run\n0,90,1,0.3,0,a\n", encoding="utf-8")
     assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
     told = capsys.readouterr().out
     assert "read as: beta in deg, gamma in deg, depth in cm, stress_z in N/cm^2" in told
-    assert "column run: this column is not read" in told
+    assert "raw/stress.csv, row 1, column run: this column is not read" in told
+    assert reads == [source]
+
+
+@pytest.mark.parametrize("holds", ["stress", "alpha"])
+@pytest.mark.parametrize("content", ["beta,gamma".encode("utf-16"), b"\xd0\xcf\x11\xe0"])
+def test_no_campaign_is_made_of_a_file_that_cannot_be_read(
+    tmp_path: Path, holds: str, content: bytes
+) -> None:
+    source = tmp_path / "table.csv"
+    source.write_bytes(content)
+    assert main(["init", str(tmp_path / "c"), f"--{holds}-table", str(source)]) == 2
+    assert not (tmp_path / "c").exists()

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.files import Entry
     from rftfit.campaign.schema import KeyPath
     from rftfit.campaign.sheet import Run
-    from rftfit.campaign.tables import Push
+    from rftfit.campaign.tables import Push, TableRead
 
 RESULTS = "results"
 _CONFIG = "config/config.yaml"
@@ -137,10 +137,12 @@ def load_campaign(config_path: Path) -> Campaign:
     return campaign
 
 
-def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
+def check_campaign(
+    config_path: Path, table: TableRead | None = None
+) -> tuple[Campaign | None, list[Problem]]:
     """Read a campaign and find everything that is wrong with it.
 
-    Returns None for the campaign when there is any error, and all problems: of the configuration in
+    `table`: What is in the campaign's table, where it was read before. Returns None for the campaign when there is any error, and all problems: of the configuration in
     the order of its lines, then of the run sheet in the order of its rows.
     """
     folder, root = Path(config_path).absolute().parent, root_of(config_path)
@@ -164,7 +166,7 @@ def check_campaign(config_path: Path) -> tuple[Campaign | None, list[Problem]]:
     of_sheet: list[Problem] = []
     pushes: list[Push] = []
     if sheet and file.model is not None and file.model.table is not None:
-        pushes, of_sheet = _read_table(file.model, root, raw, sheet)
+        pushes, of_sheet, *_ = table or _read_table(file.model, root, raw, sheet)
         runs = [push.run for push in pushes]
     elif sheet and not (isinstance(file.data, dict) and file.data.get("table")):
         runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs)

@@ -63,7 +63,7 @@ NO = ("no", "false", "0")
 COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
 _UNIT = re.compile(r"(.+?)(?:_([a-z]+)|\s*[\[(]\s*([a-z]+)\s*[\])])")
-_WORKBOOK = b"PK\x03\x04"
+WORKBOOK = b"PK\x03\x04"
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
 _ERROR_VALUES = ("#N/A", "#REF!", "#DIV/0!", "#NAME?", "#NULL!", "#NUM!", "#VALUE!")
 _DATES = (dt.date, dt.time, dt.timedelta)
@@ -80,6 +80,8 @@ _MERGED = re.compile(rb'<mergeCell ref="([A-Z]+)([0-9]+):([A-Z]+)([0-9]+)"')
 
 Form = Literal["name", "choice", "number", "path", "flag", "text"]
 Others = Literal["refused", "told", "left"]
+Line = tuple[int, list[str]]
+"""Number of a row, and its cells."""
 
 
 @dataclass(frozen=True)
@@ -339,7 +341,7 @@ def read_columns(
     schema = replace(schema, file=file)
     problems: list[Problem] = []
     texts: dict[str, dict[str, int]] = {}
-    none = Rows.of([], schema, texts).columns
+    parts = [Rows.of([], schema, texts).columns]
     try:
         data = _long_text(path, schema)
         at = _behind_line(data, 0, _HEAD)
@@ -347,36 +349,26 @@ def read_columns(
         suffix = path.suffix.lower()
         table = _read_csv(data[:at].decode(), schema, suffix) if data else _read_table(path, schema)
         found, problems = _find_columns(table, schema)
-        part = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
-        most = part["row"].size + data.count(b"\n", at) + 1
-        columns = {name: np.empty(most, values.dtype) for name, values in none.items()}
-        filled = _fill(columns, 0, part)
+        parts.append(Rows.of(_drafts(table, found, schema, problems), schema, texts).columns)
         while at < len(data):
             block = data[at : (at := _behind_line(data, at, _BLOCK))]
-            quick = _quick(block, table, found, schema, texts)
-            if quick is None:
+            part = _quick(block, table, found, schema, texts)
+            if part is None:
                 table.rows = []
                 _take(table, block.decode(), schema)
-                quick = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
-            filled = _fill(columns, filled, quick)
+                part = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
+            parts.append(part)
             if at < len(data) and len(problems) > _MOST_NOTED:
                 allowed = "this put right first: the rows below were not looked at"
                 raise schema.refusal("many-problems", allowed, row=table.last)
     except CampaignError as error:
-        return Rows(none, texts), {}, [*problems, *error.problems]
+        return Rows(parts[0], texts), {}, [*problems, *error.problems]
     if table.last <= table.header_row:
         problems += schema.no_rows
-    columns = {name: values[:filled] for name, values in columns.items()}
+    # the parts of a column are freed as soon as it is joined
+    columns = {name: np.concatenate([part.pop(name) for part in parts]) for name in [*parts[0]]}
     names = {name: table.header[place] for name, (place, _) in found.items()}
     return Rows(columns, texts), names, problems
-
-
-def _fill(columns: dict[str, Any], start: int, part: dict[str, npt.NDArray[Any]]) -> int:
-    """Copy rows into columns; returns where the next ones begin."""
-    stop = start + part["row"].size
-    for name, values in part.items():
-        columns[name][start:stop] = values
-    return stop
 
 
 def _quick(
@@ -387,9 +379,9 @@ def _quick(
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
-    kinds = {"number": pa.float64()}
+    word = pa.dictionary(pa.int32(), pa.string())
     types = {
-        str(found[column.name][0]): kinds.get(column.form, pa.dictionary(pa.int32(), pa.string()))
+        str(found[column.name][0]): pa.float64() if column.form == "number" else word
         for column in schema.columns
         if column.name in found
     }
@@ -555,7 +547,7 @@ class _Table:
     """Header and rows as text, without blank rows; `_bad_cell` of those that are, by row and position."""
 
     header: list[str] = field(default_factory=list)
-    rows: list[tuple[int, list[str]]] = field(default_factory=list)
+    rows: list[Line] = field(default_factory=list)
     bad: dict[tuple[int, int], tuple[str, str]] = field(default_factory=dict)
     header_row: int = 1
     last: int = 0
@@ -653,7 +645,7 @@ def _check_beyond(draft: DraftRow, header: Sequence[str], cells: Sequence[str]) 
 def _read_table(path: Path, schema: Schema) -> _Table:
     data = read_bytes(path, schema.file, schema.area, MAX_BYTES)
     suffix = path.suffix.lower()
-    if data.startswith(_WORKBOOK):
+    if data.startswith(WORKBOOK):
         return _read_workbook(data, schema)
     if data.startswith(_OLD_WORKBOOK):
         allowed = "csv, tsv or xlsx; this is an old or encrypted workbook: save it as .xlsx"
@@ -673,7 +665,7 @@ def _long_text(path: Path, schema: Schema) -> bytes:
     """UTF-8 of a csv that is read by columns, its line ends line feeds; nothing of a workbook."""
     cure = "leave out columns that are not needed, keep every tenth row, or part the table by media"
     data = read_bytes(path, schema.file, schema.area, MAX_TEXT, cure)
-    if path.suffix.lower() in (".xlsx", ".xlsm") or data.startswith((_WORKBOOK, _OLD_WORKBOOK)):
+    if path.suffix.lower() in (".xlsx", ".xlsm") or data.startswith((WORKBOOK, _OLD_WORKBOOK)):
         return b""
     plain = data.isascii() and b"\r" not in data
     return data if plain else decode(data, schema.file, schema.area).encode()
@@ -751,7 +743,7 @@ def _read_workbook(data: bytes, schema: Schema) -> _Table:
     return table
 
 
-def sheet_rows(data: bytes, schema: Schema) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:
+def sheet_rows(data: bytes, schema: Schema) -> Iterator[tuple[str, list[Line]]]:
     """Every sheet of a workbook: its name, and its rows that are not blank, by number, as text."""
     with _workbook_errors(schema):
         _check_archive(data, schema)

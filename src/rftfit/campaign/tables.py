@@ -16,6 +16,7 @@ from rftfit.campaign.problems import CampaignError, Place, Problem, listed
 from rftfit.campaign.rows import (
     BAD,
     MAX_BYTES,
+    WORKBOOK,
     Column,
     DraftRow,
     Rows,
@@ -26,14 +27,17 @@ from rftfit.campaign.rows import (
 from rftfit.campaign.sheet import Run, check_excluded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
     import numpy as np
     import numpy.typing as npt
     import pandas as pd
 
+    from rftfit.campaign.rows import Line
+
     FloatArray = npt.NDArray[np.float64]
+    _Grid = tuple[str, list[Line]]
 
 _ANGLES = tuple(
     Column(f"{name}_deg", "number", meaning, unit="degrees", also=(name,))
@@ -109,12 +113,12 @@ class Push:
 
 
 class TableRead(NamedTuple):
-    """What a table holds: its runs, by run_id, what is wrong with it, and how it names columns and media."""
+    """What a table holds: its runs, by run_id, what is wrong with it, titles of media by key, units of columns, in words."""
 
     pushes: list[Push]
     problems: list[Problem]
-    names: dict[str, str]
-    media: tuple[str, ...]
+    media: dict[str, str]
+    units: str
 
 
 def read_pushes(
@@ -125,11 +129,12 @@ def read_pushes(
     `file`: Its name for messages; `media`: those of the config, default: what the table names;
     `within`: relative to the raw folder; `tolerance`, deg: angles so near to 90 are 90.
     """
-    known = tuple(media)
     schema = replace(_named(STRESS if table.holds == "stress" else ALPHA, table), file=file)
     problems: list[Problem] = []
     names: dict[str, str] = {}
-    drafts = _blocks(path, schema, known, problems) if table.holds == "alpha" else None
+    grids = _grids(path, schema) if table.holds == "alpha" else []
+    titles = {key: key for key in media} or _media_of(grids)
+    drafts = _blocks(grids, schema, tuple(titles), problems)
     if drafts is None:
         rows, names, problems = read_columns(path, schema, file)
         for ours, theirs in table.columns.items() if names else ():
@@ -140,8 +145,9 @@ def read_pushes(
     else:
         schema = replace(schema, columns=(*schema.columns, _RUN_ID))
         rows = Rows.of(drafts, schema, {})
-    known = known or tuple(one for one in rows.texts["medium"] if one not in ("", BAD))
-    known = known or (key_of(path.stem) or "medium",)
+    named = [one for one in rows.texts["medium"] if one not in ("", BAD)]
+    titles = titles or {key: key for key in named or [key_of(path.stem) or "medium"]}
+    known = tuple(titles)
     checked = _Checked(rows, schema, problems)
     checked.measures(table, tolerance)
     checked.media(known)
@@ -153,15 +159,10 @@ def read_pushes(
             for one in pushes
         ]
     problems.sort(key=lambda one: one.place.row or 0)
-    return TableRead(sorted(pushes, key=lambda one: one.run.run_id), problems, names, known)
-
-
-def read_as(table: Table, names: Mapping[str, str]) -> str:
-    """Say in which units the columns of a table are read."""
     units = _units(table)
-    return ", ".join(
-        f"{theirs} in {units[ours][0]}" for ours, theirs in names.items() if ours in units
-    )
+    read_as = [f"{theirs} in {units[ours][0]}" for ours, theirs in names.items() if ours in units]
+    pushes = sorted(pushes, key=lambda one: one.run.run_id)
+    return TableRead(pushes, problems, titles, ", ".join(read_as))
 
 
 def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
@@ -249,10 +250,8 @@ class _Checked:
         if table.angle_unit == "deg" and largest <= LARGEST_RAD and np.unique(angles).size > 1:
             found = f"no angle larger than {largest:g}"
             allowed = "degrees; looks like rad: set angle_unit: rad in `table` of the config"
-            code, place = (
-                f"{self.schema.area}.looks-like-rad",
-                Place(self.schema.file, column="gamma_deg"),
-            )
+            code = f"{self.schema.area}.looks-like-rad"
+            place = Place(self.schema.file, column="gamma_deg")
             self.problems.append(Problem(code, place, found, allowed))
         for name, (unit, scale) in _units(table).items():
             if name not in columns:
@@ -264,9 +263,8 @@ class _Checked:
             elif name in ("beta_deg", "gamma_deg"):
                 upright = np.abs(np.abs(values) - 90 / scale) <= tolerance / scale + 1e-6
                 allowed = f"-{90 / scale:.3g} to {90 / scale:.3g} {unit}"
-                self.note(
-                    (np.abs(values) > 90 / scale) & ~upright, name, "out-of-range", "{:g}", allowed
-                )
+                beyond = (np.abs(values) > 90 / scale) & ~upright
+                self.note(beyond, name, "out-of-range", "{:g}", allowed)
                 values = np.where(upright, np.copysign(90 / scale, values), values)
             columns[name] = values if scale == 1 else values * scale
         if "n" in columns:
@@ -451,7 +449,7 @@ _COMPONENT = re.compile(
 
 
 def _blocks(
-    path: Path, schema: Schema, media: tuple[str, ...], problems: list[Problem]
+    grids: list[_Grid], schema: Schema, media: tuple[str, ...], problems: list[Problem]
 ) -> list[DraftRow] | None:
     """Rows of a table in blocks; None where the file is a long table.
 
@@ -460,10 +458,6 @@ def _blocks(
     says whose blocks follow.
     """
     found: dict[tuple[str, float, float], DraftRow] = {}
-    try:
-        grids = list(_grids(path, schema))
-    except CampaignError:
-        return None  # the reader of long tables says why
     for sheet, rows in grids:
         medium = next((one for one in media if one == key_of(sheet)), "")
         component: str = ""
@@ -513,10 +507,9 @@ def key_of(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "_", name.strip()).strip("_.-")[:64]
 
 
-def media_of_blocks(path: Path) -> list[tuple[str, str]]:
-    """Keys and titles of the media whose blocks a table holds, in its order; none of a long table."""
+def _media_of(grids: list[_Grid]) -> dict[str, str]:
+    """Titles by key of the media whose blocks a table holds, in its order; none of a long table."""
     found: dict[str, str] = {}
-    grids = list(_grids(path, replace(ALPHA, file=path.name)))
     for sheet, rows in grids:
         if not _components(rows):
             continue
@@ -526,10 +519,10 @@ def media_of_blocks(path: Path) -> list[tuple[str, str]]:
             named = [sheet]
         found |= {key_of(one): one.strip() for one in named}
     found.pop("", None)
-    return list(found.items())
+    return found
 
 
-def _components(rows: list[tuple[int, list[str]]]) -> dict[int, str]:
+def _components(rows: list[Line]) -> dict[int, str]:
     """Component that each head of a block in a sheet names, by its row; of two blocks without, z and x."""
     heads = {number: row[0].strip() for number, row in rows}
     named = {
@@ -547,19 +540,17 @@ def _components(rows: list[tuple[int, list[str]]]) -> dict[int, str]:
     return named or (dict(zip(corners, "zx", strict=True)) if len(corners) == 2 else {})
 
 
-def _grids(path: Path, schema: Schema) -> Iterator[tuple[str, list[tuple[int, list[str]]]]]:
-    """Name of each sheet of a table, and its rows that are not blank, by number."""
-    data = read_bytes(path, schema.file, schema.area, MAX_BYTES)
-    if data.startswith(b"PK\x03\x04"):
-        yield from sheet_rows(data, schema)
-        return
-    text = decode(data, schema.file, schema.area)
-    delimiter = max(",;\t", key=text.count)
-    lines = csv.reader(io.StringIO(text), delimiter=delimiter)
+def _grids(path: Path, schema: Schema) -> list[_Grid]:
+    """Name of each sheet of a table, and its rows that are not blank; nothing of what cannot be read."""
     try:
-        yield path.stem, [(number, row) for number, row in enumerate(lines, start=1) if any(row)]
-    except csv.Error:
-        return
+        data = read_bytes(path, schema.file, schema.area, MAX_BYTES)
+        if data.startswith(WORKBOOK):
+            return list(sheet_rows(data, schema))
+        text = decode(data, schema.file, schema.area)
+        lines = csv.reader(io.StringIO(text), delimiter=max(",;\t", key=text.count))
+        return [(path.stem, [(number, row) for number, row in enumerate(lines, 1) if any(row)])]
+    except (CampaignError, csv.Error):
+        return []  # the reader of long tables says why
 
 
 def _float(text: str) -> float | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -17,11 +18,16 @@ from rftfit.errors import InputError
 from rftfit.store import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Mapping
+
+    from rftfit.campaign.tables import TableRead
+
+_UNREADABLE = (".not-utf8", ".not-a-workbook", ".too-large", ".unreadable")
+"""Ends of codes of problems with a file of which nothing can be read."""
 
 
 def init_campaign(folder: Path) -> list[Path]:
-    """Write the files of a new campaign and list them; nothing that is there is overwritten."""
+    """Write the files of a new campaign and list them."""
     # pydantic is slow to import
     from rftfit.campaign.columns import COLUMNS
     from rftfit.campaign.schema import json_schema, reference_markdown
@@ -36,13 +42,12 @@ def init_campaign(folder: Path) -> list[Path]:
         "config/runs.csv": header + "\n",
         "config/config.yaml": _template("config.yaml"),
     }
-    _refuse_overwriting(folder, texts)
-    for name, text in texts.items():
-        write_text(folder / name, text)
-    return [folder / name for name in texts]
+    return _write(folder, texts, {})
 
 
-def _refuse_overwriting(folder: Path, names: Iterable[str]) -> None:
+def _write(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -> list[Path]:
+    """Copy and write files by name into a folder and list them; nothing that is there is overwritten."""
+    names = [*copied, *texts]
     if os.path.lexists(folder) and not folder.is_dir():
         raise InputError(f"{folder}: this is not a folder; name a new one or one that exists")
     # lexists: a link that leads nowhere is there too
@@ -52,6 +57,12 @@ def _refuse_overwriting(folder: Path, names: Iterable[str]) -> None:
             f"{folder}: {', '.join(there)} would be overwritten, so nothing was written; name a "
             "new folder or move these files away"
         )
+    for name, source in copied.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, folder / name)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return [folder / name for name in names]
 
 
 def _template(name: str) -> str:
@@ -60,38 +71,31 @@ def _template(name: str) -> str:
 
 def init_from_table(
     folder: Path, table: Path, holds: Literal["stress", "alpha"]
-) -> tuple[list[Path], str]:
-    """Write a campaign whose data are a table of stress or alpha, copied into its raw folder.
-
-    Returns the files, and how the columns of the table are read.
-    """
+) -> tuple[list[Path], TableRead]:
+    """Write a campaign whose data are a table of stress or alpha, copied into its raw folder."""
     from rftfit.campaign.config import Table
+    from rftfit.campaign.problems import CampaignError, Place
     from rftfit.campaign.schema import json_schema, reference_markdown
-    from rftfit.campaign.tables import media_of_blocks, read_as, read_pushes
+    from rftfit.campaign.tables import read_pushes
 
     if not table.is_file():
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
     name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
-    titles = dict(media_of_blocks(table) if holds == "alpha" else ())
-    form = Table(holds=holds)
-    pushes, _, names, keys = read_pushes(table, table.name, form, titles, table.name)
-    cells = {
-        key: {(p.run.beta_deg, p.run.gamma_deg) for p in pushes if p.run.medium == key}
-        for key in keys
-    }
-    media = "\n".join(_medium(key, titles.get(key, key), cells[key]) for key in keys)
+    read = read_pushes(table, f"raw/{name}", Table(holds=holds), (), name)
+    if unreadable := [one for one in read.problems if one.code.endswith(_UNREADABLE)]:
+        where = Place(str(table), line=unreadable[0].place.line)
+        raise CampaignError([replace(unreadable[0], place=where)])
+    cells: dict[str, set[tuple[float, float]]] = {key: set() for key in read.media}
+    for push in read.pushes:
+        cells[push.run.medium].add((push.run.beta_deg, push.run.gamma_deg))
+    media = "\n".join(_medium(key, title, cells[key]) for key, title in read.media.items())
     config = _template("table.yaml").replace("@FILE@", f"raw/{name}").replace("@HOLDS@", holds)
     texts = {
         "config/README.md": reference_markdown(),
         "config/config.schema.json": json_schema(),
         "config/config.yaml": config.replace("@MEDIA@", media),
     }
-    _refuse_overwriting(folder, [f"raw/{name}", *texts])
-    (folder / "raw").mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(table, folder / "raw" / name)
-    for path, text in texts.items():
-        write_text(folder / path, text)
-    return [folder / path for path in (f"raw/{name}", *texts)], read_as(form, names)
+    return _write(folder, texts, {f"raw/{name}": table}), read
 
 
 def _medium(key: str, title: str, cells: set[tuple[float, float]]) -> str:
@@ -126,7 +130,7 @@ def init(
         raise InputError("--stress-table and --alpha-table: a campaign is one table, not two")
     table = stress_table or alpha_table
     if table:
-        written, how = init_from_table(folder, table, "stress" if stress_table else "alpha")
+        written, read = init_from_table(folder, table, "stress" if stress_table else "alpha")
     else:
         written = init_campaign(folder)
     say(f"A new campaign is in {folder}:")
@@ -136,8 +140,8 @@ def init(
     # as it can be pasted into a shell, also with blanks
     shown = f'"{folder}"' if " " in str(folder) else str(folder)
     if table:
-        say(f"read as: {how}\n" if how else "")
-        _say_next_of_table(folder, shown)
+        say(f"read as: {read.units}\n" if read.units else "")
+        _say_next_of_table(folder, shown, read)
         return
     say("Next:")
     say(f"  1. describe transducer, arm, intruders and media in {folder / 'config/config.yaml'}")
@@ -146,11 +150,11 @@ def init(
     say(f"  3. cd {shown}, then rftfit check until all is well, then rftfit run")
 
 
-def _say_next_of_table(folder: Path, shown: str) -> None:
+def _say_next_of_table(folder: Path, shown: str, read: TableRead) -> None:
     from rftfit.campaign.load import check_campaign
     from rftfit.cli.check import summary
 
-    campaign, problems = check_campaign(folder / "config/config.yaml")
+    campaign, problems = check_campaign(folder / "config/config.yaml", read)
     for problem in problems[:20]:
         say(f"  {problem}")
     if campaign is not None:

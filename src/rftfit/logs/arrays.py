@@ -78,9 +78,9 @@ class ArraysReader(RatedReader):
 
     def _log(self, path: Path, found: dict[str, Column], others: list[str]) -> Log:
         names, in_names = names_and_units(found)
-        pairs = zip(found.values(), in_names, strict=True)
-        units = [stated or unit for (_, stated), unit in pairs]
-        columns = dict(zip(names, (values for values, _ in found.values()), strict=True))
+        columns, units = {}, {}
+        for name, unit, (values, stated) in zip(names, in_names, found.values(), strict=True):
+            columns[name], units[name] = values, stated or unit
         if not columns:
             listed = f"; found {', '.join(others)}: save plain arrays" if others else ""
             raise LogError(
@@ -101,11 +101,11 @@ class ArraysReader(RatedReader):
             )
         notes += [f"arrays of another length, left out: {', '.join(others)}"] if others else []
         kept = {n: columns[n].astype(float, copy=False) for n, k in sizes.items() if k == size}
-        stated = {name: unit for name, unit in zip(names, units, strict=True) if name in kept}
+        units = {name: units[name] for name in kept}
         if self._rate and "time" not in kept:
-            kept, stated = {"time": np.arange(size) / self._rate, **kept}, {"time": "s", **stated}
+            kept, units = {"time": np.arange(size) / self._rate, **kept}, {"time": "s", **units}
             notes.append(f"time is the place in the array / {self._rate:g} Hz (the config)")
-        return Log(path, kept, stated, size, notes=tuple(notes)).finite()
+        return Log(path, kept, units, size, notes=tuple(notes)).finite()
 
 
 def _columns(path: Path, head: bytes) -> Found:

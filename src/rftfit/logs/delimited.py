@@ -71,20 +71,17 @@ class DelimitedReader(TextReader):
         skipped, lines = every[: text.skip_lines], every[text.skip_lines :]
         lines = [line for line in lines if _counts(line, text.comment)]
         start = skipped[-1].stop if skipped else 0
-        given: list[str] = []
-        below: list[str] = []
-        if text.names:
-            if not lines or not lines[0].whole:
-                raise ValueError(
-                    f"no row of names below the first {text.skip_lines} lines (skip_lines)"
-                )
-            start = lines[0].stop
-            given = _cells(lines.pop(0), delimiter)
-        if text.units:
-            if not lines or not lines[0].whole:
-                raise ValueError("no row of units below the row of names (units: true)")
-            start = lines[0].stop
-            below = _cells(lines.pop(0), delimiter)
+        where = f"names below the first {text.skip_lines} lines (skip_lines)"
+        header: list[list[str]] = []
+        for wanted, what in (
+            (text.names, where),
+            (text.units, "units below the row of names (units: true)"),
+        ):
+            if wanted and not (lines and lines[0].whole):
+                raise ValueError(f"no row of {what}")
+            start = lines[0].stop if wanted else start
+            header.append(_cells(lines.pop(0), delimiter) if wanted else [])
+        given, below = header
         rows = [_cells(line, delimiter) for line in lines[:_KIND_LINES] if line.whole]
         width = _width(rows, len(given), len(given) - bool(given and not given[-1].strip()))
         names, units = names_and_units([*given, *[""] * (width - len(given))][:width], below)
@@ -107,22 +104,15 @@ class DelimitedReader(TextReader):
                 columns[name] = clocks[name].follow(columns[name])
             return {**columns, "time": index / rate} if rate else columns
 
-        return Plan(
-            Layout(
-                names,
-                seen.kinds,
-                delimiter,
-                text.decimal,
-                quote=delimiter != " ",
-                comment=text.comment,
-                dates=seen.dates,
-            ),
-            dict(zip(names, units, strict=True)),
-            start,
-            derive if rate or clocks else None,
-            notes=tuple(notes),
-            unread={n: why for n, why in seen.unread.items() if n != "time" or not rate},
-        )
+        layout = Layout(
+            names, seen.kinds, delimiter, text.decimal, quote=delimiter != " ", comment=text.comment,
+            dates=seen.dates,
+        )  # fmt: skip
+        if rate:
+            seen.unread.pop("time", None)
+        derived = derive if rate or clocks else None
+        stated = dict(zip(names, units, strict=True))
+        return Plan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
 
 
 def _counts(line: Line, comment: str) -> bool:
@@ -174,26 +164,29 @@ def looked_at(
         cells = cells_of(line.text, delimiter) or []
         if len(cells) == len(names) and line.whole:
             table.append([cell.strip() for cell in cells])
-    seen = Seen(tuple[Kind, ...](["number"] * len(names)), {}, dates, {})
     kinds: list[Kind] = []
+    first_stamps: dict[str, str] = {}
+    unread: dict[str, str] = {}
     for name, column in zip(names, zip(*table, strict=True), strict=False):
-        cells = list(column)
-        numbers = sum(bool(_NUMBERS[decimal].fullmatch(cell)) for cell in cells)
-        stamps = list(filter(is_stamp, cells)) if numbers * 2 <= len(table) else []
+        if sum(bool(_NUMBERS[decimal].fullmatch(cell)) for cell in column) * 2 > len(table):
+            kinds.append("number")
+            continue
+        stamps = list(filter(is_stamp, column))
         timed = len(stamps) * 2 > len(table)
-        order = seen.dates or order_of(stamps)
+        order = dates or order_of(stamps)
         if timed and order:
-            seen = seen._replace(dates=order)
-            seen.stamps[name] = stamps[0]
-        elif numbers * 2 <= len(table):
-            why = "day or month first? `dates` says it" if timed else "no number and no time"
-            first = next(filter(None, cells), "")
-            if first or not name.startswith("column "):
-                seen.unread[name] = f"{first!r} ({why})" if first else "no value in the first rows"
-        number = numbers * 2 > len(table)
-        kinds.append("number" if number else "stamp" if name in seen.stamps else "skip")
+            kinds.append("stamp")
+            first_stamps[name], dates = stamps[0], order
+            continue
+        kinds.append("skip")
+        why = "day or month first? `dates` says it" if timed else "no number and no time"
+        first = next(filter(None, column), "")
+        if first or not name.startswith("column "):
+            unread[name] = f"{first!r} ({why})" if first else "no value in the first rows"
+    if "number" in kinds:
+        return Seen(tuple(kinds), first_stamps, dates, unread)
     # where no column holds numbers, none is left out: each row then says what is wrong with it
-    return seen._replace(kinds=tuple(kinds)) if "number" in kinds else Seen(seen.kinds, {}, "", {})
+    return Seen(tuple[Kind, ...](["number"] * len(names)), {}, "", {})
 
 
 # --- What an unknown text looks like

@@ -273,8 +273,6 @@ class ParquetReader(Reader):
     def _batches(self, path: Path) -> Iterator[Log]:
         import pyarrow.parquet as pq
 
-        if not path.is_file():
-            raise LogError("missing", f"{path}: log missing")
         with path.open("rb") as opened, pq.ParquetFile(opened) as file:
             chosen = _fields(file.schema_arrow)
             wanted = self.wanted([name for name, _ in chosen.values()])

@@ -54,11 +54,15 @@ _BETWEEN = re.compile(r"\s*[_/,]\s*|\s+")
 _POWER = re.compile(r"(\^-?\d|[²³⁻¹]+|(?<=[a-z])-?[234])$")
 
 
+def _bare(text: str) -> str:
+    """Take a unit out of its brackets."""
+    text = text.strip()
+    return text[1:-1].strip() if text[:1] in "([" and text[-1:] in ")]" else text
+
+
 def unit_word(text: str) -> str:
     """Return a unit in the program's own spelling; unknown ones as they are, ``?`` as nothing."""
-    text = text.strip()
-    if text[:1] in "([" and text[-1:] in ")]":
-        text = text[1:-1].strip()
+    text = _bare(text)
     if text in {"?", "-", "--", "1", "n/a", "none", "None"}:
         return ""
     if text in _EXACT:
@@ -69,9 +73,7 @@ def unit_word(text: str) -> str:
 
 def known_unit(text: str) -> bool:
     """Tell whether a text is the spelling of a unit that this module knows, or made of such ones."""
-    text = text.strip()
-    if text[:1] in "([" and text[-1:] in ")]":
-        text = text[1:-1].strip()
+    text = _bare(text)
     if unit_word(text) in _SPELLINGS:
         return True
     parts = [_POWER.sub("", part) for part in re.split(r"[\s·⋅\u00d7*/.]+", text.replace("µ", "u"))]
@@ -105,14 +107,11 @@ def is_units_row(cells: Sequence[str], width: int) -> bool:
     filled = [cell.strip() for cell in cells if cell.strip()]
     if not filled or not width - 1 <= len(cells) <= width + 1:
         return False
-    known = [known_unit(cell) for cell in filled]
-    short = all(
-        there or (len(cell) <= _LONGEST and not any(map(str.isdigit, cell)))
-        for cell, there in zip(filled, known, strict=True)
-    )
-    return all(_BRACKETED.fullmatch(cell) for cell in filled) or (
-        short and sum(known) * 2 > len(filled) and len(filled) * 2 > width
-    )
+    if all(_BRACKETED.fullmatch(cell) for cell in filled):
+        return True
+    others = [cell for cell in filled if not known_unit(cell)]
+    short = all(len(cell) <= _LONGEST and not any(map(str.isdigit, cell)) for cell in others)
+    return short and len(others) * 2 < len(filled) and len(filled) * 2 > width
 
 
 def unique(names: list[str]) -> tuple[str, ...]:
