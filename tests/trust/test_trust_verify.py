@@ -303,7 +303,7 @@ def test_diff_of_two_folders_of_results(checked: Checked, tmp_path: Path) -> Non
     """One changed log: which alpha moved, by how much, and because of what."""
     first = tmp_path / "before"
     shutil.copytree(checked.root / "results", first)
-    assert compare(first, checked.root) == Comparison([], [], [], [])
+    assert compare(first, checked.root) == Comparison([], [], [], [], {})
     second = tmp_path / "after"
     shutil.copytree(checked.root / "results", second)
     table = pd.read_csv(second / "alpha" / "yuma.csv")

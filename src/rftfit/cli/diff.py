@@ -25,17 +25,20 @@ def diff(
 ) -> None:
     """Compare two folders of results: alpha, coefficients, zeta and peaks of legs.
 
-    A change is counted in half widths of the first interval; numbers without one come last. Logs, rows of the run sheet, settings,
+    A change is counted in half widths of the first interval. zeta and alpha_z(0, 90 deg) come first, numbers without an interval last. Logs, rows of the run sheet, settings,
     code and versions that are different are listed: one of them is the cause.
     """
     from rftfit.workflow.diff import compare
+    from rftfit.workflow.provenance import lines_of
 
     found = compare(first, second)
     differences, changes = found.numbers, found.changes
+    most = 10**9 if all_ else _MOST
     if as_json:
         changed, because = ([vars(one) for one in part] for part in (differences, changes))
         facts = {"changed": changed, "because": because, "only_in_one": found.alone}
-        say(json_text(facts | {"not_as_recorded": found.unrecorded}))
+        later = {str(folder): what for folder, what in found.since.items()}
+        say(json_text(facts | {"not_as_recorded": found.unrecorded, "since_the_record": later}))
         return
     if not differences:
         say("No alpha, coefficient, zeta or peak is different.")
@@ -44,22 +47,28 @@ def diff(
         say(
             f"{count(len(differences), 'number')} changed, in {', '.join(files)}; the largest first:"
         )
-        shown = differences if all_ else differences[:_MOST]
         rows = [
             [one.file, one.row, one.quantity, f"{one.was:.6g}", f"{one.now:.6g}",
              f"{one.half_widths:.2g}" if math.isfinite(one.half_widths) else ""]
-            for one in shown
+            for one in differences[:most]
         ]  # fmt: skip
         say(table(["table", "row", "quantity", "A", "B", "half widths"], rows))
-        if len(differences) > len(shown):
-            say(f"  and {len(differences) - len(shown)} more (--all lists them)")
+        if len(differences) > most:
+            say(f"  and {len(differences) - most} more (--all lists them)")
     for name in found.alone:
         say(f"Only in one of them: {name}")
     for path in found.unrecorded:
         say(f"Not as recorded (edited, or its run was not finished): {path}")
-    recorded = "By their records, what" if found.unrecorded else "What"
-    say(f"{recorded} they were made from {'differs in:' if changes else 'is the same.'}")
-    for change in changes if all_ else changes[:_MOST]:
-        say(f"  {change}")
-    if not all_ and len(changes) > _MOST:
-        say(f"  and {len(changes) - _MOST} more (--all lists them)")
+    for folder, what in found.since.items():
+        say(f"Made further after the last whole run of {folder}, with other {', '.join(what)}.")
+    sure = not found.unrecorded and not found.since
+    if changes or sure:
+        said = "differs in:" if changes else "is the same."
+        say(f"{'What' if sure else 'By their records, what'} they were made from {said}")
+    else:
+        say("What they were made from is not in their records; a whole `rftfit run` writes it.")
+    lines = [str(one) for one in changes] if all_ else lines_of(changes)
+    for line in lines[:most]:
+        say(f"  {line}")
+    if len(lines) > most:
+        say(f"  and {len(lines) - most} more (--all lists them)")

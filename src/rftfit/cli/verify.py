@@ -40,7 +40,13 @@ def verify(
     exit code 5 when anything differs.
     """
     from rftfit.results import FOLDER
-    from rftfit.workflow.provenance import RECORD, changes_between, present_state, read_state
+    from rftfit.workflow.provenance import (
+        RECORD,
+        changes_between,
+        lines_of,
+        present_state,
+        read_state,
+    )
     from rftfit.workflow.records import Recorded
     from rftfit.workflow.state import read_states
 
@@ -66,7 +72,8 @@ def verify(
         for name in chosen:
             say("\n".join(_chain(now, name, stale, most)))
             say()
-        _say_some([f"Changed: {change}." for change in changes], most, "more changes")
+        lines = map(str, changes) if all_ else lines_of(changes)
+        _say_some([f"Changed: {line}." for line in lines], most, "more changes")
         if findings or differ:
             _say_some(why, most, "more")
             say(

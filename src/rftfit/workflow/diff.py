@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from rftfit.outputs.dictionary import describe
 from rftfit.results import FOLDER, Tables
 from rftfit.store.digests import sha256_of
 from rftfit.workflow.provenance import Change, changes_between, read_state
+from rftfit.workflow.records import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,15 +49,17 @@ class Difference:
 class Comparison:
     """What two folders of results differ in.
 
-    `numbers`: Those with an interval first, the largest change first. `changes`: In logs, runs, settings,
-    code and versions. `alone`: Tables that only one folder has. `unrecorded`: Tables that are not as the
-    record of their folder says, so that it does not tell what they were made from.
+    `numbers`: zeta and alpha_z(0, 90 deg) first, then those with an interval, the largest change first.
+    `changes`: In logs, runs, settings, code and versions. `alone`: Tables that only one folder has.
+    `unrecorded`: Tables that are not as the record of their folder says, so that it does not tell what they were
+    made from. `since`: What jobs of a folder were done with that is not as in its record: rows, logs, settings, code.
     """
 
     numbers: list[Difference]
     changes: list[Change]
     alone: list[str]
     unrecorded: list[Path]
+    since: dict[Path, list[str]]
 
 
 def compare(first: Path, second: Path) -> Comparison:
@@ -72,19 +75,33 @@ def compare(first: Path, second: Path) -> Comparison:
     for name, keys in sorted(compared.items()):
         if name in names[0] and name in names[1]:
             found += _differences(name, Tables(one).table(name), Tables(other).table(name), keys)
-    found.sort(key=lambda one: (np.isnan(one.half_widths), -_size(one)))
+    found.sort(key=lambda one: (not _is_head(one), np.isnan(one.half_widths), -_size(one)))
     alone = sorted(name for name in compared if (name in names[0]) != (name in names[1]))
     records = [read_state(folder) for folder in (one, other)]
     unrecorded = []
+    since = {}
     for folder, (_, record), own in zip((one, other), records, names, strict=True):
         jobs = record["jobs"].values()
         written = {path: digest for job in jobs for path, digest in job["writes"].items()}
+        if later := _later(folder, record["jobs"]):
+            since[folder] = later
         unrecorded += [
             folder / name
             for name in sorted(own.intersection(compared))
             if written.get(f"{FOLDER}/{name}") != sha256_of(folder / name)
         ]
-    return Comparison(found, changes_between(*(state for state, _ in records)), alone, unrecorded)
+    changes = changes_between(*(state for state, _ in records))
+    return Comparison(found, changes, alone, unrecorded, since)
+
+
+def _later(folder: Path, jobs: dict[str, Any]) -> list[str]:
+    """What jobs were done with after the whole run that wrote the record, by their own records."""
+    found: set[str] = set()
+    for name, job in jobs.items():
+        now = read_record(folder / "records" / f"{name}.json")
+        state = {} if now is None else now.state
+        found |= {what for what, digest in state.items() if job["state"].get(what) != digest}
+    return sorted(found)
 
 
 def _folder(folder: Path) -> Path:
@@ -93,6 +110,12 @@ def _folder(folder: Path) -> Path:
         if (place / "provenance.json").is_file():
             return place.resolve()
     raise InputError(f"{folder}: no results of `rftfit run` there (no provenance.json)")
+
+
+def _is_head(difference: Difference) -> bool:
+    """Whether a number tells how strong a medium is."""
+    penetration = difference.file.startswith("alpha/") and difference.row.endswith(" 0 90")
+    return difference.quantity == ("alpha_z_N_per_cm3" if penetration else "zeta")
 
 
 def _size(difference: Difference) -> float:
@@ -111,12 +134,12 @@ def _differences(
     one, other = (table.drop_duplicates(index).set_index(index) for table in (first, second))
     rows = one.index.union(other.index)
     one, other = one.reindex(rows), other.reindex(rows)
-    found = []
+    found, halves, nothing = [], _half_widths(one), np.full(len(rows), np.nan)
     for quantity in one.columns.intersection(other.columns):
         if one[quantity].dtype.kind not in "if" or _is_end(quantity):
             continue
         was, now = one[quantity].to_numpy(float), other[quantity].to_numpy(float)
-        half = _half_width(one, quantity)
+        half = halves.get(quantity, nothing)
         same = np.isclose(was, now, rtol=NOT_SAME, atol=0, equal_nan=True)
         for at in np.flatnonzero(~same).tolist():
             row = rows[at] if isinstance(rows[at], tuple) else (rows[at],)
@@ -127,18 +150,21 @@ def _differences(
 
 
 def _is_end(quantity: str) -> bool:
-    ends = ("_lo", "_hi", "_se", "_dof")
-    return quantity in ("se", "lo", "hi") or any(end in quantity for end in ends)
+    return not {"se", "lo", "hi", "dof"}.isdisjoint(quantity.split("_"))
 
 
-def _half_width(table: pd.DataFrame, quantity: str) -> np.ndarray:
-    """Half width of the interval of a quantity, shape (rows,); NaN where it has none."""
-    head, _, unit = quantity.partition("_N_")
-    unit = f"_N_{unit}" if unit else ""
-    for low, high in (
-        (f"{head}_lo{unit}", f"{head}_hi{unit}"), (f"{quantity}_lo", f"{quantity}_hi"), ("lo", "hi"),
-    ):  # fmt: skip
-        if low in table and high in table:
-            half: np.ndarray = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
-            return half
-    return np.full(len(table), np.nan)
+def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Half widths of the intervals of a table, shape (rows,), by the quantity."""
+    half = {}
+    for low in table:
+        words = str(low).split("_")
+        if "lo" in words:
+            place = words.index("lo")
+            high = "_".join([*words[:place], "hi", *words[place + 1 :]])
+            own = "_".join(words[:place] + words[place + 1 :]) or "value_N_per_cm3"
+            half[own] = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
+    if "relative_to_A00" in table:
+        # the same interval in units of A00
+        unit = table["value_N_per_cm3"].abs() / table["relative_to_A00"]
+        half["relative_to_A00"] = half["value_N_per_cm3"] / unit.to_numpy(float)
+    return half

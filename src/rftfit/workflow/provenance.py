@@ -306,6 +306,31 @@ def changes_between(was: State, now: State) -> list[Change]:
     return found + [Change("version", name, old, new) for name, old, new in versions]
 
 
+_FEWEST = 4
+"""So many changes of names that begin alike are one line."""
+
+
+def lines_of(changes: Sequence[Change]) -> list[str]:
+    """Changes for people, a line each; many of one sort whose names begin alike are one line."""
+
+    def alike(one: Change) -> tuple[str, ...]:
+        folder, slash, name = one.name.rpartition("/")
+        head, mark, _ = name.partition("_")
+        # each log has a digest of its own
+        pair = ["there" if word.startswith("sha256") else word for word in (one.was, one.now)]
+        pair[1] = "another" if pair[0] == pair[1] else pair[1]
+        return one.sort, f"{folder}{slash}{head}{mark}*" if mark else one.name, *pair
+
+    groups: dict[tuple[str, ...], list[Change]] = {}
+    for one in changes:
+        groups.setdefault(alike(one), []).append(one)
+    lines: list[str] = []
+    for (sort, name, was, now), group in groups.items():
+        many = Change(sort, f"{name} ({len(group)} of them)", was, now)
+        lines += map(str, [many] if len(group) >= _FEWEST else group)
+    return lines
+
+
 def _different(
     was: Mapping[str, Any], now: Mapping[str, Any], nothing: Any
 ) -> list[tuple[str, Any, Any]]:

@@ -1,0 +1,154 @@
+"""`rftfit diff` of two small folders of results: in which unit, in which order, and what it may say of causes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from light_campaign import alpha_frame, one_cell
+
+from rftfit.outputs.dictionary import describe
+from rftfit.workflow.diff import compare
+from rftfit.workflow.provenance import FORMAT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from .conftest import Said
+
+COEFFICIENTS, ERRORS, ALPHA, SCALING = (
+    "coefficients.csv", "leg_errors.csv", "alpha/sand.csv", "penetration.csv"
+)  # fmt: skip
+RUNS = [f"rep{bed}_{run}" for bed in (1, 3) for run in range(20)]
+JOB, STATE = "checks/sand", {"rows": "of 40 runs", "logs": "of 80", "code": "c"}
+
+
+def filled(name: str, **columns: Any) -> pd.DataFrame:
+    """A table with all columns that the dictionary demands."""
+    output = describe(f"results/{name}")
+    assert output is not None
+    every = {one: "" for column in output.columns for one in column.names}
+    return pd.DataFrame(every | columns, index=[0])
+
+
+TABLES = {
+    COEFFICIENTS: filled(
+        COEFFICIENTS, method="lsq", medium="sand", coefficient="B11", value_N_per_cm3=0.2, lo=0.15,
+        hi=0.25, relative_to_A00=0.8, kept=True, published=np.nan,
+    ),
+    ERRORS: filled(
+        ERRORS, medium="sand", leg="c_leg", profile="table", component="z", peak_predicted_N=5.0,
+        peak_predicted_lo_N=4.0, peak_predicted_hi_N=6.0, peak_error_percent=10.0,
+        peak_error_lo_percent=6.0, peak_error_hi_percent=14.0,
+    ),
+    ALPHA: alpha_frame("sand", one_cell(0.5)),
+    SCALING: filled(SCALING, method="lsq", medium="sand", zeta=0.4, zeta_lo=0.3, zeta_hi=0.5),
+}  # fmt: skip
+
+
+def write(folder: Path, runs: list[str], tables: dict[str, pd.DataFrame] | None = None) -> Path:
+    """Results and their record, as `rftfit run` leaves them."""
+    (folder / "alpha").mkdir(parents=True)
+    (folder / "records" / "checks").mkdir(parents=True)
+    for name, table in (TABLES | (tables or {})).items():
+        table.to_csv(folder / name, index=False)
+    logs = "".join(f"{hashlib.sha256(one.encode()).hexdigest()}  raw/{one}.csv\n" for one in runs)
+    (folder / "manifest.sha256").write_text(logs)
+    pd.DataFrame({"run_id": runs, "kind": "plate"}).to_csv(folder / "run_sheet.csv", index=False)
+    writes = {
+        f"results/{name}": hashlib.sha256((folder / name).read_bytes()).hexdigest()
+        for name in TABLES
+    }
+    job = {"rule": "checks", "key": "sand", "state": STATE, "reads": {}, "writes": writes}
+    (folder / "records" / f"{JOB}.json").write_text(json.dumps(job))
+    record = {"format": FORMAT, "settings": {}, "modules": {}, "versions": {}, "jobs": {JOB: job}}
+    (folder / "provenance.json").write_text(json.dumps(record))
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("file", "quantity", "now", "half_widths"),
+    [
+        (COEFFICIENTS, "value_N_per_cm3", 0.25, 1.0),
+        # A00 is 0.25: the half width 0.05 is 0.2 of it
+        (COEFFICIENTS, "relative_to_A00", 1.0, 1.0),
+        (COEFFICIENTS, "misfit_rms_N_per_cm3", 3.0, np.nan),
+        (ERRORS, "peak_predicted_N", 6.0, 1.0),
+        (ERRORS, "peak_error_percent", 12.0, 0.5),
+        (SCALING, "zeta", 0.3, 1.0),
+        (SCALING, "zeta_lo", 0.1, None),
+    ],
+)
+def test_a_change_is_counted_in_half_widths_of_its_own_interval(
+    tmp_path: Path, file: str, quantity: str, now: float, half_widths: float | None
+) -> None:
+    changed = {file: TABLES[file].assign(**{quantity: now})}
+    found = compare(write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)).numbers
+    wanted = [] if half_widths is None else [(quantity, half_widths)]
+    assert [(one.quantity, one.half_widths) for one in found] == [
+        (name, pytest.approx(value, nan_ok=True)) for name, value in wanted
+    ]
+
+
+def test_zeta_and_alpha_straight_down_come_first(tmp_path: Path) -> None:
+    changed = {
+        COEFFICIENTS: TABLES[COEFFICIENTS].assign(value_N_per_cm3=0.9),
+        ALPHA: alpha_frame("sand", one_cell(0.501)),
+        SCALING: TABLES[SCALING].assign(zeta=0.41),
+    }
+    found = compare(write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)).numbers
+    assert [one.quantity for one in found[:3]] == ["alpha_z_N_per_cm3", "zeta", "value_N_per_cm3"]
+
+
+def job_done_again(folder: Path) -> None:
+    """As `rftfit run` of a single result leaves it: another table, its own record, the old record of all."""
+    TABLES[SCALING].assign(zeta=0.41).to_csv(folder / SCALING, index=False)
+    path = folder / "records" / f"{JOB}.json"
+    job = json.loads(path.read_text())
+    path.write_text(json.dumps(job | {"state": STATE | {"rows": "of 20 runs", "logs": "of 40"}}))
+
+
+def edited(folder: Path) -> None:
+    TABLES[SCALING].assign(zeta=0.41).to_csv(folder / SCALING, index=False)
+
+
+SAME = "made from is the same"
+
+
+@pytest.mark.parametrize(
+    ("change", "is_same", "told"),
+    [
+        (lambda _: None, True, "What they were made from is the same."),
+        (job_done_again, False, "b, with other logs, rows."),
+        (edited, False, "Not as recorded"),
+    ],
+)
+def test_what_results_were_made_from_is_said_only_where_it_is_known(
+    rftfit: Callable[..., Said], tmp_path: Path, change: Callable[[Path], None], is_same: bool, told: str,
+) -> None:  # fmt: skip
+    folders = [write(tmp_path / name, RUNS) for name in "ab"]
+    change(folders[1])
+    found = rftfit("diff", *folders).out
+    assert (SAME in found) == is_same
+    assert told in found
+    assert bool(json.loads(rftfit("diff", *folders, "--json").out)["since_the_record"]) == (
+        change is job_done_again
+    )
+
+
+def test_many_changes_of_one_sort_are_one_line(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+    fewer = [one for one in RUNS if one[:4] == "rep1"][:18]
+    folders = [write(tmp_path / "a", RUNS), write(tmp_path / "b", fewer)]
+    lines = rftfit("diff", *folders).out.partition("differs in:")[2].split("\n")
+    assert [line.strip() for line in lines if "*" in line or "run rep" in line] == [
+        "file raw/rep3_* (20 of them): was there, is not there",
+        "run rep1_18: was there, is not there",
+        "run rep1_19: was there, is not there",
+        "run rep3_* (20 of them): was there, is not there",
+    ]
+    assert rftfit("diff", *folders, "--all").out.count("run rep3_") == 20
