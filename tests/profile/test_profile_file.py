@@ -240,6 +240,10 @@ def test_the_same_map_gives_the_same_bytes(written: Path, tmp_path: Path) -> Non
 
 def test_what_is_no_table_is_refused(tmp_path: Path) -> None:
     fourier: Any = rftfit.published_medium("poppy_LP", "fourier")
+    with pytest.raises(
+        InputError, match=r"write_profile\(path, profile\): found a str; allowed: a map"
+    ):
+        rftfit.write_profile(rftfit.TableProfile.published("poppy_LP"), "p.json")  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"found a FourierProfile; allowed: a map or a table"):
         rftfit.write_profile(tmp_path / "p.json", fourier)
     z = np.full((7, 13), np.nan)

@@ -317,3 +317,14 @@ def test_a_medium_that_gives_energy_back_in_every_draw_is_told() -> None:
     found = rftfit.estimate_map(pushes)
     with pytest.raises(InputError, match=r"gives energy back .*: look at the signs"):
         found.table()
+
+
+def test_columns_have_the_names_that_the_command_takes() -> None:
+    full = pd.DataFrame({"beta_deg": [0, 30.0], "gamma_deg": [90, 45.0], "alpha_z_N_per_cm3": [0.3, 0.2],
+                         "alpha_x_N_per_cm3": [0.0, 0.1], "alpha_z_se_N_per_cm3": 0.05,
+                         "alpha_x_se_N_per_cm3": 0.02})  # fmt: skip
+    short = full.set_axis(["beta", "gamma", "alpha_z", "alpha_x", "se_z", "se_x"], axis=1)
+    one, other = (rftfit.estimate_map(pushes) for pushes in (full, short))
+    pd.testing.assert_frame_equal(one.table(), other.table())
+    with pytest.raises(InputError, match=r"no column beta_deg, gamma_deg; found: .*alpha_z"):
+        rftfit.estimate_map(short[["alpha_z", "se_z"]])

@@ -285,7 +285,8 @@ def write_profile(
     table, own = (profile.profile, profile.name) if isinstance(profile, Map) else (profile, "")
     kind = type(table).__name__
     if kind != "TableProfile" or table.alpha_z.ndim > 2:
-        raise InputError(f"{table.name}: found a {kind}; allowed: a map or a table of one medium")
+        named = getattr(table, "name", "write_profile(path, profile)")
+        raise InputError(f"{named}: found a {kind}; allowed: a map or a table of one medium")
     low, high = window or table.window
     level = profile.confidence if isinstance(profile, Map) else confidence
     try:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from rftfit.campaign.tables import ALPHA
 from rftfit.conventions import mirror
 from rftfit.errors import InputError
 from rftfit.measure.alpha import SAME_DIRECTION_DEG, both, column, directions, flagged
@@ -268,13 +269,21 @@ def usual_error(
 def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
     """Pushes of a table as `estimate_map` takes it; the order of its rows makes no difference."""
     nothing = np.full(len(pushes), np.nan)
+    pushes = pushes.rename(columns={name: own.name for own in ALPHA.columns for name in own.also})
+    if missing := {"beta_deg", "gamma_deg", column("z")} - {*pushes}:
+        raise InputError(
+            f"pushes: no column {', '.join(sorted(missing))}; found: {', '.join(map(str, pushes))}"
+        )
 
-    def numbers(quantity: str) -> list[FloatArray]:
-        names = [column(c, quantity) for c in "zx"]
-        return [pushes[own].to_numpy(float) if own in pushes else nothing for own in names]
+    def numbers(*names: str) -> FloatArray:
+        return np.stack(
+            [pushes[own].to_numpy(float) if own in pushes else nothing for own in names]
+        )
 
-    beta_deg, gamma_deg = (pushes[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
-    found = Pushes.of(beta_deg, gamma_deg, np.stack(numbers("")), np.stack(numbers("_se")))
+    beta_deg, gamma_deg = numbers("beta_deg", "gamma_deg")
+    found = Pushes.of(
+        beta_deg, gamma_deg, numbers(column("z"), column("x")), numbers("se_z", "se_x")
+    )
     order = np.lexsort([found.alpha[1], found.alpha[0], gamma_deg, beta_deg])
     both = np.concatenate([order, order.size + order])
     return Pushes(
@@ -292,8 +301,8 @@ def estimate_map(
     ----------
     pushes : pandas.DataFrame
         One row a direction: ``beta_deg, gamma_deg``, ``alpha_z_N_per_cm3`` and, where it was measured,
-        ``alpha_x_N_per_cm3``; their standard errors ``alpha_z_se_N_per_cm3`` and
-        ``alpha_x_se_N_per_cm3``: where there is none it is taken for 5 % of alpha and 1 % of the largest.
+        ``alpha_x_N_per_cm3``; their standard errors ``se_z``, ``se_x``: where there is none it is taken for
+        5 % of alpha and 1 % of the largest. The columns have any name that ``rftfit scale --pushes`` takes.
     shapes : Shapes, optional
         What is known beforehand; default: the five published media.
     confidence : float, optional
