@@ -33,9 +33,8 @@ _BED, _LEAST = 0.05, 0.05
 """Ordinary scatter of a run: relative to its alpha, and to the largest alpha of its medium."""
 _FEW_RUNS, _ORDINARY = 24, 0.06
 """Fewer repeats than this do not tell how much repeats of this medium differ: relative to alpha, half of them by so much."""
-_TIMES_REPEATS, _LEAST_REPEATS = 5.45, 0.10
-"""Of 100 campaigns without such a fault, with beds 5 % apart, 20 directions three times, none has a run beyond 5.31
-times; of 50 with a run that is 40 % off, 48 do."""
+_REPEATS_APART: tuple[tuple[float, float], ...] = (5.7, 0.25), (8.0, 0.10)
+"""Times the median difference, and relative to alpha: the smaller a difference is, the clearer it has to be."""
 _TIMES_MAP, _LEAST_MAP, _TAIL, _FEWEST = 7.0, 0.13, 0.95, 10
 """Of the map: where each run is left out in turn, the published media differ from the map of the others by up to
 0.12 of their largest alpha and 4.1 times the 95 % quantile of all differences, with beds 5 % apart 4.4 times; in
@@ -135,7 +134,9 @@ def _beside_repeats(
     for here in members:
         # where one run is wrong, the others differ from their median too: the farthest goes first
         first = here[times[here].argmax()]
-        far[first] = times[first] > _TIMES_REPEATS and off[first] > _LEAST_REPEATS
+        far[first] = any(
+            times[first] > clear and off[first] > least for clear, least in _REPEATS_APART
+        )
     return others, times, far
 
 
