@@ -539,8 +539,7 @@ class Medium:
             found = self._generic(method, draws=draws)
         elif kind == "map":
             try:
-                whole = self.map()
-                found = whole.profile if draws else whole.bare_profile
+                found = self.map().profile
             except InputError as error:
                 nothing = np.full((7, 13), np.nan)
                 found = TableProfile(nothing, nothing, name=f"map of {self.name}")

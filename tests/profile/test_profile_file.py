@@ -25,7 +25,8 @@ from rftfit.reference import MEDIA
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
+    from dataclasses import replace
+from pathlib import Path
 
     from rftfit.campaign.config import Config
 
@@ -39,7 +40,9 @@ OUTLINES = ("c_leg", "reversed_c_leg")
 
 @pytest.fixture(scope="module")
 def sand() -> rftfit.Map:
-    return rftfit.estimate_map(PUSHES, name="sand")
+    whole = rftfit.estimate_map(PUSHES, name="sand")
+    # a small file is read many times below
+    return replace(whole, draws=whole.draws[:150])
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +63,7 @@ def plane(step: float = 7.5) -> tuple[np.ndarray, np.ndarray]:
     return mesh[0].ravel(), mesh[1].ravel()
 
 
-def same_forces(own: rftfit.Profile, other: rftfit.Profile, tolerance: float = 1e-9) -> None:
+def same_forces(own: rftfit.Profile, other: rftfit.Profile, tolerance: float = 1e-8) -> None:
     for name in OUTLINES:
         wanted, found = (
             rftfit.predict(one, rftfit.model_leg(name)).drop(columns="reason")
@@ -68,7 +71,7 @@ def same_forces(own: rftfit.Profile, other: rftfit.Profile, tolerance: float = 1
         )
         assert list(found) == list(wanted)
         assert np.isfinite(wanted).all(axis=None)
-        np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance)
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=tolerance)
 
 
 # --- there and back
@@ -99,24 +102,18 @@ def test_the_file_says_what_the_map_says(sand: rftfit.Map, written: Path) -> Non
     # three of the four lie on the grid: one level, its own mirror image, and two with theirs; beta = 60
     # and -30 are lines inside
     assert sum(map(sum, content.nodes.measured)) == 5 + 1
-    assert written.stat().st_size < 1_000_000
+    assert written.stat().st_size < 400_000
 
 
-def test_standard_errors_are_those_of_the_factors(sand: rftfit.Map, written: Path) -> None:
-    golden = read_content(written).golden
-    at = np.radians(golden.beta_deg), np.radians(golden.gamma_deg)
-    rows = rftfit.TableProfile(sand.factor[:, 0], sand.factor[:, 1], sand.beta, sand.gamma)
-    z, x = rows.alpha(*at)
-    wanted = [np.sqrt(z @ z), np.sqrt(x @ x), z @ x]
-    found = [golden.se_z_N_per_cm3, golden.se_x_N_per_cm3, golden.covariance_zx]
-    np.testing.assert_allclose(np.array(found, dtype=float), wanted, rtol=1e-9)
+def test_standard_errors_are_those_of_the_draws(sand: rftfit.Map, written: Path) -> None:
+    sampled_errors(sand.profile, written)
 
 
 def test_another_program_may_count_the_signs_the_other_way(written: Path, tmp_path: Path) -> None:
     content = read(written, digest="")
     errors = content["errors"]
     errors["sign_x"] = turned(errors["sign_x"])
-    errors["factor_x_N_per_cm3"] = turned(errors["factor_x_N_per_cm3"])
+    errors["draws_x_N_per_cm3"] = turned(errors["draws_x_N_per_cm3"])
     (tmp_path / "p.json").write_text(json.dumps(content), encoding="utf-8")
     same_forces(rftfit.read_profile(written), rftfit.read_profile(tmp_path / "p.json"))
 
@@ -160,7 +157,7 @@ def test_a_measured_table_comes_back(paper_config: Config, tmp_path: Path) -> No
         # drawn anew from the covariance of the draws: as wide, within the error of 1,000 draws
         assert abs(other.sum() / half.sum() - 1) < 0.04
     sampled_errors(own, path)
-    assert path.stat().st_size < 1_000_000
+    assert path.stat().st_size < 4_000_000
 
 
 def test_holes_stay_holes(paper_config: Config, tmp_path: Path) -> None:
@@ -260,11 +257,11 @@ def test_a_file_that_none_would_read_is_not_written(tmp_path: Path) -> None:
     random = np.random.default_rng(0)
     beta, gamma = random.uniform(-1.5, 1.5, (2, 150))
     z, x = random.normal(0.3, 0.01, (2, 150))
-    many_z, many_x = random.normal(0.3, 0.01, (2, 300, 150))
+    many_z, many_x = random.normal(0.3, 0.01, (2, 900, 150))
     spread = rftfit.TableProfile(many_z, many_x, beta, gamma)
     own = rftfit.TableProfile(z, x, beta, gamma, spread=spread)
     with pytest.raises(
-        InputError, match=r"found .* MB with the errors of 2701 nodes; allowed: 8 MB"
+        InputError, match=r"found .* MB with the errors of 2701 nodes; allowed: 20 MB"
     ):
         rftfit.write_profile(tmp_path / "p.json", own)
     assert not (tmp_path / "p.json").exists()
@@ -417,7 +414,7 @@ def test_turned_terms_are_named(component: str, written: Path, tmp_path: Path) -
 
 def test_errors_turned_against_each_other_are_seen(written: Path, tmp_path: Path) -> None:
     content = read(written, digest="")
-    content["errors"]["factor_x_N_per_cm3"] = turned(content["errors"]["factor_x_N_per_cm3"])
+    content["errors"]["draws_x_N_per_cm3"] = turned(content["errors"]["draws_x_N_per_cm3"])
     assert "key errors: found" in (said := refused(tmp_path, content))
     assert "the golden value covariance_zx" in said
 
@@ -473,7 +470,7 @@ def test_hostile_texts_are_refused(written: Path, tmp_path: Path) -> None:
         json.dumps({str(n): n for n in range(50_000)}): "found '50000 keys'; allowed: at most 100",
         text.replace('"beta_deg": [-90.0', '"beta_deg": [1e999'): "nodes.beta_deg.1: found 'inf'",
         text.replace('"beta_deg": [-90.0', '"beta_deg": [NaN'): "nodes.beta_deg.1: found 'nan'",
-        text.replace('"rows"', "x") + "[" * 9_000_000: "at most 8 MB are read",
+        text.replace('"rows"', "x") + "[" * 21_000_000: "at most 20 MB are read",
     }.items():
         assert words in refused(tmp_path, hostile), words
     with pytest.raises(InputError, match="does not exist"):
@@ -520,17 +517,17 @@ def cut(*path: str | int) -> Callable[[dict[str, Any]], None]:
         (put("nodes", "beta_deg", value=[90, 0, -90]), "nodes.beta_deg.2: found '0'; allowed: lines"),
         (put("nodes", "beta_deg", value=[*range(1001)]), "nodes.beta_deg"),
         (cut("errors", "cell", 3), "errors.cell.4: found '24 entries'"),
-        (cut("errors", "factor_z_N_per_cm3", 1), "errors.factor_z_N_per_cm3.2: found"),
-        (cut("errors", "factor_x_N_per_cm3"), "errors.factor_x_N_per_cm3: found"),
-        (put("errors", "factor_z_N_per_cm3", value=[]), "errors.factor_z_N_per_cm3: found"),
-        (put("errors", "factor_z_N_per_cm3", value=[[0.1]] * 10**6), "errors.factor_z_N_per_cm3: found"),
+        (cut("errors", "draws_z_N_per_cm3", 1), "errors.draws_z_N_per_cm3.2: found"),
+        (cut("errors", "draws_x_N_per_cm3"), "errors.draws_x_N_per_cm3: found"),
+        (put("errors", "draws_z_N_per_cm3", value=[]), "errors.draws_z_N_per_cm3: found"),
+        (put("errors", "draws_z_N_per_cm3", value=[[0.1]] * 10**6), "errors.draws_z_N_per_cm3: found"),
         (put("nodes", "beta_deg", value=np.linspace(-90, 90, 999).tolist()), "at most 5000 nodes"),
         (put("errors", "cell", 0, 0, value=9999), "errors.cell: found '0 to 9999'"),
         (put("errors", "cell", 0, 0, value=-1), "errors.cell: found '-1 to"),
         (put("errors", "sign_x", 0, 0, value=2), "errors.sign_x: found '2'; allowed: 1 or -1"),
         (put("golden", "beta_deg", value=None), "golden.beta_deg: found 'nothing'"),
         (put("golden", "se_z_N_per_cm3", value=None), "the golden value se_z_N_per_cm3"),
-        (put("version", value=2), "key version: found '2'; allowed: 1"),
+        (put("version", value=1), "key version: found '1'; allowed: 2"),
         (put("medium", "nmae", value="x"), "did you mean 'name'?"),
         (put("medium", "title", value="\x1b[2J"), "medium.title: text without control"),
         (put("medium", "title", value="\ud800"), "medium.title: found"),
@@ -556,20 +553,6 @@ def test_all_that_is_wrong_is_told_at_once(written: Path, tmp_path: Path) -> Non
     content["nodes"]["beta_deg"] = "none"
     said = refused(tmp_path, content)
     assert said.startswith("4 errors:")
-
-
-def test_errors_that_no_medium_has_are_refused(written: Path, tmp_path: Path) -> None:
-    """So large that hardly a draw takes energy."""
-    content, many = read(written, digest=""), 1e4
-    for component in "zx":
-        rows = content["errors"][f"factor_{component}_N_per_cm3"]
-        content["errors"][f"factor_{component}_N_per_cm3"] = [
-            [many * one for one in r] for r in rows
-        ]
-        content["golden"][f"se_{component}_N_per_cm3"] *= many
-    content["golden"]["covariance_zx"] *= many**2
-    said = refused(tmp_path, content)
-    assert "key errors: in 100.0% of the draws the medium gives energy back" in said
 
 
 def places(content: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:

@@ -63,7 +63,8 @@ def test_what_is_promised_is_found(target: str) -> None:
         again = rftfit.plan(wanted, known=found, count=1)
         ratios.append(again.steps[0].typical / promised)
     assert np.median(ratios) == pytest.approx(1, abs=0.15)
-    assert np.quantile(np.abs(np.log(ratios)), 0.9) < np.log(1.45)
+    # a medium that departs more, or less, than most is told so by its own pushes
+    assert np.quantile(np.abs(np.log(ratios)), 0.9) < np.log(1.6)
 
 
 @pytest.mark.parametrize("medium", MEDIA)

@@ -11,7 +11,10 @@ from hypothesis import strategies as st
 import rftfit
 from rftfit.conventions import mirror
 from rftfit.errors import InputError
+from rftfit.model import shapes as module
+from rftfit.model.forces import force_draws
 from rftfit.model.profiles import TableProfile
+from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import (
     NOT_ALIKE,
     Pushes,
@@ -66,60 +69,123 @@ def test_covariance_has_the_symmetry_of_alpha() -> None:
     assert at_rest[0, 0] == pytest.approx((by.floor + by.share * z.mean()) ** 2 + between)
 
 
-def test_one_solve_is_the_conditional_distribution() -> None:
-    """Given the size: mean and covariance by the textbook formula, dense and slow."""
-    shapes, size = published_shapes(without=["poppy_LP"]), 0.13
-    places = FEW[1:]
-    own = Pushes.of(BETA[places] + 3, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
-    found = estimate(own, shapes, size=size)
+def _dense(
+    shapes: Shapes, own: Pushes, size: float, departure: float, share: float
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Mean and covariance at the nodes by the textbook formula, and the logarithm of the likelihood."""
     beta, gamma = (
         np.concatenate([n, p]) for n, p in zip(NODES, (own.beta, own.gamma), strict=True)
     )
-    mean, prior = shapes.moments(beta, gamma)
+    prior = shapes.prior(beta, gamma)
+    mean, covariance = prior.mean, size**2 * departure * prior.covariance(share)
     index = np.arange(mean.size).reshape(2, -1)
     at, seen = index[:, :COUNT].ravel(), index[:, COUNT:].ravel()
-    middle = size**2 * prior[np.ix_(seen, seen)] + 0.01**2 * np.eye(seen.size)
-    gain = size**2 * prior[np.ix_(at, seen)] @ np.linalg.inv(middle)
-    expected = size * mean[at] + gain @ (own.alpha.ravel() - size * mean[seen])
-    covariance = size**2 * prior[np.ix_(at, at)] - gain @ middle @ gain.T
-    np.testing.assert_allclose(found.alpha.ravel(), expected, atol=1e-9)
-    rows = found.factor.reshape(len(found.factor), -1)
-    np.testing.assert_allclose(rows.T @ rows, covariance, atol=1e-8)
+    free = np.diag(covariance)[seen] > 1e-9 * size**2
+    seen, y = seen[free], own.alpha.ravel()[free]
+    middle = covariance[np.ix_(seen, seen)] + own.covariance[np.ix_(free, free)]
+    gain = covariance[np.ix_(at, seen)] @ np.linalg.inv(middle)
+    off = y - size * mean[seen]
+    likelihood = -0.5 * (np.linalg.slogdet(middle)[1] + off @ np.linalg.solve(middle, off))
+    left = covariance[np.ix_(at, at)] - gain @ middle @ gain.T
+    return size * mean[at] + gain @ off, left, float(likelihood)
 
 
-def test_the_size_by_its_integral() -> None:
-    """Mean and variance over the unknown size, against a sum over a fine grid of sizes."""
-    shapes, own = published_shapes(without=["poppy_LP"]), pushed("poppy_LP", FEW[:2])
-    found = estimate(own, shapes)
-    mean, prior = shapes.moments(own.beta, own.gamma)
-    free = np.diag(prior) > 1e-9
-    y = own.alpha.ravel()[free]
-    sizes = np.exp(np.linspace(np.log(0.01), np.log(2), 4000))
-    weights = []
-    for size in sizes:
-        middle = size**2 * prior[np.ix_(free, free)] + 0.005**2 * np.eye(y.size)
-        off = y - size * mean[free]
-        weights.append(-0.5 * (np.linalg.slogdet(middle)[1] + off @ np.linalg.solve(middle, off)))
-    chance = np.exp(np.array(weights) - max(weights))
-    chance /= chance.sum()
-    assert found.size == pytest.approx(float(chance @ sizes), rel=0.005)
-    each = [estimate(own, shapes, size=size) for size in sizes[::100]]
-    part = chance[::100] / chance[::100].sum()
-    best = np.tensordot(part, [one.alpha for one in each], axes=1)
-    np.testing.assert_allclose(found.alpha, best, atol=0.01 * np.abs(best).max())
-    square = [(one.factor**2).sum(axis=0) + (one.alpha - best) ** 2 for one in each]
-    spread = np.sqrt(np.tensordot(part, square, axes=1))
+def test_draws_are_of_the_whole_posterior(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without passivity: mean and covariance, against a sum over fine grids of size, departure and share."""
+    monkeypatch.setattr(module, "LEAST_WORK", np.inf)
+    monkeypatch.setattr(module, "DRAWS", 40_000)
+    shapes = published_shapes(without=["poppy_LP"])
+    for places, off, known in ((FEW[:3], 0, None), (FEW[1:], 3, 0.13)):
+        own = Pushes.of(BETA[places] + off, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
+        found = estimate(own, shapes, size=known)
+        sizes = [known] if known else np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
+        parts, weights = [], []
+        for departure in np.exp(np.linspace(np.log(0.25), np.log(25), 10)):
+            before = 3.5 / departure + 2.5 * np.log(departure)
+            for share in np.linspace(0.1, 0.6, 3):
+                for size in sizes:
+                    mean, left, likelihood = _dense(shapes, own, size, departure, share)
+                    parts.append((mean, np.maximum(np.diag(left), 0)))
+                    weights.append(likelihood - before)
+        weight = np.exp(np.array(weights) - max(weights))
+        weight /= weight.sum()
+        means, variances = (np.stack(one) for one in zip(*parts, strict=True))
+        best = weight @ means
+        deviation = np.sqrt(weight @ (variances + (means - best) ** 2))
+        there = ~np.tile(found.measured, 2) & (deviation > 1e-6)
+        ours, wide = found.alpha.ravel(), found.draws.std(axis=0).ravel()
+        np.testing.assert_array_less(np.abs(ours - best)[there], 0.04 * deviation[there])
+        np.testing.assert_allclose(wide[there], deviation[there], rtol=0.04)
+
+
+def test_media_take_energy_because_that_is_known_beforehand() -> None:
+    """Against media drawn from all that is known beforehand, weighted by how well they explain two pushes."""
+    shapes, random = published_shapes(without=["poppy_LP"]), np.random.default_rng(5)
+    places = [FEW[0], FEW[3]]
+    own = Pushes.of(BETA[places], GAMMA[places], truth("poppy_LP")[:, places], 0.02)
+    found, prior, many = estimate(own, shapes), shapes.prior(*NODES), 400_000
+    by = shapes.variation
+    values = []
+    roots = [module.root(part) for part in (prior.smooth, prior.rough)]
+    for _ in range(many // 4000):
+        share = random.uniform(0, by.most_own, (4000, 1))
+        departure = 3.5 / random.gamma(2.5, size=(4000, 1))
+        size = np.exp(random.uniform(np.log(0.05), np.log(0.4), (4000, 1)))
+        normal = [
+            random.standard_normal((4000, len(rows))) @ rows for rows in (prior.between, *roots)
+        ]
+        moved = normal[0] + np.sqrt(1 - share) * normal[1] + np.sqrt(share) * normal[2]
+        alpha = (size * (prior.mean + np.sqrt(departure) * moved)).reshape(-1, 2, COUNT)
+        takes = -0.02 * np.abs(alpha).max(axis=(1, 2)) <= module.work(alpha, NODES[1]).T
+        takes[places] = True
+        alpha = alpha[takes.all(axis=0)]
+        off = (alpha[..., places] - own.alpha) / 0.02
+        off[:, 1, 0] = 0  # straight down alpha_x is 0 in every medium
+        chance = np.exp(-0.5 * (off**2).sum(axis=(1, 2)))
+        values.append((chance, alpha))
+    weight = np.concatenate([one for one, _ in values])
+    alpha = np.concatenate([one for _, one in values])
+    weight /= weight.sum()
+    assert 1 / (weight**2).sum() > 300
+    best = np.tensordot(weight, alpha, axes=1)
+    deviation = np.sqrt(np.tensordot(weight, (alpha - best) ** 2, axes=1))
+    off = ((found.alpha - best) / deviation)[:, ~found.measured & (deviation[1] > 1e-6)]
+    assert np.abs(off).max() < 0.25
+    ratio = (found.draws.std(axis=0) / deviation)[:, ~found.measured & (deviation[1] > 1e-6)]
+    assert ratio.mean() == pytest.approx(1, abs=0.04)
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.integers(1, 30), st.sampled_from(MEDIA), st.integers(0, 2**31))
+def test_a_number_is_the_mean_of_its_draws(count: int, medium: str, seed: int) -> None:
+    """Of alpha, zeta and the force on a leg; the bands are quantiles of the same draws."""
+    places = [*np.random.default_rng(seed).choice(COUNT, count, replace=False)]
+    try:
+        found = estimate(pushed(medium, places, se=0.01))
+    except ValueError:  # no push that tells of the medium, or no medium like it
+        return
+    np.testing.assert_allclose(found.alpha, found.draws.mean(axis=0), atol=1e-12)
+    zeta = vertical_penetration(found.coefficients(found.draws))
     np.testing.assert_allclose(
-        np.sqrt((found.factor**2).sum(axis=0)), spread, atol=0.03 * spread.max()
+        found.zeta, [zeta.mean(), *np.quantile(zeta, [0.025, 0.975])], rtol=1e-9
     )
+    leg = rftfit.model_leg("c_leg")
+    table, many = (
+        rftfit.predict(found.profile, leg),
+        force_draws(found.profile.spread, leg, rftfit.rotation().poses),
+    )
+    for name, forces in (("force_z", many.force_z_N), ("force_x", many.force_x_N)):
+        ends = np.quantile(forces, [0.025, 0.975], axis=0)
+        for end, wanted in zip(("", "_lo", "_hi"), (forces.mean(axis=0), *ends), strict=True):
+            np.testing.assert_allclose(table[f"{name}{end}_N"], wanted, atol=1e-9)
+    assert found.draws[:, :, ~found.measured].std(axis=0)[0].min() > 0
 
 
 def test_a_pushed_direction_keeps_its_number_and_its_error() -> None:
     found = estimate(pushed("poppy_LP", FEW, se=0.02))
     np.testing.assert_allclose(found.alpha[:, FEW], truth("poppy_LP")[:, FEW], atol=1e-15)
     assert found.measured[FEW].all()
-    deviation = np.sqrt((found.factor**2).sum(axis=0))[0, FEW]
-    np.testing.assert_allclose(deviation, 0.02)
+    np.testing.assert_allclose(found.draws.std(axis=0)[0, FEW], 0.02, rtol=0.1)
     table = found.table()
     assert set(table.loc[table["source"] == "measured", "beta_deg"].round()) == {0, 30, -30, 60, 90}
     # the mirror image of a push straight down is a push straight down
@@ -158,7 +224,8 @@ def test_media_that_were_left_out(medium: str, case: str) -> None:
         assert found.belongs > NOT_ALIKE or count == 1
         # the estimate takes energy in every direction, to rounding
         assert found.work().min() > -0.01 * np.abs(alpha).max()
-        assert (found.work(found.draws)[:, ~found.measured] >= -0.02 * np.abs(alpha).max()).all()
+        least = -0.021 * np.abs(found.draws).max(axis=(1, 2))
+        assert (found.work(found.draws)[:, ~found.measured] >= least[:, None]).all()
 
 
 def test_order_of_rows_and_ignorance_change_nothing() -> None:
@@ -177,29 +244,35 @@ def test_order_of_rows_and_ignorance_change_nothing() -> None:
     alpha = np.array([[0.35, 9, 9], [0, 9, 9]])
     many = Pushes.of([0, 40, 50], [90, 20, -30], alpha, np.tile([0.01, 1e6, 1e6], (2, 1)))
     alone, together = (estimate(pushes, size=0.13) for pushes in (first, many))
-    np.testing.assert_allclose(together.alpha, alone.alpha, atol=1e-6)
+    np.testing.assert_allclose(
+        together.alpha, alone.alpha, atol=0.15 * alone.draws.std(axis=0).max()
+    )
 
 
-@settings(max_examples=15, deadline=None)
-@given(
-    st.lists(st.integers(0, COUNT - 1), min_size=2, max_size=12, unique=True),
-    st.sampled_from(MEDIA),
-)
-def test_the_more_pushes_the_narrower(places: list[int], medium: str) -> None:
-    """Given the size, a further push widens nothing; and nothing is narrower than the pushes allow."""
-    size = float(np.sqrt(np.mean(truth(medium) ** 2)))
+@pytest.mark.parametrize("medium", MEDIA)
+def test_the_more_pushes_the_narrower(medium: str) -> None:
+    """On the whole: a medium that turns out rougher than was thought may widen its own interval."""
+    random = np.random.default_rng(11)
+    order = [*random.permutation(COUNT)]
+    widths = [
+        np.sqrt(np.mean(estimate(pushed(medium, order[:count], se=0.01)).draws.var(axis=0)))
+        for count in (2, 8, 24, 70)
+    ]
+    assert (np.diff(widths) < 0).all()
 
-    def deviations(some: list[int]) -> np.ndarray:
-        found = estimate(pushed(medium, some, se=0.01), size=size)
-        result: np.ndarray = np.sqrt((found.factor**2).sum(axis=0))
-        return np.where(found.measured, np.nan, result)
 
-    fewer, more = deviations(places[:-1]), deviations(places)
-    both = np.isfinite(fewer) & np.isfinite(more)
-    assert (more[both] <= fewer[both] + 1e-9).all()
-    exact = estimate(pushed(medium, places, se=1e-6), size=size)
-    limit = np.sqrt((exact.factor**2).sum(axis=0))
-    assert (more[both] >= limit[both] - 1e-6).all()
+def test_a_rougher_medium_widens_its_own_intervals() -> None:
+    """The same directions with the same errors, of a medium of the known shape and of one far from it."""
+    places = [*np.random.default_rng(5).permutation(COUNT)[:24]]
+    largest, widths = np.abs(truth("poppy_LP")).max(), []
+    for percent in (0, 2, 4):
+        own = pushed("poppy_LP", places)
+        own.alpha[:] += percent / 100 * largest * np.random.default_rng(6).standard_normal((2, 24))
+        found = estimate(own)
+        free = ~found.measured
+        widths.append(np.sqrt(found.draws.var(axis=0)[:, free].mean()))
+    assert widths[1] > 1.04 * widths[0]
+    assert widths[2] > 1.2 * widths[1]
 
 
 def test_a_medium_that_does_not_belong_is_told_so() -> None:
@@ -268,9 +341,7 @@ def test_repeated_pushes_are_one_with_their_weighted_mean() -> None:
     errors = np.array([[np.sqrt(1 / (1e4 + 2.5e3)), 0.01 / np.sqrt(2)],
                        [0.01, np.sqrt(1 / (1e4 + 1e4 / 9))]])  # fmt: skip
     one, other = estimate(several), estimate(Pushes.of([0, 30], [90, 45], once, errors))
-    np.testing.assert_allclose(one.alpha, other.alpha, atol=1e-9)
-    rows = [made.factor.reshape(len(made.factor), -1) for made in (one, other)]
-    np.testing.assert_allclose(rows[0].T @ rows[0], rows[1].T @ rows[1], atol=1e-9)
+    np.testing.assert_allclose(one.draws, other.draws, atol=1e-9)
     assert (one.pushes, other.pushes) == (4, 2)
     assert one.dof == other.dof
 
@@ -314,9 +385,8 @@ def test_a_medium_that_gives_energy_back_in_every_draw_is_told() -> None:
         "beta_deg": beta, "gamma_deg": gamma, "alpha_z_N_per_cm3": -z, "alpha_x_N_per_cm3": x,
         "se_z": 0.01 * abs(z) + 0.002, "se_x": 0.01 * abs(x) + 0.002,
     })  # fmt: skip
-    found = rftfit.estimate_map(pushes)
-    with pytest.raises(InputError, match=r"gives energy back .*: look at the signs"):
-        found.table()
+    with pytest.raises(ValueError, match=r"gives energy back .*: look at the signs"):
+        rftfit.estimate_map(pushes)
 
 
 def test_columns_have_the_names_that_the_command_takes() -> None:

@@ -19,12 +19,15 @@ from rftfit.model.outlines import Outline
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import (
+    DRAWS,
     LEAST_PERCENT,
+    SEED,
     USUAL_PERCENT,
     Map,
     Shapes,
     grid,
     published_shapes,
+    root,
     usual_error,
 )
 
@@ -87,13 +90,13 @@ def blank(shapes: Shapes | None = None, nodes: tuple[FloatArray, FloatArray] | N
     shapes = shapes or published_shapes()
     beta, gamma = grid() if nodes is None else nodes
     mean, covariance = shapes.moments(beta, gamma)
-    values, vectors = np.linalg.eigh(covariance)
-    factor = np.vstack([mean, (vectors * np.sqrt(np.maximum(values, 0.0))).T])
+    random, rows = np.random.default_rng(SEED), root(covariance)
+    size = 1 + random.standard_normal((DRAWS, 1))
+    draws = size * mean + random.standard_normal((DRAWS, len(rows))) @ rows
     nothing = np.zeros(beta.size, dtype=bool)
     return Map(
-        "", beta, gamma, mean.reshape(2, -1), factor.reshape(-1, 2, beta.size), nothing,
-        1.0, 0.0, 0, 0, shapes.name,
-    )  # fmt: skip
+        "", beta, gamma, draws.reshape(DRAWS, 2, -1), nothing, 0.0, 1.0, 0.0, 0, 0, shapes.name
+    )
 
 
 def _alpha(alpha: FloatArray, known: Map) -> FloatArray:
@@ -115,7 +118,7 @@ def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
     poses = (rotation() if motion is None else motion).poses
 
     def numbers(alpha: FloatArray, known: Map) -> FloatArray:
-        best = known.bare_profile
+        best = TableProfile(known.alpha[0], known.alpha[1], known.beta, known.gamma)
         many = TableProfile(alpha[..., 0, :], alpha[..., 1, :], known.beta, known.gamma)
         found = []
         for outline in outlines:

@@ -33,7 +33,7 @@ from rftfit.model.profile_schema import (
 )
 from rftfit.model.profiles import FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import PAPER_RULE, vertical_penetration
-from rftfit.model.shapes import FEWEST_DRAWS, LEAST_VARIANCE, Map, passive_draws, root
+from rftfit.model.shapes import Map
 from rftfit.store import write_text
 from rftfit.store.digests import digest_of
 
@@ -48,12 +48,12 @@ if TYPE_CHECKING:
 MARK = f'{{\n "format": "{FORMAT}"'
 """How a file of this program begins."""
 
-_MOST_BYTES, _MOST_NODES, _MOST_KEYS = 8_000_000, 5_000, 100
+_MOST_BYTES, _MOST_NODES, _MOST_KEYS = 20_000_000, 5_000, 100
 _AGREES = 1e-6
 """Numbers that should be the same differ less, as a share of the largest alpha."""
 
 _SAMPLED = 7
-"""Significant digits of errors that are known from draws."""
+"""Significant digits of the draws."""
 
 
 def profile_of(content: ProfileFile) -> TableProfile:
@@ -61,7 +61,7 @@ def profile_of(content: ProfileFile) -> TableProfile:
     table = _table_of(content)
     low, high = content.validity.depth_from_cm, content.validity.depth_to_cm
     table.window = (low or 0.0, math.inf if high is None else high)
-    table.spread = None if content.errors is None else _spread(content, content.errors)
+    table.spread = None if content.errors is None else _spread(table, content.errors)
     return table
 
 
@@ -104,65 +104,36 @@ def _cells(beta_deg: FloatArray, gamma_deg: FloatArray) -> _Cells:
     return _Cells(cell.reshape(own.shape), np.where(own <= image, 1.0, -1.0), first)
 
 
-def _on_nodes(errors: Errors) -> tuple[FloatArray, FloatArray]:
-    """Factors of alpha_z and alpha_x at the nodes, shape (r, nb, ng); NaN where there is none."""
+def _spread(table: TableProfile, errors: Errors) -> TableProfile:
+    """Draws of alpha at the nodes; NaN where there are none."""
     cell = np.array(errors.cell, dtype=float)
     known = np.isfinite(cell)
     index = np.where(known, cell, 0).astype(int)
-    z, x = (np.array(one) for one in (errors.factor_z_N_per_cm3, errors.factor_x_N_per_cm3))
+    z, x = (np.array(one) for one in (errors.draws_z_N_per_cm3, errors.draws_x_N_per_cm3))
     sign = np.array(errors.sign_x, dtype=float)
-    return np.where(known, z[:, index], np.nan), np.where(known, sign * x[:, index], np.nan)
+    on_nodes = np.where(known, z[:, index], np.nan), np.where(known, sign * x[:, index], np.nan)
+    return TableProfile._of_nodes(table.beta, table.gamma, on_nodes)
 
 
-def _spread(content: ProfileFile, errors: Errors) -> TableProfile:
-    """Draws from the factors, as those of a `Map`."""
-    table, rows = _table_of(content), np.stack(_on_nodes(errors), axis=1)
-    alpha = np.stack([table.alpha_z, table.alpha_x])
-    known = np.isfinite(rows[0, 0] + alpha[0])
-    judged = ~np.array(content.nodes.measured)[known] & errors.passive
-    gamma = np.broadcast_to(table.gamma, known.shape)[known]
-    draws, share = passive_draws(alpha[:, known], rows[..., known], gamma, judged)
-    if len(draws) < FEWEST_DRAWS:
-        raise InputError(f"errors: in {share:.1%} of the draws the medium gives energy back")
-    every = np.full((len(draws), *alpha.shape), np.nan)
-    every[..., known] = draws
-    return TableProfile._of_nodes(table.beta, table.gamma, (every[:, 0], every[:, 1]))
-
-
-def _errors(source: Map | TableProfile, table: TableProfile) -> Errors | None:
-    rows: object = table.spread
-    if isinstance(source, Map):
-        z, x = source.factor[:, 0], source.factor[:, 1]
-        rows = TableProfile(z, x, source.beta, source.gamma)
+def _errors(table: TableProfile) -> Errors | None:
+    rows = table.spread
     if not isinstance(rows, TableProfile):
         return None
     cells = _cells(np.degrees(table.beta), np.degrees(table.gamma))
-    z, x = (one.reshape(len(one), -1)[:, cells.first] for one in (rows.alpha_z, rows.alpha_x))
-    factor = np.stack([z, x], axis=1)
-    there = np.isfinite(factor).all(axis=(0, 1)) & np.isfinite(table.alpha_z.ravel()[cells.first])
+    draws = np.stack(
+        [one.reshape(len(one), -1)[:, cells.first] for one in (rows.alpha_z, rows.alpha_x)]
+    )
+    there = np.isfinite(draws).all(axis=(0, 1)) & np.isfinite(table.alpha_z.ravel()[cells.first])
     if not there.any():
         return None
-    factor = factor[..., there]
-    if not isinstance(source, Map):
-        flat = (factor - factor.mean(axis=0)).reshape(len(factor), -1)
-        flat /= np.sqrt(len(flat) - 1)
-        if len(flat) < flat.shape[1]:
-            # the draws turned among themselves: as many as there are numbers behind them
-            values, vectors = np.linalg.eigh(flat @ flat.T)
-            flat = vectors[:, values > LEAST_VARIANCE * values[-1]].T @ flat
-        else:
-            flat = root(flat.T @ flat)
-        short = [float(f"{one:.{_SAMPLED}g}") for one in flat.flat]
-        factor = np.reshape(short, (-1, *factor.shape[1:]))
-    # exact numbers have no row
-    factor = factor if len(factor) else np.zeros((1, *factor.shape[1:]))
+    short = [float(f"{one:.{_SAMPLED}g}") for one in draws[..., there].flat]
+    z, x = np.reshape(short, (2, draws.shape[1], -1))
     cell = np.where(there, np.cumsum(there) - 1, -1)[cells.cell]
     return Errors(
         cell=[[int(one) if one >= 0 else None for one in row] for row in cell],
         sign_x=cells.sign.astype(int).tolist(),
-        factor_z_N_per_cm3=_rows(factor[:, 0]),
-        factor_x_N_per_cm3=_rows(factor[:, 1]),
-        passive=isinstance(source, Map),
+        draws_z_N_per_cm3=_rows(z),
+        draws_x_N_per_cm3=_rows(x),
     )
 
 
@@ -228,13 +199,10 @@ def _golden_numbers(
         names = ("nine_terms_z_N_per_cm3", "nine_terms_x_N_per_cm3")
         found |= dict(zip(names, FourierProfile(terms).alpha(*at), strict=True))
     if errors is not None:
-        rows = TableProfile._of_nodes(table.beta, table.gamma, _on_nodes(errors))
-        rows_z, rows_x = rows.alpha(*at)
+        (zz, zx), (_, xx) = np.cov(*_spread(table, errors).alpha(*at))
         found |= {
-            "se_z_N_per_cm3": np.sqrt(rows_z @ rows_z),
-            "se_x_N_per_cm3": np.sqrt(rows_x @ rows_x),
-            "covariance_zx": rows_z @ rows_x,
-        }
+            "se_z_N_per_cm3": np.sqrt(zz), "se_x_N_per_cm3": np.sqrt(xx), "covariance_zx": zx,
+        }  # fmt: skip
     return {name: float(value) + 0.0 for name, value in found.items() if np.isfinite(value)}
 
 
@@ -291,7 +259,7 @@ def write_profile(
     level = profile.confidence if isinstance(profile, Map) else confidence
     try:
         content = ProfileFile(
-            format=FORMAT, version=1,
+            format=FORMAT, version=2,
             medium=About(name=name or own, title=title, notes=notes),
             validity=Validity(
                 depth_from_cm=low or None, depth_to_cm=high if math.isfinite(high) else None,
@@ -333,19 +301,21 @@ def _numbers(profile: Map | TableProfile, table: TableProfile, confidence: float
         alpha_z_N_per_cm3=_rows(table.alpha_z), alpha_x_N_per_cm3=_rows(table.alpha_x),
         measured=_measured(profile, table).tolist(),
     )  # fmt: skip
-    errors, (terms, zeta) = _errors(profile, table), _fitted(table, confidence)
+    errors, (terms, zeta) = _errors(table), _fitted(table, confidence)
     named = None if terms is None else dict(zip(TERMS, terms.tolist(), strict=True))
     return {
         "nodes": nodes,
         "errors": errors,
-        "pushes": _made(profile, nodes, errors),
+        "pushes": _made(profile, table, nodes, errors),
         "nine_terms": None if named is None else Terms(**named),
         "zeta": zeta,
         "golden": _golden(table, terms, errors),
     }
 
 
-def _made(profile: Map | TableProfile, nodes: Nodes, errors: Errors | None) -> Made:
+def _made(
+    profile: Map | TableProfile, table: TableProfile, nodes: Nodes, errors: Errors | None
+) -> Made:
     """The pushes of a map; of a table its measured directions, each once."""
     if isinstance(profile, Map) and profile.given is not None:
         pushes = profile.given
@@ -359,7 +329,10 @@ def _made(profile: Map | TableProfile, nodes: Nodes, errors: Errors | None) -> M
         alpha = np.stack([np.array(one, dtype=float)[own] for one in values])
         se = np.full(alpha.shape, np.nan)
         if errors is not None:
-            se = np.stack([np.sqrt((rows**2).sum(axis=0))[own] for rows in _on_nodes(errors)])
+            draws = _spread(table, errors)
+            se = np.stack(
+                [rows.std(axis=0, ddof=1)[own] for rows in (draws.alpha_z, draws.alpha_x)]
+            )
         beta, gamma = beta[own], gamma[own]
     (z, x), (se_z, se_x) = (_rows(one) for one in (alpha, np.where(np.isnan(alpha), np.nan, se)))
     return Made(
@@ -544,10 +517,10 @@ def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
             file.note(("pushes", name), "length", f"{len(entries)} entries", wanted)
     if errors is None:
         return
-    z, x = errors.factor_z_N_per_cm3, errors.factor_x_N_per_cm3
+    z, x = errors.draws_z_N_per_cm3, errors.draws_x_N_per_cm3
     used = {one for row in errors.cell for one in row if one is not None}
     width = len(z[0])
-    for name, rows in (("factor_z_N_per_cm3", z), ("factor_x_N_per_cm3", x)):
+    for name, rows in (("draws_z_N_per_cm3", z), ("draws_x_N_per_cm3", x)):
         _check_rows(file, ("errors", name), rows, len(z), width)
     if not used or min(used) < 0 or max(used) >= width:
         found = f"{min(used)} to {max(used)}" if used else "none"

@@ -31,7 +31,7 @@ Number = Annotated[float, Field(ge=-1e6, le=1e6)]
 _FIRST = Field(fail_fast=True)
 Lines = Annotated[list[float], Field(min_length=2, max_length=1000, fail_fast=True)]
 Row = Annotated[list[Number], _FIRST]
-Rows = Annotated[list[Row], Field(min_length=1, max_length=1000, fail_fast=True)]
+Rows = Annotated[list[Row], Field(min_length=2, max_length=10_000, fail_fast=True)]
 MaybeRow = Annotated[list[Number | None], _FIRST]
 Grid = Annotated[list[MaybeRow], _FIRST]
 
@@ -139,19 +139,16 @@ class Made(Model):
 
 
 class Errors(Model):
-    """Errors of alpha: rows which, each times an independent standard normal number, add up to them."""
+    """Errors of alpha: draws of it within its errors, whose quantiles are intervals of all that follows."""
 
     cell: Annotated[list[Annotated[list[int | None], _FIRST]], _FIRST] = need(
-        "column of the factors, from 0, that belongs to a node; null: its error is not known"
+        "column of the draws, from 0, that belongs to a node; null: its error is not known"
     )
     sign_x: Annotated[list[Annotated[list[int], _FIRST]], _FIRST] = need(
-        "1 or -1, by which factor_x is multiplied at a node"
+        "1 or -1, by which draws_x is multiplied at a node"
     )
-    factor_z_N_per_cm3: Rows = need("of alpha_z, N/cm^3, one row a normal number")
-    factor_x_N_per_cm3: Rows = need("of alpha_x, N/cm^3, one row a normal number")
-    passive: bool = need(
-        "whether draws are left out in which the medium gives energy back at a node that was not measured"
-    )
+    draws_z_N_per_cm3: Rows = need("of alpha_z, N/cm^3, one row a draw")
+    draws_x_N_per_cm3: Rows = need("of alpha_x, N/cm^3, one row a draw")
 
 
 class Terms(Model):
@@ -196,7 +193,7 @@ class ProfileFile(Model):
     """The whole of ``profile.json``."""
 
     format: Literal["rftfit-profile"] = need("what this file is")
-    version: Literal[1] = need("of the format")
+    version: Literal[2] = need("of the format")
     medium: About = key(About(), "the medium")
     conventions: Conventions = key(Conventions(), "axes, signs and angles in words")
     units: Units = key(Units(), "units of the numbers")

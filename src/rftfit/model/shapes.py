@@ -3,17 +3,19 @@
 Alpha over the angles has nearly the same shape in all dry granular media. The shape of known media is
 taken as what is known beforehand, and every push corrects it:
 
-    alpha = s (m + d),   d ~ N(0, C + K)
+    alpha = s (m + d),   d ~ N(0, lambda (C + (1 - w) K + w R)),   the medium takes energy everywhere
 
-with the unknown size s of this medium, the mean shape m and the covariance C of the known media, and a
-smooth covariance K for how a further medium may differ from them all. Given s it is one linear solve.
+with the unknown size s of this medium, the mean shape m and the covariance C of the known media, and for how
+a further medium may differ from them all a smooth covariance K and a rough one R. The pushes tell s, how far
+the medium departs from the known shape (lambda) and how roughly (w). Draws of all of it are the map: their
+mean is its number, their quantiles are its interval.
 """
 
 from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from importlib.resources import files
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -31,7 +33,7 @@ from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     import numpy.typing as npt
     import pandas as pd
@@ -47,21 +49,25 @@ DRAWS, SEED = 1000, 2013
 FEWEST_DRAWS = 100
 """With fewer of them there are no intervals."""
 
-_MOST_DRAWN = 20
-"""So many times the wanted draws are made at most to find enough that are passive."""
+_MOST_DRAWN = 60
+"""So many times the wanted draws are made at most to find enough in which the medium takes energy."""
 
 NOT_ALIKE = 0.03
 """A medium whose pushes lie so far from the shape by chance less often than this does not belong."""
 
 
 class Variation(NamedTuple):
-    """How far a further medium may differ from the known ones: amplitude and lengths of K.
+    """How far a further medium may differ from the known ones: amplitude and lengths of K and R.
 
     `floor`, `share`: standard deviation floor + share |m|, of a shape whose size is 1.
     `smooth`: part of the variance that is smooth (squared exponential); the rest is rough (Matern 3/2).
     `smooth_beta`, `smooth_gamma`, `rough_beta`, `rough_gamma`: their lengths, in (cos 2 beta, sin 2 beta)
         and in (cos gamma, sin gamma).
     `media`: the covariance of the known media is taken so many times.
+    `own_beta`, `own_gamma`: lengths of R (Matern 3/2), whose standard deviation is the same everywhere: the
+        root mean square of floor + share |m|.
+    `most_own`: the share w of R is flat beforehand from 0 to this.
+    `departure_dof`: lambda is inverse gamma beforehand with so many degrees of freedom and its mode at 1.
     """
 
     floor: float
@@ -72,6 +78,10 @@ class Variation(NamedTuple):
     rough_beta: float
     rough_gamma: float
     media: float
+    own_beta: float
+    own_gamma: float
+    most_own: float
+    departure_dof: float
 
 
 @cache
@@ -146,39 +156,77 @@ class Shapes:
             shapes.append(np.concatenate(profile.alpha(beta, gamma)) / size)
         return np.stack(shapes)
 
-    def moments(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean, shape (2 n,), and covariance, shape (2 n, 2 n), of a further medium of size 1."""
+    def prior(self, beta: FloatArray, gamma: FloatArray) -> _Prior:
+        """What is known of a further medium of size 1 before a push, at directions of shape (n,)."""
         known = self.of_media(beta, gamma)
         mean, count, by = known.mean(axis=0), len(known), self.variation
-        between = known - mean
-        covariance = between.T @ between * (by.media * (1 + 1 / count) / (count - 1))
+        between = (known - mean) * np.sqrt(by.media * (1 + 1 / count) / (count - 1))
         amplitude = by.floor + by.share * np.abs(mean)
-        covariance += np.outer(amplitude, amplitude) * _alike(beta, gamma, by)
-        return mean, covariance
+        level = by.floor + by.share * np.abs(self.of_media(*_GRID).mean(axis=0))
+        smooth = np.outer(amplitude, amplitude) * _alike(beta, gamma, partial(_smooth, by))
+        return _Prior(
+            mean, between, smooth, np.mean(level**2) * _alike(beta, gamma, partial(_rough, by))
+        )
+
+    def moments(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean, shape (2 n,), and covariance, shape (2 n, 2 n), of a medium of size 1, lambda 1 and w 0."""
+        prior = self.prior(beta, gamma)
+        return prior.mean, prior.covariance(0.0)
 
 
-def _alike(beta: FloatArray, gamma: FloatArray, by: Variation) -> FloatArray:
+class _Prior(NamedTuple):
+    """Mean shape; rows whose products are C; K; R."""
+
+    mean: FloatArray
+    between: FloatArray
+    smooth: FloatArray
+    rough: FloatArray
+
+    def covariance(self, own: float) -> FloatArray:
+        """C + (1 - w) K + w R, `own`: w."""
+        result: FloatArray = (
+            self.between.T @ self.between + (1 - own) * self.smooth + own * self.rough
+        )
+        return result
+
+
+def _alike(
+    beta: FloatArray, gamma: FloatArray, kernel: Callable[[FloatArray, FloatArray], FloatArray]
+) -> FloatArray:
     """Correlation of functions on the torus of (2 beta, gamma) that have the symmetry of alpha.
 
     Of alpha_z the part that is even under the mirror, with a variance of 1 everywhere; of alpha_x the
     odd part, whose variance goes to 0 where a direction is its own mirror image.
     """
-    one, image = (beta, gamma), mirror(beta, gamma)
-    direct, turned = _kernel(one, one, by), _kernel(one, image, by)
+
+    def between(other: Angles) -> FloatArray:
+        # the chords between two points of each circle
+        return kernel(
+            2 * np.sin(beta[:, None] - other[0]), 2 * np.sin((gamma[:, None] - other[1]) / 2)
+        )
+
+    direct, turned = between((beta, gamma)), between(mirror(beta, gamma))
     size = np.sqrt(1 + np.diag(turned))
     nothing = np.zeros_like(direct)
     even = (direct + turned) / size / size[:, None]
     return np.block([[even, nothing], [nothing, direct - turned]])
 
 
-def _kernel(one: Angles, other: Angles, by: Variation) -> FloatArray:
-    # the chords between two points of each circle
-    chord_beta = 2 * np.sin(one[0][:, None] - other[0])
-    chord_gamma = 2 * np.sin((one[1][:, None] - other[1]) / 2)
-    smooth = np.hypot(chord_beta / by.smooth_beta, chord_gamma / by.smooth_gamma)
-    rough = np.sqrt(3) * np.hypot(chord_beta / by.rough_beta, chord_gamma / by.rough_gamma)
+def _smooth(by: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
+    """Kernel of K over chords."""
+    smooth = np.hypot(beta / by.smooth_beta, gamma / by.smooth_gamma)
     result: FloatArray = by.smooth * np.exp(-(smooth**2) / 2)
-    result += (1 - by.smooth) * (1 + rough) * np.exp(-rough)
+    result += (1 - by.smooth) * _matern(np.hypot(beta / by.rough_beta, gamma / by.rough_gamma))
+    return result
+
+
+def _rough(by: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
+    """Kernel of R over chords."""
+    return _matern(np.hypot(beta / by.own_beta, gamma / by.own_gamma))
+
+
+def _matern(distance: FloatArray) -> FloatArray:
+    result: FloatArray = (1 + np.sqrt(3) * distance) * np.exp(-np.sqrt(3) * distance)
     return result
 
 
@@ -407,57 +455,31 @@ def estimate(
     nodes = _GRID if nodes is None else nodes
     made = int(np.isfinite(pushes.alpha).any(axis=0).sum())
     pushes = merged(pushes)
-    count, every = nodes[0].size, pushes.beta.size
-    mean, prior = shapes.moments(
+    prior = shapes.prior(
         np.concatenate([nodes[0], pushes.beta]), np.concatenate([nodes[1], pushes.gamma])
     )
-    place = np.arange(mean.size).reshape(2, -1)
-    at, seen = place[:, :count].ravel(), place[:, count:].ravel()
+    seen = np.arange(prior.mean.size).reshape(2, -1)[:, nodes[0].size :].ravel()
     y, errors = pushes.alpha.ravel(), pushes.covariance
     # symmetry leaves some numbers no freedom: they tell nothing of the medium
-    told = np.isfinite(y) & np.isfinite(np.diag(errors)) & (np.diag(prior)[seen] > _NONE)
+    told = np.isfinite(y) & np.isfinite(np.diag(errors)) & (np.diag(prior.smooth)[seen] > _NONE)
     if not told.any():
         raise ValueError("no push has a number that tells of the medium")
-    given = _Given(
-        mean[seen[told]], prior[np.ix_(seen[told], seen[told])], y[told], errors[np.ix_(told, told)]
+    posterior = _Posterior(
+        prior, seen[told], y[told], errors[np.ix_(told, told)], shapes.variation, size
     )
-    sizes, weights = given.sizes(size)
-    across = prior[np.ix_(at, seen[told])]
-    means = sizes[:, None] * mean[at] + given.pull(sizes) @ across.T
-    best = weights @ means
-    # the covariance given the size, at its typical one; how the mean moves with the size is exact
-    middle = float(np.sqrt(weights @ sizes**2))
-    gain = given.gain(across, middle)
-    left = prior[np.ix_(at, at)] - (gain @ across.T + across @ gain.T) + gain @ given.prior @ gain.T
-    noise = np.zeros((y.size, 2 * count))
-    noise[told] = gain.T
-    moved = np.sqrt(weights)[:, None] * (means - best)
-    spread = middle**2 * left + moved.T @ moved
-    measured = np.zeros(count, dtype=bool)
-    for push, (beta, gamma) in enumerate(zip(pushes.beta, pushes.gamma, strict=True)):
-        own, turned = _same_direction(beta, gamma, *nodes)
-        if not told[push]:  # without a vertical component it is no cell
-            continue
-        measured[own] = True
-        for component, sign in enumerate((np.ones(own.size), turned)):
-            row, there = component * every + push, component * count + own
-            if told[row]:  # a node that was pushed keeps its number, and its error
-                best[there] = sign * y[row]
-                spread[there] = spread[:, there] = noise[:, there] = 0.0
-                noise[row, there] = sign
-    spread += noise.T @ np.where(np.outer(told, told), errors, 0.0) @ noise
-    # as few rows as there are numbers: for draws, and for the file of the profile
-    factor = root(spread).reshape(-1, 2, count)
-    expected = float(weights @ sizes)
-    horizontal, seen_error = given.horizontal(np.flatnonzero(told) >= every, expected)
+    kept = _Kept(nodes, pushes, told)
+    draws, share = posterior.draws(kept, nodes[1])
+    usual = posterior.given[0]
+    expected = usual.expected(size)
+    horizontal, seen_error = usual.horizontal(np.flatnonzero(told) >= pushes.beta.size, expected)
     # NaN stays: without both components there is nothing to compare
     off = (
         np.inf if horizontal == 0 else abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
     )
     return Map(
-        name, *nodes, best.reshape(2, count), factor, measured, expected, given.distance(expected),
+        name, *nodes, draws, kept.measured, share, expected, usual.distance(expected),
         y[told].size - 1, made, shapes.name,
-        given.farthest(pushes, told, expected), horizontal, float(off), confidence, pushes,
+        usual.farthest(pushes, told, expected), horizontal, float(off), confidence, pushes,
     )  # fmt: skip
 
 
@@ -466,63 +488,189 @@ _NONE = 1e-9
 
 _SIZES = 80
 _WIDEST = 30.0
+_OWN = 8
+"""Values of w; the first is 0."""
+_DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
+"""Values of lambda: beyond them lies 0.1 % of what is known of it beforehand."""
+
+
+class _Kept:
+    """Nodes that were pushed: each keeps its number, with the error of that."""
+
+    def __init__(self, nodes: Angles, pushes: Pushes, told: npt.NDArray[np.bool_]) -> None:
+        count, every = nodes[0].size, pushes.beta.size
+        self.measured = np.zeros(count, dtype=bool)
+        there, rows, signs = [], [], []
+        # numbers of the pushes that tell of the medium, in their order
+        place = np.cumsum(told) - 1
+        for push, (beta, gamma) in enumerate(zip(pushes.beta, pushes.gamma, strict=True)):
+            own, turned = _same_direction(beta, gamma, *nodes)
+            if not told[push]:  # without a vertical component it is no cell
+                continue
+            self.measured[own] = True
+            for component, sign in enumerate((np.ones(own.size), turned)):
+                if told[row := component * every + push]:
+                    there.append(component * count + own)
+                    rows.append(np.full(own.size, place[row]))
+                    signs.append(sign)
+        self.there = np.concatenate([np.zeros(0, int), *there])
+        self.rows = np.concatenate([np.zeros(0, int), *rows])
+        self.signs = np.concatenate([np.zeros(0), *signs])
+
+    def put(self, into: FloatArray, numbers: FloatArray) -> None:
+        """Numbers of the pushes, shape (..., pushes), into those of the nodes, shape (..., 2 n)."""
+        into[..., self.there] = self.signs * numbers[..., self.rows]
+
+
+class _Posterior:
+    """What pushes tell of a medium: its size, its departure lambda and the share w of R, on a grid.
+
+    `seen`: places of the numbers y in the prior; the places before them are nodes, z first.
+    """
+
+    def __init__(
+        self, prior: _Prior, seen: npt.NDArray[np.intp], y: FloatArray, errors: FloatArray,
+        by: Variation, size: float | None,
+    ) -> None:  # fmt: skip
+        self.prior, self.seen, self.y, self.errors = prior, seen, y, errors
+        self.own = np.linspace(0, by.most_own, _OWN)
+        self._each = [prior.covariance(own) for own in self.own]
+        self.given = [
+            _Given(prior.mean[seen], each[np.ix_(seen, seen)], y, errors) for each in self._each
+        ]
+        half = by.departure_dof / 2
+        before = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
+        ends = np.where(np.isin(np.arange(_OWN), (0, _OWN - 1)), 0.5, 1.0)
+        beforehand = np.log(ends)[:, None, None] + before[:, None]
+        self.sizes, self.weights = _weighed(self.given, _DEPARTURES, beforehand, size)
+
+    def draws(self, kept: _Kept, gamma: FloatArray) -> tuple[FloatArray, float]:
+        """Draws of alpha at the nodes, shape (draws, 2, n), and the share left out as they give energy back.
+
+        `gamma`: of the nodes, rad.
+        """
+        random = np.random.default_rng(SEED)
+        at = np.arange(self.prior.mean.size).reshape(2, -1)[:, : gamma.size].ravel()
+        found: list[FloatArray] = []
+        tried = 0
+        while tried < _MOST_DRAWN and sum(map(len, found)) < DRAWS:
+            draws = self._some(at, kept, random).reshape(DRAWS, 2, -1)
+            least = -LEAST_WORK * np.abs(draws).max(axis=(1, 2))
+            takes = (work(draws, gamma) >= least[:, None]) | kept.measured
+            found.append(draws[takes.all(axis=-1)])
+            tried += 1
+        drawn = np.concatenate(found)
+        share = 1 - len(drawn) / (tried * DRAWS)
+        if len(drawn) < FEWEST_DRAWS:
+            raise ValueError(
+                f"in {share:.1%} of the draws the medium gives energy back where it was not pushed: look "
+                "at the signs of alpha and at the angles"
+            )
+        drawn = drawn[:DRAWS]
+        # of what was measured the mean is the number itself
+        flat = drawn.reshape(len(drawn), -1)
+        centre = flat.mean(axis=0)
+        kept.put(centre, self.y)
+        flat += centre - flat.mean(axis=0)
+        return drawn, share
+
+    def _some(
+        self, at: npt.NDArray[np.intp], kept: _Kept, random: np.random.Generator
+    ) -> FloatArray:
+        """Draws of size, departure and roughness, and of the shape given them and the pushes.
+
+        A medium and errors are drawn from what is known beforehand and corrected by what its pushes would
+        differ from those made (Matheron's rule).
+        """
+        where = (np.arange(DRAWS) + random.random()) / DRAWS
+        chosen = np.searchsorted(np.cumsum(self.weights.ravel())[:-1], random.permutation(where))
+        own, departure, size = np.unravel_index(chosen, self.weights.shape)
+        share, wide = self.own[own][:, None], _DEPARTURES[departure][:, None]
+        s = self.sizes[size][:, None]
+        parts = [
+            (1.0, self.prior.between),
+            *zip((np.sqrt(1 - share), np.sqrt(share)), self._roots, strict=True),
+        ]
+        departed: FloatArray = sum(
+            (part * (random.standard_normal((DRAWS, len(rows))) @ rows) for part, rows in parts),
+            np.zeros(1),
+        )
+        medium = s * (self.prior.mean + np.sqrt(wide) * departed)
+        noise = random.standard_normal((DRAWS, len(self._noise))) @ self._noise
+        off = self.y - medium[:, self.seen] - noise
+        result = medium[:, at]
+        variance = s**2 * wide
+        for place, (one, each) in enumerate(zip(self.given, self._each, strict=True)):
+            mine = own == place
+            pull = variance[mine] * one.solved(off[mine], variance[mine])
+            result[mine] += pull @ each[np.ix_(self.seen, at)]
+        kept.put(result, self.y - noise)
+        return result
+
+    @cached_property
+    def _roots(self) -> tuple[FloatArray, FloatArray]:
+        return root(self.prior.smooth), root(self.prior.rough)
+
+    @cached_property
+    def _noise(self) -> FloatArray:
+        return root(self.errors)
+
+
+def _weighed(
+    given: list[_Given], departures: FloatArray, beforehand: FloatArray, known: float | None
+) -> tuple[FloatArray, FloatArray]:
+    """Sizes, on a grid of their logarithm, and the weight of each w, lambda and size, which sum to 1."""
+    middle = given[0].first if known is None else known
+    low, high = np.log(middle / _WIDEST), np.log(middle * _WIDEST)
+    for _ in range(3):  # to where the likelihood is
+        sizes = np.exp(np.linspace(low, high, _SIZES)) if known is None else np.array([known])
+        logarithm = beforehand + np.stack([one.likelihood(sizes, departures) for one in given])
+        weights = np.exp(logarithm - logarithm.max())
+        there = np.flatnonzero(weights.max(axis=(0, 1)) > 1e-6)
+        low = np.log(sizes[max(there[0] - 1, 0)])
+        high = np.log(sizes[min(there[-1] + 1, sizes.size - 1)])
+    return sizes, weights / weights.sum()
 
 
 class _Given:
-    """Numbers with a normal error, seen of a shape whose size is unknown."""
+    """Numbers with a normal error, seen of a shape whose size and departure are unknown."""
 
     def __init__(
         self, mean: FloatArray, prior: FloatArray, y: FloatArray, errors: FloatArray
     ) -> None:
-        self.mean, self.prior, self.y = mean, prior, y
+        self.mean, self.y = mean, y
         # exact numbers have the error of rounding
         scale = float(np.abs(y).max()) or 1.0
-        self._errors = errors + np.eye(y.size) * (1e-6 * scale) ** 2
+        errors = errors + np.eye(y.size) * (1e-6 * scale) ** 2
         # one decomposition serves every size: both covariances become diagonal
-        root = np.linalg.cholesky(self._errors)
+        root = np.linalg.cholesky(errors)
         half = np.linalg.solve(root, np.linalg.solve(root, prior).T)
         values, vectors = np.linalg.eigh((half + half.T) / 2)
         self._values = np.maximum(values, 0.0)
         self._whiten = vectors.T @ np.linalg.inv(root)
         self._y, self._mean = self._whiten @ y, self._whiten @ mean
-
-    def _likelihood(self, sizes: FloatArray) -> FloatArray:
-        variance = 1 + np.square(sizes)[:, None] * self._values
-        squares = (self._y - sizes[:, None] * self._mean) ** 2 / variance
-        result: FloatArray = -0.5 * (np.log(variance) + squares).sum(axis=1)
-        return result
-
-    def sizes(self, known: float | None) -> tuple[FloatArray, FloatArray]:
-        """Sizes and their weights: the likelihood on a grid of their logarithm, flat beforehand."""
-        if known is not None:
-            return np.array([known]), np.ones(1)
-        weight = 1 / (np.diag(self._errors) + (0.2 * np.abs(self.y)) ** 2)
-        first = float(weight @ (self.mean * self.y)) / float(weight @ self.mean**2)
-        if not first > 0:
+        weight = 1 / (np.diag(errors) + (0.2 * np.abs(y)) ** 2)
+        self.first = float(weight @ (mean * y)) / float(weight @ mean**2)
+        if not self.first > 0:
             raise ValueError(
                 "the pushes meet no resistance: look at the signs of alpha and at the angles"
             )
-        low, high = np.log(first / _WIDEST), np.log(first * _WIDEST)
-        for _ in range(3):  # to where the likelihood is
-            sizes = np.exp(np.linspace(low, high, _SIZES))
-            likelihood = self._likelihood(sizes)
-            weights = np.exp(likelihood - likelihood.max())
-            there = np.flatnonzero(weights > 1e-6)
-            low = np.log(sizes[max(there[0] - 1, 0)])
-            high = np.log(sizes[min(there[-1] + 1, _SIZES - 1)])
-        return sizes, weights / weights.sum()
 
-    def pull(self, sizes: FloatArray) -> FloatArray:
-        """What the covariance with a place is multiplied with to move its mean, shape (sizes, n)."""
-        square = np.square(sizes)[:, None]
-        rest = (self._y - sizes[:, None] * self._mean) / (1 + square * self._values)
-        result: FloatArray = square * rest @ self._whiten
+    def likelihood(self, sizes: FloatArray, departures: FloatArray) -> FloatArray:
+        """Its logarithm, shape (departures, sizes)."""
+        variance = 1 + (departures[:, None] * sizes**2)[..., None] * self._values
+        squares = (self._y - sizes[:, None] * self._mean) ** 2 / variance
+        result: FloatArray = -0.5 * (np.log(variance) + squares).sum(axis=-1)
         return result
 
-    def gain(self, across: FloatArray, size: float) -> FloatArray:
-        """How places follow the numbers, shape (places, n); `across`: their covariance, of size 1."""
-        turned = across @ self._whiten.T * (size**2 / (1 + size**2 * self._values))
-        result: FloatArray = turned @ self._whiten
+    def expected(self, known: float | None) -> float:
+        """Size of a medium that departs as the known ones do."""
+        sizes, weights = _weighed([self], np.ones(1), np.zeros((1, 1, 1)), known)
+        return float(weights[0, 0] @ sizes)
+
+    def solved(self, off: FloatArray, variance: FloatArray) -> FloatArray:
+        """Inverse covariance of the numbers times `off`, (draws, n); `variance`: s^2 lambda, (draws, 1)."""
+        result: FloatArray = (off @ self._whiten.T / (1 + variance * self._values)) @ self._whiten
         return result
 
     def distance(self, size: float) -> float:
@@ -613,12 +761,12 @@ class Map:
         Of the medium.
     beta, gamma : numpy.ndarray, shape (n,)
         Its nodes, rad; together with their mirror images they make a whole grid.
-    alpha : numpy.ndarray, shape (2, n)
-        z and x, N/cm^3.
-    factor : numpy.ndarray, shape (r, 2, n)
-        Rows which, each times an independent standard normal number, add up to the error of alpha.
+    draws : numpy.ndarray, shape (draws, 2, n)
+        Draws of alpha, z and x, N/cm^3: media that the pushes allow and that take energy in every direction.
     measured : numpy.ndarray of bool, shape (n,)
         Whether the node was pushed: its alpha is then what was measured.
+    not_passive : float
+        Share of the draws that was left out, because the medium would give energy back.
     size : float
         Root mean square of alpha over the published grid, N/cm^3.
     distance : float
@@ -650,9 +798,9 @@ class Map:
     name: str
     beta: FloatArray
     gamma: FloatArray
-    alpha: FloatArray
-    factor: FloatArray = field(repr=False)
+    draws: FloatArray = field(repr=False)
     measured: npt.NDArray[np.bool_]
+    not_passive: float
     size: float
     distance: float
     dof: int
@@ -665,25 +813,16 @@ class Map:
     given: Pushes | None = field(default=None, repr=False)
 
     @cached_property
-    def _drawn(self) -> tuple[FloatArray, float]:
-        """Draws in which the medium takes energy at every node, and the share of those that do not."""
-        draws, share = passive_draws(self.alpha, self.factor, self.gamma, ~self.measured)
-        if len(draws) < FEWEST_DRAWS:
-            raise InputError(
-                f"in {share:.1%} of the draws the medium gives energy back where it was not pushed: look "
-                "at the signs of alpha and at the angles"
-            )
-        return draws, share
+    def alpha(self) -> FloatArray:
+        """Mean of the draws, shape (2, n): z and x, N/cm^3."""
+        mean: FloatArray = self.draws.mean(axis=0)
+        return mean
 
     @property
-    def draws(self) -> FloatArray:
-        """Draws of alpha within its errors, shape (draws, 2, n); each takes energy in every direction."""
-        return self._drawn[0]
-
-    @property
-    def not_passive(self) -> float:
-        """Share of the draws that was left out, because the medium would give energy back."""
-        return self._drawn[1]
+    def factor(self) -> FloatArray:
+        """Rows whose products are the covariance of alpha, shape (draws, 2, n)."""
+        rows: FloatArray = (self.draws - self.alpha) / np.sqrt(len(self.draws) - 1)
+        return rows
 
     def work(self, alpha: FloatArray | None = None) -> FloatArray:
         """Energy that the medium takes at each node, per area, depth and way, N/cm^3.
@@ -717,17 +856,12 @@ class Map:
     @property
     def profile(self) -> TableProfile:
         """What answers alpha(beta, gamma), with draws for its intervals."""
-        found = self.bare_profile
-        found.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
-        return found
-
-    @property
-    def bare_profile(self) -> TableProfile:
-        """`profile` without draws, which take a moment."""
         of = f" of {self.name}" if self.name else ""
         pushes = "1 push" if self.pushes == 1 else f"{self.pushes} pushes"
         name = f"map{of} from {pushes} and the shape of {self.known}"
-        return TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
+        found = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
+        found.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
+        return found
 
     @property
     def zeta(self) -> tuple[float, float, float]:
@@ -794,24 +928,3 @@ LEAST_WORK = 0.02
 def work(alpha: FloatArray, gamma: FloatArray) -> FloatArray:
     """Energy that a medium takes, per area, depth and way, N/cm^3; `alpha`: shape (..., 2, n)."""
     return alpha[..., 0, :] * np.sin(gamma) + alpha[..., 1, :] * np.cos(gamma)
-
-
-def passive_draws(
-    alpha: FloatArray, factor: FloatArray, gamma: FloatArray, judged: npt.NDArray[np.bool_]
-) -> tuple[FloatArray, float]:
-    """Draws in which the medium takes energy at the nodes that are judged, and the share of others.
-
-    `alpha`: shape (2, n). `factor`: shape (r, 2, n), as of a `Map`. `gamma`: rad, shape (n,).
-    `judged`: shape (n,). Returns draws, shape (draws, 2, n).
-    """
-    random = np.random.default_rng(SEED)
-    kept: list[FloatArray] = []
-    tried = 0
-    least = -LEAST_WORK * np.abs(alpha).max()
-    while tried < _MOST_DRAWN and sum(map(len, kept)) < DRAWS:
-        draws = alpha + np.tensordot(random.standard_normal((DRAWS, len(factor))), factor, axes=1)
-        takes = (work(draws, gamma) >= least) | ~judged
-        kept.append(draws[takes.all(axis=-1)])
-        tried += 1
-    share = 1 - sum(map(len, kept)) / (tried * DRAWS)
-    return np.concatenate(kept)[:DRAWS], share
