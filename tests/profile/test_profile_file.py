@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,8 +26,7 @@ from rftfit.reference import MEDIA
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from dataclasses import replace
-from pathlib import Path
+    from pathlib import Path
 
     from rftfit.campaign.config import Config
 
