@@ -226,16 +226,18 @@ def peaks_inside(
     medium = str(table["medium"].iloc[0])
     item = config.intruders[leg]
     assert item.shape == "leg"
-    curve = leg_prediction(measured_profile(table, config), item, config)
+    curve, drawn = leg_prediction(measured_profile(table, config), item, config)
     parts, peaks = [], []
     for c in "zx":
         lo, hi = (curve[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
         wide = hi - lo > 1e-6
         parts.append((lo[wide], true[c][wide], hi[wide]))
-        at = [np.abs(true[c]).argmax()]
-        peaks.append((lo[at], true[c][at], hi[at]))
+        peak = true[c][np.abs(true[c]).argmax()]
+        peaks.append(tuple(np.array([one]) for one in (drawn[c][1], peak, drawn[c][2])))
     ours = curve.assign(medium=medium, leg=leg, profile="table")
-    errors = leg_errors(measured, ours, {medium: bed_spread(table)}, LEVEL).set_index("component")
+    named = {(medium, leg, "table", c): own for c, own in drawn.items()}
+    spread = {medium: bed_spread(table)}
+    errors = leg_errors(measured, ours, spread, LEVEL, peaks=named).set_index("component")
     lo, hi = (
         errors.loc[["z", "x"], f"peak_error_{end}_percent"].to_numpy(float) for end in ("lo", "hi")
     )

@@ -38,11 +38,15 @@ PUSHES = pd.DataFrame(
 OUTLINES = ("c_leg", "reversed_c_leg")
 
 
+def small_map(pushes: pd.DataFrame) -> rftfit.Map:
+    """A map with few draws: its file is read many times below."""
+    whole = rftfit.estimate_map(pushes, name="sand")
+    return replace(whole, draws=whole.draws[:150])
+
+
 @pytest.fixture(scope="module")
 def sand() -> rftfit.Map:
-    whole = rftfit.estimate_map(PUSHES, name="sand")
-    # a small file is read many times below
-    return replace(whole, draws=whole.draws[:150])
+    return small_map(PUSHES)
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +67,7 @@ def plane(step: float = 7.5) -> tuple[np.ndarray, np.ndarray]:
     return mesh[0].ravel(), mesh[1].ravel()
 
 
-def same_forces(own: rftfit.Profile, other: rftfit.Profile, tolerance: float = 1e-8) -> None:
+def same_forces(own: rftfit.Profile, other: rftfit.Profile, tolerance: float = 1e-6) -> None:
     for name in OUTLINES:
         wanted, found = (
             rftfit.predict(one, rftfit.model_leg(name)).drop(columns="reason")
@@ -230,7 +234,7 @@ def test_exact_pushes_have_no_error(tmp_path: Path) -> None:
 
 
 def test_the_same_map_gives_the_same_bytes(written: Path, tmp_path: Path) -> None:
-    again = rftfit.estimate_map(PUSHES.iloc[::-1], name="sand")
+    again = small_map(PUSHES.iloc[::-1])
     rftfit.write_profile(tmp_path / "a", again, title="Sand", notes="dry", window=(1.0, 8.0))
     assert (tmp_path / "a").read_bytes() == written.read_bytes()
 

@@ -13,6 +13,7 @@ from rftfit.conventions import mirror
 from rftfit.errors import InputError
 from rftfit.model import shapes as module
 from rftfit.model.forces import force_draws
+from rftfit.model.prediction import find_peaks
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import (
@@ -169,15 +170,21 @@ def test_a_number_is_the_mean_of_its_draws(count: int, medium: str, seed: int) -
     np.testing.assert_allclose(
         found.zeta, [zeta.mean(), *np.quantile(zeta, [0.025, 0.975])], rtol=1e-9
     )
-    leg = rftfit.model_leg("c_leg")
+    leg, spread = rftfit.model_leg("c_leg"), found.profile.spread
+    assert isinstance(spread, TableProfile)
     table, many = (
         rftfit.predict(found.profile, leg),
-        force_draws(found.profile.spread, leg, rftfit.rotation().poses),
+        force_draws(spread, leg, rftfit.rotation().poses),
     )
     for name, forces in (("force_z", many.force_z_N), ("force_x", many.force_x_N)):
         ends = np.quantile(forces, [0.025, 0.975], axis=0)
         for end, wanted in zip(("", "_lo", "_hi"), (forces.mean(axis=0), *ends), strict=True):
             np.testing.assert_allclose(table[f"{name}{end}_N"], wanted, atol=1e-9)
+    for peak in find_peaks(found.profile, leg)[:3]:
+        own = getattr(many, peak.quantity)
+        own = own.min(axis=1) if peak.name in ("suction", "drag") else own.max(axis=1)
+        wanted = [own.mean(), *np.quantile(own, [0.025, 0.975])]
+        np.testing.assert_allclose([peak.value, peak.lo, peak.hi], wanted, atol=1e-9)
     assert found.draws[:, :, ~found.measured].std(axis=0)[0].min() > 0
 
 

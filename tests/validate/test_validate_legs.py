@@ -63,7 +63,7 @@ def alpha_of(medium: str, noise: np.random.Generator | None = None) -> pd.DataFr
 @pytest.fixture(scope="module")
 def predicted(config: Config) -> pd.DataFrame:
     tables = [alpha_of(medium) for medium in MEDIA]
-    return pd.concat([predicted_curves(medium) for medium in results_of(tables, config)])
+    return pd.concat([predicted_curves(medium)[0] for medium in results_of(tables, config)])
 
 
 def test_every_leg_and_profile_is_predicted(predicted: pd.DataFrame) -> None:
@@ -92,7 +92,7 @@ def test_intervals_cover_the_truth_at_their_rate(config: Config) -> None:
     for _ in range(100):
         profile = measured_profile(alpha_of("poppy_LP", random), quick)
         for name, leg in legs.items():
-            own = leg_prediction(profile, leg, quick)
+            own = leg_prediction(profile, leg, quick)[0]
             for c, force in (("z", truth[name].force_z_N), ("x", truth[name].force_x_N)):
                 low, high = (own[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
                 wide = high - low > 1e-6
@@ -109,8 +109,8 @@ def test_the_shape_of_a_leg_is_in_the_intervals(config: Config) -> None:
     exact = config.model_copy(
         update={"errors": config.errors.model_copy(update={"hip_cm": 0, "arc_percent": 0})}
     )
-    wide, plain = leg_prediction(profile, leg, config), leg_prediction(profile, leg, exact)
-    other = leg_prediction(profile, lower, exact)
+    wide, plain = leg_prediction(profile, leg, config)[0], leg_prediction(profile, leg, exact)[0]
+    other = leg_prediction(profile, lower, exact)[0]
     best = {c: plain[f"force_{c}_N"].to_numpy() for c in "zx"}
     moved = shape_errors(profile, leg, config, best)
     np.testing.assert_allclose(
@@ -184,7 +184,7 @@ def test_the_papers_statements_are_met_or_named(config: Config, predicted: pd.Da
         tables.append(alpha_of("poppy_LP").assign(medium=sand))
         tables[-1][column("z")] = slope
     results = results_of(tables, config)
-    everything = pd.concat([predicted, *(predicted_curves(results[sand]) for sand in slopes)])
+    everything = pd.concat([predicted, *(predicted_curves(results[sand])[0] for sand in slopes)])
     measured = pd.concat([load("fig_s5"), load("fig_s12")])
     scaled = pd.DataFrame(
         {"medium": medium, "alpha_z_measured_N_per_cm3": slope, "zeta": results[medium].zeta}
@@ -276,7 +276,7 @@ def test_a_missing_cell_gives_no_guess(config: Config) -> None:
     cell = (table["beta_deg"] == 0) & (table["gamma_deg"] == 0)
     table.loc[cell, [column("z"), column("x")]] = np.nan
     table.loc[cell, "reason"] = "transducer saturated"
-    curves = predicted_curves(results_of([table], config)["poppy_LP"])
+    curves = predicted_curves(results_of([table], config)["poppy_LP"])[0]
     by_table = curves[(curves["profile"] == "table") & (curves["leg"] == "c_leg")]
     unknown = by_table["force_z_N"].isna()
     assert unknown.any()
@@ -287,7 +287,7 @@ def test_a_missing_cell_gives_no_guess(config: Config) -> None:
 
 def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config: Config) -> None:
     sand = results_of([alpha_frame("yuma", one_cell(0.69))], config)["yuma"]
-    reasons = predicted_curves(sand).groupby(["profile", "leg"])["reason_code"].unique()
+    reasons = predicted_curves(sand)[0].groupby(["profile", "leg"])["reason_code"].unique()
     assert len(reasons) == 2 * len(LEGS)
     assert all(list(found) == ["published-media"] for found in reasons["generic"])
     assert all(list(found) == [""] for found in reasons["map"])
@@ -295,7 +295,7 @@ def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config:
 
 def test_a_sand_without_a_test_has_no_curve_and_all_columns(config: Config) -> None:
     sand = results_of([alpha_frame("yuma", one_cell(np.nan))], config)["yuma"]
-    curves = predicted_curves(sand)
+    curves = predicted_curves(sand)[0]
     assert curves.empty
     assert list(curves.columns) == PREDICTED_COLUMNS
 
@@ -306,7 +306,7 @@ def test_a_map_is_for_a_medium_that_lacks_directions(config: Config) -> None:
     cells = (table["beta_deg"] == 0) & ((table["gamma_deg"] > 0) | (table["gamma_deg"] == -90))
     numbers = [name for name in table if str(name).startswith("alpha_")]
     table.loc[~cells, numbers] = np.nan
-    curves = predicted_curves(results_of([table], config)["poppy_LP"])
+    curves = predicted_curves(results_of([table], config)["poppy_LP"])[0]
     assert set(curves["profile"]) == {"table", "map", "depth_only"}
     lacking = curves[curves["force_z_N"].isna()]
     assert set(lacking["profile"]) == {"table"}
@@ -317,7 +317,7 @@ def test_prediction_needs_a_leg_of_the_config(config: Config) -> None:
     profile = measured_profile(alpha_of("glass3mm_CP"), config)
     leg = config.intruders["flat_leg"]
     assert isinstance(leg, Leg)
-    low = leg_prediction(profile, leg.model_copy(update={"hip_height_cm": 9.0}), config)
+    low = leg_prediction(profile, leg.model_copy(update={"hip_height_cm": 9.0}), config)[0]
     # the axle higher than the leg is long: it never touches the sand
     assert (low["force_z_N"] == 0).all()
     assert (low["force_z_hi_N"] == 0).all()

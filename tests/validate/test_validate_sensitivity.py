@@ -31,7 +31,7 @@ def results(paper_config: Config) -> Results:
 
 @pytest.fixture(scope="module")
 def errors(results: Results) -> pd.DataFrame:
-    predicted = pd.concat(predicted_curves(medium) for medium in results)
+    predicted = pd.concat(predicted_curves(medium)[0] for medium in results)
     return leg_errors(load("fig_s5"), predicted)
 
 

@@ -245,10 +245,11 @@ def _legs_text(found: Plates, level: str) -> str:
 
     sizes = found.sizes_cm
     nearest = min(sizes, key=lambda name: abs(sizes[name] - _PLATE_OF_THE_PAPER_CM))
-    own = found.forces[found.forces["plate"] == nearest].drop(columns="plate")
     rows = []
-    for leg, table_of_leg in own.groupby("leg", sort=False):
-        peaks = {peak.name: peak for peak in find_peaks(table_of_leg.drop(columns="leg"))}
+    profile, confidence = found.scaled[nearest].profile, found.config.fit.confidence
+    for leg in dict.fromkeys(found.forces["leg"]):
+        outline = rftfit.model_leg(leg)
+        peaks = {one.name: one for one in find_peaks(profile, outline, None, confidence)}
         cells = []
         for name in ("lift", "thrust"):
             peak = peaks.get(name)

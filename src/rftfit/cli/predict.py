@@ -104,7 +104,7 @@ def predict(
     inputs.check()
     check_target(output, MARK, "forces", force, (outline, path, profile_file))
     forces = rftfit.predict(source, body, motion, confidence)
-    peaks = find_peaks(forces)
+    peaks = find_peaks(source, body, motion, confidence)
     unknown = int(forces[list(QUANTITIES)].isna().any(axis=1).sum())
     reason = next((text for text in forces["reason"] if text), "")
     names = {

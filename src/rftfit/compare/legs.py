@@ -20,12 +20,12 @@ from rftfit.measure.flags import (
     with_reasons,
 )
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.model.draws import errors_behind, errors_known
+from rftfit.model.draws import errors_behind, errors_known, interval
 from rftfit.model.forces import force_draws, forces_on
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import arc_of, leg_outline
-from rftfit.model.prediction import predict
-from rftfit.model.profiles import TableProfile
+from rftfit.model.prediction import peaks_of_draws, predict
+from rftfit.model.profiles import Profile, TableProfile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config, Leg
     from rftfit.conventions import FloatArray
     from rftfit.model.motion import Motion
-    from rftfit.model.profiles import Profile
     from rftfit.results import Medium
 
 PREDICTED_COLUMNS = [
@@ -70,10 +69,17 @@ _BLOCK = 3
 _LEAST = 6
 
 
-def leg_prediction(profile: Profile, leg: Leg, config: Config) -> pd.DataFrame:
+Peaks = dict[tuple[str, str, str, str], tuple[float, float, float]]
+"""Value, lower and upper end of a predicted peak, N, by medium, leg, profile and component."""
+
+
+def leg_prediction(
+    profile: Profile, leg: Leg, config: Config
+) -> tuple[pd.DataFrame, dict[str, tuple[float, float, float]]]:
     """Force on a turning leg against theta, one row per degree, with the intervals of the profile.
 
-    What the leg's own shape may be off by is in the intervals, where the profile has any.
+    What the leg's own shape may be off by is in the intervals, where the profile has any. Returns also
+    the peak by component, where the profile has draws: mean and interval of the draws' own peaks.
     """
     motion = _turned(leg, config)
     level = config.fit.confidence
@@ -81,18 +87,34 @@ def leg_prediction(profile: Profile, leg: Leg, config: Config) -> pd.DataFrame:
     names = {"z": "force_z_N", "x": "force_x_N"}
     forces = predict(profile, leg_outline(leg), motion, level, quantities=[*names.values()])
     if "force_z_lo_N" not in forces:
-        return forces
+        return forces, {}
     wide = float(student_quantile(level, GIVEN_DOF))
     best = {c: forces[name].to_numpy(float) for c, name in names.items()}
     moved = shape_errors(profile, leg, config, best)
+    # a leg that is moved a little may reach cells that are missing
+    shape = {
+        c: wide * np.sqrt(sum(np.nan_to_num(part[c]) ** 2 for part in moved.values()))
+        for c in COMPONENTS
+    }
     for c, name in names.items():
         lo, hi = (f"force_{c}_{end}_N" for end in ("lo", "hi"))
-        # a leg that is moved a little may reach cells that are missing
-        shape = wide * np.sqrt(sum(np.nan_to_num(part[c]) ** 2 for part in moved.values()))
-        below, above = forces[name] - forces[lo], forces[hi] - forces[name]
-        forces[lo] = forces[name] - np.hypot(below, shape)
-        forces[hi] = forces[name] + np.hypot(above, shape)
-    return forces
+        forces[lo], forces[hi] = _wider(forces[name], forces[lo], forces[hi], shape[c])
+    if not isinstance(profile.spread, Profile) or not np.isfinite([*best.values()]).all():
+        return forces, {}
+    drawn = peaks_of_draws(profile.spread, leg_outline(leg), motion.poses)
+    peaks = {}
+    for c, force in best.items():
+        at = extreme(force, c)
+        own = drawn["lift" if c == "z" else "thrust" if force[at] > 0 else "drag"]
+        value = float(own.mean())
+        below, above = _wider(value, *interval(own, level), shape[c][at])
+        peaks[c] = value, float(below), float(above)
+    return forces, peaks
+
+
+def _wider(value: Any, lo: Any, hi: Any, half: Any) -> tuple[Any, Any]:
+    """An interval with one more independent error of this half width."""
+    return value - np.hypot(value - lo, half), value + np.hypot(hi - value, half)
 
 
 def _turned(leg: Leg, config: Config, hip_cm: float = 0.0) -> Motion:
@@ -164,8 +186,8 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
     return found
 
 
-def predicted_curves(medium: Medium) -> pd.DataFrame:
-    """Predict the force on all legs in one medium by every profile that it has.
+def predicted_curves(medium: Medium) -> tuple[pd.DataFrame, Peaks]:
+    """Predict the force on all legs in one medium by every profile that it has, and its peaks.
 
     A natural sand has the map and the generic one, and none where its penetration test gives no number,
     which the penetration table says. A medium without a nine-term fit has no profile that needs one, and
@@ -175,6 +197,7 @@ def predicted_curves(medium: Medium) -> pd.DataFrame:
 
     config, sand = medium.results.config, medium.name in medium.results.sands
     parts = []
+    peaks: Peaks = {}
     # a medium that was pushed in every direction has its table for a map
     whole = not sand and not medium.profile("table", draws=False).reason
     for kind in medium.kinds:
@@ -184,18 +207,19 @@ def predicted_curves(medium: Medium) -> pd.DataFrame:
         if profile.reason and kind not in ("table", "depth_only"):
             continue
         for name, leg in config.legs.items():
-            curve = leg_prediction(profile, leg, config)
+            curve, own = leg_prediction(profile, leg, config)
+            peaks |= {(medium.name, name, kind, c): peak for c, peak in own.items()}
             parts.append(curve.assign(medium=medium.name, leg=name, profile=kind))
     if not parts:
-        return pd.DataFrame(columns=PREDICTED_COLUMNS)
+        return pd.DataFrame(columns=PREDICTED_COLUMNS), {}
     # no profile of a table without a number, or without errors, has an interval
     curves = pd.concat(parts, ignore_index=True).reindex(columns=PREDICTED_COLUMNS)
     curves["reason_code"] = np.where(curves["reason"] == "", "", "alpha-missing")
     if sand:
-        own = (curves["reason_code"] == "") & (curves["profile"] == "generic")
+        alone = (curves["reason_code"] == "") & (curves["profile"] == "generic")
         note = medium.results.reference().remarks
-        curves = with_reasons(curves, (note * one for one in own))
-    return curves
+        curves = with_reasons(curves, (note * one for one in alone))
+    return curves, peaks
 
 
 def bed_spread(table: pd.DataFrame) -> float:
@@ -283,6 +307,7 @@ def leg_errors(
     bed_spread: Mapping[str, float] | None = None,
     confidence: float = 0.95,
     behind: Mapping[tuple[str, str, str], tuple[str, float]] | None = None,
+    peaks: Peaks | None = None,
 ) -> pd.DataFrame:
     """Compare every predicted curve with its measured one, over the theta that both have.
 
@@ -290,7 +315,7 @@ def leg_errors(
     early near its highest point has no peak. The interval of the peak error has the errors of alpha,
     of the leg's readings, of their zero and of the parabola through its peak, and the spread of its
     bed: a leg is measured in one bed. `bed_spread` is by medium, `behind` of `errors_of_peaks`, by
-    medium, leg and component.
+    medium, leg and component, `peaks` of `predicted_curves`.
     """
     import pandas as pd
 
@@ -306,7 +331,8 @@ def leg_errors(
         both = None if own is None else own.merge(part, on="theta_deg", suffixes=("_measured", ""))
         spread = (bed_spread or {}).get(str(medium), 0.0)
         for component in COMPONENTS:
-            found, why = _compare(both, component, spread, confidence)
+            drawn = (peaks or {}).get((str(medium), str(leg), str(profile), component))
+            found, why = _compare(both, component, spread, confidence, drawn)
             reason = reason_columns([*why, *flags.get((medium, leg), ())])
             name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
             name["verdict"] = judge(found)
@@ -318,7 +344,11 @@ def leg_errors(
 
 
 def _compare(
-    both: pd.DataFrame | None, component: str, spread: float, confidence: float
+    both: pd.DataFrame | None,
+    component: str,
+    spread: float,
+    confidence: float,
+    drawn: tuple[float, float, float] | None,
 ) -> tuple[dict[str, float], list[Remark]]:
     """Errors of one component of a predicted curve, whose rows stand beside those measured, and remarks."""
     if both is None:
@@ -340,11 +370,17 @@ def _compare(
         if _at_an_end(theta, ours, component) or _at_an_end(theta, truth, component):
             return row, [remark("short-at-peak", **ends)]
         why = [remark("short-curve", **ends)]
-    return row | _peak_errors(both, component, rms, spread, confidence), why
+        drawn = None  # its peak may lie where nothing was measured
+    return row | _peak_errors(both, component, rms, spread, confidence, drawn), why
 
 
 def _peak_errors(
-    both: pd.DataFrame, component: str, rms: float, spread: float, confidence: float
+    both: pd.DataFrame,
+    component: str,
+    rms: float,
+    spread: float,
+    confidence: float,
+    drawn: tuple[float, float, float] | None,
 ) -> dict[str, float]:
     theta, ours, truth = _curves(both, component)
     at, found = extreme(ours, component), measured_peak(theta, truth, component)
@@ -354,6 +390,8 @@ def _peak_errors(
     # what a parabola does to the prediction, which has no noise, it does to the measured peak
     smooth = measured_peak(theta, ours, component)
     shape = (smooth.force_N / best - 1) * peak if best else 0.0
+    if drawn is not None:
+        best, *ends = drawn
     error = math.hypot(found.se_N, zero, spread * peak, shape)
     lo, hi = _error_interval(best, ends, peak, error, confidence)
     return {

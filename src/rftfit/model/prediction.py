@@ -15,7 +15,7 @@ from rftfit.model.profiles import FourierProfile, Profile
 from rftfit.model.reference_kernel import place, submerged
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     import pandas as pd
 
@@ -113,17 +113,21 @@ def _of_draws(
     confidence: float,
     quantities: Sequence[str],
 ) -> Ends:
-    # a long path with every draw of every pose at once would not fit into the memory
-    step = max(1, _MOST_AT_ONCE // draws.parameters[0].shape[0])
     parts: dict[str, list[tuple[FloatArray, FloatArray]]] = {name: [] for name in quantities}
-    for start in range(0, len(poses), step):
-        many = force_draws(draws, outline, poses[start : start + step])
+    for many in _at_once(draws, outline, poses):
         for name, values in _named(many, quantities).items():
             parts[name].append(interval(values, confidence))
     return {
         name: (np.concatenate([lo for lo, _ in part]), np.concatenate([hi for _, hi in part]))
         for name, part in parts.items()
     }
+
+
+def _at_once(draws: Profile, outline: Outline, poses: FloatArray) -> Iterator[Forces]:
+    """Forces of all draws, of so many poses as fit into the memory."""
+    step = max(1, _MOST_AT_ONCE // draws.parameters[0].shape[0])
+    for start in range(0, len(poses), step):
+        yield force_draws(draws, outline, poses[start : start + step])
 
 
 def _named(forces: Forces, quantities: Sequence[str]) -> dict[str, FloatArray]:
@@ -220,7 +224,11 @@ PEAKS = (
 
 @dataclass(frozen=True)
 class Peak:
-    """Greatest force of one sign, with its interval there (NaN where none is known), at theta_deg or t_s."""
+    """Greatest force of one sign, with its interval (NaN where none is known), at theta_deg or t_s.
+
+    Where the profile has draws, number and interval are mean and quantiles of the draws' own peaks; at
+    is the place of the peak of their mean.
+    """
 
     name: str
     quantity: str
@@ -230,11 +238,18 @@ class Peak:
     at: float
 
 
-def find_peaks(table: pd.DataFrame) -> list[Peak]:
-    """Find the greatest force and moment of each sign in a table of `predict`.
+def find_peaks(
+    profile: Profile, outline: Outline, motion: Motion | None = None, confidence: float = 0.95
+) -> list[Peak]:
+    """Find the greatest force and moment of each sign on a body that moves, as `predict` takes them.
 
     Poses with NaN are left out. Returns only those that exist: no lift where nothing pushes up.
     """
+    motion = rotation() if motion is None else motion
+    table = predict(profile, outline, motion, confidence)
+    own: dict[str, FloatArray] = {}
+    if isinstance(profile.spread, Profile):
+        own = peaks_of_draws(profile.spread, outline, motion.poses)
     found = []
     at = table.iloc[:, 0].to_numpy(float)
     for name, quantity, sign in PEAKS:
@@ -242,8 +257,23 @@ def find_peaks(table: pd.DataFrame) -> list[Peak]:
         if np.isnan(values).all() or not np.nanmax(sign * values) > 0:
             continue
         row = int(np.nanargmax(sign * values))
-        ends = [
-            float(table[end].iloc[row]) if end in table else math.nan for end in end_names(quantity)
-        ]
-        found.append(Peak(name, quantity, float(values[row]), ends[0], ends[1], float(at[row])))
+        if name in own:
+            value, (lo, hi) = float(own[name].mean()), interval(own[name], confidence)
+        else:
+            value = float(values[row])
+            lo, hi = (
+                table[end].iloc[row] if end in table else math.nan for end in end_names(quantity)
+            )
+        found.append(Peak(name, quantity, value, float(lo), float(hi), float(at[row])))
     return found
+
+
+def peaks_of_draws(draws: Profile, outline: Outline, poses: FloatArray) -> dict[str, FloatArray]:
+    """Greatest value of each of `PEAKS` in every draw, shape (draws,)."""
+    parts: dict[str, list[FloatArray]] = {name: [] for name, *_ in PEAKS}
+    for many in _at_once(draws, outline, poses):
+        for name, quantity, sign in PEAKS:
+            known = sign * getattr(many, quantity)
+            parts[name].append(np.where(np.isnan(known), -np.inf, known).max(axis=1))
+    signs = {name: sign for name, _, sign in PEAKS}
+    return {name: signs[name] * np.max(part, axis=0) for name, part in parts.items()}

@@ -473,9 +473,10 @@ def estimate(
     expected = usual.expected(size)
     horizontal, seen_error = usual.horizontal(np.flatnonzero(told) >= pushes.beta.size, expected)
     # NaN stays: without both components there is nothing to compare
-    off = (
-        np.inf if horizontal == 0 else abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
-    )
+    if horizontal == 0:
+        off = 1 / seen_error
+    else:
+        off = abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
     return Map(
         name, *nodes, draws, kept.measured, share, expected, usual.distance(expected),
         y[told].size - 1, made, shapes.name,
@@ -488,6 +489,8 @@ _NONE = 1e-9
 
 _SIZES = 80
 _WIDEST = 30.0
+_HIDDEN = 10.0
+"""Sizes below so many standard errors of the best push are hidden by it."""
 _OWN = 8
 """Values of w; the first is 0."""
 _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
@@ -598,7 +601,7 @@ class _Posterior:
         medium = s * (self.prior.mean + np.sqrt(wide) * departed)
         noise = random.standard_normal((DRAWS, len(self._noise))) @ self._noise
         off = self.y - medium[:, self.seen] - noise
-        result = medium[:, at]
+        result: FloatArray = medium[:, at]
         variance = s**2 * wide
         for place, (one, each) in enumerate(zip(self.given, self._each, strict=True)):
             mine = own == place
@@ -619,12 +622,17 @@ class _Posterior:
 def _weighed(
     given: list[_Given], departures: FloatArray, beforehand: FloatArray, known: float | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Sizes, on a grid of their logarithm, and the weight of each w, lambda and size, which sum to 1."""
+    """Sizes, on a grid of their logarithm, and the weight of each w, lambda and size, which sum to 1.
+
+    Sizes are equally likely beforehand in their logarithm, but those that the errors would hide in
+    themselves: a push where a medium has no force would fit the weakest one best.
+    """
     middle = given[0].first if known is None else known
     low, high = np.log(middle / _WIDEST), np.log(middle * _WIDEST)
     for _ in range(3):  # to where the likelihood is
         sizes = np.exp(np.linspace(low, high, _SIZES)) if known is None else np.array([known])
         logarithm = beforehand + np.stack([one.likelihood(sizes, departures) for one in given])
+        logarithm += np.log(sizes / (sizes + _HIDDEN * given[0].error))
         weights = np.exp(logarithm - logarithm.max())
         there = np.flatnonzero(weights.max(axis=(0, 1)) > 1e-6)
         low = np.log(sizes[max(there[0] - 1, 0)])
@@ -641,6 +649,7 @@ class _Given:
         self.mean, self.y = mean, y
         # exact numbers have the error of rounding
         scale = float(np.abs(y).max()) or 1.0
+        self.error = float(np.sqrt(np.diag(errors).min()))
         errors = errors + np.eye(y.size) * (1e-6 * scale) ** 2
         # one decomposition serves every size: both covariances become diagonal
         root = np.linalg.cholesky(errors)
@@ -681,7 +690,8 @@ class _Given:
     def horizontal(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
         """Strength of alpha_x relative to alpha_z, as the known media have it 1, and error of its logarithm.
 
-        Generalised least squares with one factor for each component; NaN where one was not seen.
+        Generalised least squares with one factor for each component; NaN where one was not seen. Where one
+        is not positive: 0, and the error of their difference in units of it.
         """
         if is_x.all() or not is_x.any():
             return float("nan"), float("nan")
@@ -691,7 +701,8 @@ class _Given:
         covariance = np.linalg.pinv(weighted.T @ weighted)
         z, x = (float(factor) for factor in covariance @ weighted.T @ (self._y / scale))
         if min(z, x) <= 0:
-            return 0.0, float("nan")
+            apart = covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1]
+            return 0.0, float(np.sqrt(max(apart, 0.0))) / abs(z - x)
         variance = (
             covariance[0, 0] / z**2 + covariance[1, 1] / x**2 - 2 * covariance[0, 1] / (z * x)
         )

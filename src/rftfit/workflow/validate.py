@@ -46,13 +46,17 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     import pandas as pd
 
     media = [results[name] for name in (*results.laboratory, *results.sands)]
-    curves = [one for medium in media if len(one := predicted_curves(medium))]
+    each = [predicted_curves(medium) for medium in media]
+    curves = [one for one, _ in each if len(one)]
+    peaks = {place: peak for _, own in each for place, peak in own.items()}
     nothing = pd.DataFrame(columns=PREDICTED_COLUMNS)
     everything = pd.concat(curves, ignore_index=True) if curves else nothing
     spread = {one.name: bed_spread(one.alpha) for one in media}
     measured = results.joined("legs/{medium}.csv")
     behind = {(one.name, *key): told for one in media for key, told in errors_of_peaks(one).items()}
-    compared = leg_errors(measured, everything, spread, results.config.fit.confidence, behind)
+    compared = leg_errors(
+        measured, everything, spread, results.config.fit.confidence, behind, peaks
+    )
     # a curve from the published media says so in this table too
     silent = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
     note = results.reference().remarks if silent.any() else ()
