@@ -21,6 +21,7 @@ from functools import cache, partial
 from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "helpers"))
 
@@ -30,23 +31,18 @@ from shapes import BETA_DEG, GAMMA_DEG, MATERIALS, NODES, planned, truth
 from slices import slice_3drft
 
 import rftfit
+from rftfit import Map, Shapes
 from rftfit.conventions import FloatArray, mirror
 from rftfit.errors import InputError
 from rftfit.model.draws import interval
 from rftfit.model.forces import force_draws
 from rftfit.model.fourier import evaluate, fit_lsq
 from rftfit.model.profiles import TableProfile
-from rftfit.model.shapes import (
-    NOT_ALIKE,
-    Map,
-    Pushes,
-    Shapes,
-    estimate,
-    published_shapes,
-    root,
-    usual_error,
-)
+from rftfit.model.shapes import NOT_ALIKE, Pushes, estimate, published_shapes, root, usual_error
 from rftfit.reference import LEGS, MEDIA
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 COUNTS = (1, 2, 4, 6, 8, 12, 20, 30)
 FRICTIONS = ("0.2", "0.4", "0.8")
@@ -75,11 +71,14 @@ _SAME = np.where(_ONE_NUMBER, np.abs(BETA_DEG), BETA_DEG).round()
 _FREE = np.stack([np.full(_SAME.size, fill_value=True), ~(_ONE_NUMBER & (_SAME % 90 == 0))])
 
 
-def takes_energy(alpha: FloatArray) -> FloatArray:
-    """Those of many media, shape (m, 2, n), that give back at most 2 % of their largest alpha."""
-    work = alpha[:, 0] * np.sin(NODES[1]) + alpha[:, 1] * np.cos(NODES[1])
-    found: FloatArray = alpha[work.min(axis=1) >= -0.02 * np.abs(alpha).max(axis=(1, 2))]
-    return found
+def first_that_takes_energy(make: Callable[[], FloatArray]) -> FloatArray:
+    """First of many random media, shape (m, 2, n), that gives back at most 2 % of its largest alpha."""
+    while True:
+        alpha = make()
+        work = alpha[:, 0] * np.sin(NODES[1]) + alpha[:, 1] * np.cos(NODES[1])
+        takes = work.min(axis=1) >= -0.02 * np.abs(alpha).max(axis=(1, 2))
+        if takes.any():
+            return np.asarray(alpha[takes.argmax()])
 
 
 @cache
@@ -100,29 +99,25 @@ def bumps() -> FloatArray:
 
 
 def roughened(alpha: FloatArray, share: float, random: np.random.Generator) -> FloatArray:
-    """Alpha plus a smooth random field whose root mean square is a share of the largest alpha."""
-    while True:
-        weights = random.standard_normal((2, 1000, bumps().shape[1]))
-        field = (weights @ bumps()).swapaxes(0, 1)
-        field *= share * np.abs(alpha).max() / np.sqrt((field**2).mean(axis=(1, 2), keepdims=True))
-        if len(found := takes_energy(alpha + field)):
-            return np.asarray(found[0])
+    """Many times alpha plus a smooth random field whose root mean square is a share of the largest alpha."""
+    field = (random.standard_normal((2, 1000, bumps().shape[1])) @ bumps()).swapaxes(0, 1)
+    size = np.sqrt((field**2).mean(axis=(1, 2), keepdims=True))
+    return np.asarray(alpha + share * np.abs(alpha).max() / size * field)
 
 
 def from_prior(shapes: Shapes, random: np.random.Generator) -> FloatArray:
-    """Alpha of a further medium, as the shapes expect it."""
+    """Many further media, as the shapes expect them."""
     mean, covariance = shapes.moments(*NODES)
     rows = root(covariance)
-    while True:
-        drawn = 0.2 * (mean + random.standard_normal((100, len(rows))) @ rows)
-        if len(found := takes_energy(drawn.reshape(100, 2, -1))):
-            return np.asarray(found[0])
+    drawn = 0.2 * (mean + random.standard_normal((100, len(rows))) @ rows)
+    return np.asarray(drawn.reshape(100, 2, -1))
 
 
 def medium(part: str, name: str, random: np.random.Generator) -> tuple[FloatArray, Shapes]:
     """Alpha of a medium at the nodes, shape (2, n), and what is known before it is pushed."""
     if part == "prior":
-        return from_prior(published_shapes(), random), published_shapes()
+        shapes = published_shapes()
+        return first_that_takes_energy(lambda: from_prior(shapes, random)), shapes
     if name in FRICTIONS:
         law = partial(slice_3drft, float(name), 0.4, "")
         z, x = np.array([law(*at) for at in zip(BETA_DEG, GAMMA_DEG, strict=True)]).T
@@ -141,7 +136,8 @@ def medium(part: str, name: str, random: np.random.Generator) -> tuple[FloatArra
         return alpha, published_shapes()
     alpha = truth(name)
     if part.startswith("rough"):
-        alpha = roughened(alpha, float(part.split()[1]) / 100, random)
+        share = float(part.split()[1]) / 100
+        alpha = first_that_takes_energy(lambda: roughened(truth(name), share, random))
     return alpha, published_shapes(without=(name,) if part == "medium out" else MATERIALS[name])
 
 
@@ -161,14 +157,10 @@ def peaks_of(found: Map, leg: str) -> dict[str, float]:
         at_poses = weights(leg)[component]
         curve, many = found.alpha[component] @ at_poses, found.draws[:, component] @ at_poses
         at, tops = int(curve.argmax()), many.max(axis=1)
-        ways = {
-            "a": (curve[at], *interval(many[:, at], 0.95)),
-            "b": (tops.mean(), *interval(tops, 0.95)),
-        }
-        for way, values in ways.items():
-            result |= {
-                f"{peak}_{leg}_{way}{end}": float(v) for end, v in zip(ENDS, values, strict=True)
-            }
+        ways = {"a": (curve[at], many[:, at]), "b": (tops.mean(), tops)}
+        for way, (value, draws) in ways.items():
+            names = [f"{peak}_{leg}_{way}{end}" for end in ENDS]
+            result |= zip(names, map(float, (value, *interval(draws, 0.95))), strict=True)
     return result
 
 
@@ -208,10 +200,8 @@ def rows_of(part: str, name: str, number: int) -> list[dict[str, object]]:
         row: dict[str, object] = dict(zip(KEYS, (part, name, number, count), strict=True))
         places, start = order[:count], time.perf_counter()
         try:
-            found = estimate(
-                Pushes.of(BETA_DEG[places], GAMMA_DEG[places], seen[:, places], error[:, places]),
-                shapes,
-            )
+            angles = BETA_DEG[places], GAMMA_DEG[places]
+            found = estimate(Pushes.of(*angles, seen[:, places], error[:, places]), shapes)
             row["belongs"] = found.belongs
             if part == "planned":
                 fitted = np.stack(evaluate(fit_lsq(*NODES, *seen), *NODES))
@@ -239,9 +229,8 @@ def grade(file: Path, parts: list[str], sets: int, workers: int) -> None:
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
         left = [one for one in wanted if one not in done]
         for rows in pool.map(rows_of, *zip(*left, strict=True)) if left else ():
-            pd.DataFrame(rows, columns=COLUMNS).to_csv(
-                file, mode="a", header=False, index=False, float_format="%.6g"
-            )
+            made = pd.DataFrame(rows, columns=COLUMNS)
+            made.to_csv(file, mode="a", header=False, index=False, float_format="%.6g")
 
 
 def read(file: Path) -> pd.DataFrame:
@@ -249,30 +238,31 @@ def read(file: Path) -> pd.DataFrame:
     return pd.read_csv(file, dtype={"name": str, "raised": str})
 
 
+def cells(
+    rows: pd.DataFrame, column: str, *by: str, how: Literal["mean", "median"] = "mean"
+) -> pd.DataFrame:
+    """Mean or median of a column by what `by` names, and by the number of pushes."""
+    return rows.pivot_table(column, [*by], "count", aggfunc=how, sort=False)
+
+
 def table(title: str, found: pd.DataFrame, digits: int = 0) -> None:
     """Print a table as markdown."""
-    print(
-        f"\n{title}\n\n| | {' | '.join(map(str, found.columns))} |\n|{'---|' * (found.shape[1] + 1)}"
-    )
+    print(f"\n{title}\n\n| | {' | '.join(map(str, found.columns))} |")
+    print("|" + "---|" * (found.shape[1] + 1))
     for name, values in found.iterrows():
         label = " ".join(map(str, name)) if isinstance(name, tuple) else name
         print(f"| {label} | {' | '.join(f'{value:.{digits}f}' for value in values)} |")
 
 
-def peaks(rows: pd.DataFrame) -> pd.DataFrame:
-    """One row a leg, peak and way: whether its interval holds the truth, its score, its value over the truth."""
+def peaks(rows: pd.DataFrame, way: str) -> pd.DataFrame:
+    """One row a leg and peak: whether its interval holds the truth, its score, its value over the truth."""
     parts = []
-    for peak, leg, way in product(PEAKS, LEGS, "ab"):
-        true, value, lo, hi = (
-            rows[f"{peak}_{leg}_{one}"] for one in ("true", *(way + end for end in ENDS))
-        )
+    for peak, leg in product(PEAKS, LEGS):
+        ends = (rows[f"{peak}_{leg}_{one}"] for one in ("true", *(way + end for end in ENDS)))
+        true, value, lo, hi = ends
         miss = (lo - true).clip(lower=0) + (true - hi).clip(lower=0)
-        parts.append(
-            rows[KEYS].assign(
-                peak=peak, leg=leg, way=way, inside=100.0 * (miss == 0), score=(hi - lo + 40 * miss) / true,
-                ratio=value / true,
-            )
-        )  # fmt: skip
+        numbers = {"inside": 100.0 * (miss == 0), "score": (hi - lo + 40 * miss) / true}
+        parts.append(rows[KEYS].assign(peak=peak, leg=leg, ratio=value / true, **numbers))
     return pd.concat(parts)
 
 
@@ -280,74 +270,55 @@ def report(file: Path, parent: Path | None) -> None:
     """Print the tables."""
     rows = read(file)
     own = rows[rows["part"].isin([*GRADED])]
-    print(
-        f"{own['set'].nunique()} sets; raised: {own['raised'].value_counts().to_dict() or 'none'}"
-    )
     kept = own[own["raised"].isna()]
-    cover = kept.pivot_table("coverage", ["part", "name"], "count", sort=False)
-    calm = cover.drop("rough 10", errors="ignore")
-    lowest = pd.DataFrame({
-        "mean": cover.mean(), "least": cover.min(), "least without rough 10": calm.min()
-    }).T  # fmt: skip
+    print(
+        f"{own['set'].nunique()} sets; not estimated: {own['raised'].notna().sum()} of {len(own)}"
+    )
+    cover = cells(kept, "coverage", "part", "name")
+    lowest = cover.agg(["mean", "min"])
+    lowest.loc["min without rough 10"] = cover.drop("rough 10", errors="ignore").min()
     table("Coverage of alpha, %, by pushes", pd.concat([cover, lowest]))
     for title, column, digits in (
         ("Rms error, % of the largest alpha", "rms", 1), ("Half width, % of the largest alpha", "half", 1),
         ("Interval score, % of the largest alpha", "score", 1), ("Draws left out, %", "not_passive", 0),
         ("Value against the mean of its own draws, largest, s.d.", "off_mean", 2), ("Seconds", "seconds", 3),
     ):  # fmt: skip
-        found = kept.pivot_table(column, "part", "count", aggfunc="median", sort=False)
-        table(f"{title}; median", found, digits)
-    forces = peaks(kept)
-    for way, meaning in (
-        ("a", "at the pose where the mean is largest"),
-        ("b", "the draws' own peaks"),
-    ):
-        ours = forces[forces["way"] == way]
-        inside = ours.pivot_table("inside", ["peak", "leg"], "count", sort=False)
-        table(f"Legs, {meaning}: coverage, %", inside)
-        ratio = ours.pivot_table("ratio", ["peak", "leg"], "count", aggfunc="median", sort=False)
+        table(f"{title}; median", cells(kept, column, "part", how="median"), digits)
+    for way, meaning in (("a", "where the mean is largest"), ("b", "the draws' own peaks")):
+        forces = peaks(kept, way)
+        table(f"Legs, {meaning}: coverage, %", cells(forces, "inside", "peak", "leg"))
+        ratio = cells(forces, "ratio", "peak", "leg", how="median")
         table(f"Legs, {meaning}: value over truth, median", ratio, 2)
-    told = rows[rows["belongs"].notna()].assign(told=lambda t: 100.0 * (t["belongs"] < NOT_ALIKE))
-    split = told["part"].where(told["part"] != "foreign", told["name"])
-    told = told[told["part"] != "planned"].assign(part=split)
-    table("Told not to belong, %", told.pivot_table("told", "part", "count", sort=False))
-    six = rows[rows["part"] == "planned"]
-    found = six.groupby("name", sort=False)[["rms", "nine"]].mean()
-    table("Six planned pushes and nine terms fitted to all, rms error, %", found, 1)
+    judged = rows[rows["belongs"].notna() & (rows["part"] != "planned")]
+    split = judged["part"].where(judged["part"] != "foreign", judged["name"])
+    told = judged.assign(told=100.0 * (judged["belongs"] < NOT_ALIKE), part=split)
+    table("Told not to belong, %", cells(told, "told", "part"))
+    six = rows[rows["part"] == "planned"].groupby("name", sort=False)[["rms", "nine"]].mean()
+    table("Six planned pushes and nine terms fitted to all, rms error, %", six, 1)
     if parent:
         against(kept, read(parent))
 
 
 def against(rows: pd.DataFrame, parent: pd.DataFrame) -> None:
     """Print ratios to another version, of what both could estimate; not of the prior, which is not the same."""
-    rows, parent = rows[rows["part"] != "prior"], parent[parent["raised"].isna()]
-    there = rows.merge(parent, on=KEYS, suffixes=("", "_p"))
-    for column in ("rms", "score"):
-        there[f"{column}_ratio"] = np.log(there[column] / there[f"{column}_p"])
-    both = there.groupby(KEYS[:2] + KEYS[3:], sort=False)[
-        ["score", "score_p", "rms_ratio", "score_ratio"]
-    ].mean()
-    both["ratio"] = np.log(both["score"] / both["score_p"])
-    log = both.pivot_table("ratio", KEYS[:2], "count", sort=False)
-    log["all"], log["worst"] = log.mean(axis=1), log.max(axis=1)
-    parts = log.groupby("part", sort=False).mean()[["all"]]
-    parts.loc["published"] = parts.loc[[*PUBLISHED]].mean()
-    parts.loc["all"] = log["all"].mean()
-    parts.loc["all, geometric over sets too"] = both["score_ratio"].mean()
-    table("Interval score over the parent's", parts.map(np.exp), 3)
-    table("The same by row", log.map(np.exp), 2)
-    rms = both.pivot_table("rms_ratio", "part", "count", sort=False)
-    rms.loc["published"] = rms.loc[[*PUBLISHED]].mean()
-    table("Rms error over the parent's", rms.map(np.exp), 2)
+    rows = rows[rows["part"] != "prior"].merge(parent.loc[parent["raised"].isna(), KEYS])
+    parent = rows[KEYS].merge(parent)
+    each = rows[KEYS].assign(**{c: np.log(rows[c] / parent[c]) for c in ("rms", "score")})
+    of_means = cells(rows, "score", *KEYS[:2]) / cells(parent, "score", *KEYS[:2])
+    for title, logs in (
+        ("Interval score, mean over sets", of_means.map(np.log)),
+        ("Interval score, geometric mean over sets", cells(each, "score", *KEYS[:2])),
+        ("Rms error, geometric mean over sets", cells(each, "rms", *KEYS[:2])),
+    ):
+        found = logs.assign(all=logs.mean(axis=1))
+        parts = found.groupby("part", sort=False).mean()
+        parts.loc["published"] = parts.loc[[*PUBLISHED]].mean()
+        parts.loc["every row"], parts.loc["worst row"] = found.mean(), found.max()
+        table(f"{title}, over the parent's", pd.concat([found, parts]).map(np.exp), 2)
     ours, theirs = (
-        peaks(one)[lambda t, w=way: t["way"] == w] for one, way in ((rows, "b"), (parent, "a"))
+        cells(peaks(*one), "score", "peak", "leg") for one in ((rows, "b"), (parent, "a"))
     )
-    keys = ["peak", "leg", "count"]
-    legs = ours.merge(theirs, on=[*KEYS, *keys[:2]], suffixes=("", "_p"))
-    legs = legs.groupby(keys, sort=False)[["score", "score_p"]].mean().reset_index()
-    legs["ratio"] = legs["score"] / legs["score_p"]
-    found = legs.pivot_table("ratio", keys[:2], "count", sort=False)
-    table("Score of the legs: the draws' own peaks over the parent's at one pose", found, 2)
+    table("Score of the legs: the draws' own peaks over the parent's at one pose", ours / theirs, 2)
 
 
 def main() -> int:
@@ -358,15 +329,13 @@ def main() -> int:
     parser.add_argument("--rows", type=Path, metavar="FILE")
     parser.add_argument("--sets", type=int, default=20)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument(
-        "--part", action="append", choices=[*PARTS], help="may be given again; default: all"
-    )
+    parser.add_argument("--part", action="append", choices=[*PARTS], help="default: all")
     parser.add_argument("--report", type=Path, nargs="+", metavar="FILE")
     options = parser.parse_args()
     if options.rows:
         grade(options.rows, options.part or [*PARTS], options.sets, options.workers)
     if options.report:
-        report(options.report[0], options.report[1] if options.report[1:] else None)
+        report(*[*options.report, None][:2])
     return 0
 
 

@@ -71,19 +71,16 @@ def chosen(shapes: Shapes, count: int) -> list[int]:
     return list(dict.fromkeys([first, *found]))
 
 
-def score(found: Map, alpha: FloatArray) -> tuple[float, float, float, float]:
-    """Error (rms), coverage, mean interval score and half width (rms), of alpha; % of the largest, and %."""
+def score(found: Map, alpha: FloatArray) -> tuple[float, float]:
+    """Error (rms) and mean interval score of alpha, % of the largest."""
     table = found.table()
     lo, hi = (table[[f"alpha_{c}_{e}_N_per_cm3" for c in "zx"]].to_numpy().T for e in ("lo", "hi"))
     free = hi - lo > 1e-9
-    inside = (lo <= alpha) & (alpha <= hi)
     miss = np.maximum(lo - alpha, 0) + np.maximum(alpha - hi, 0)
     largest = np.abs(alpha).max() / 100
     return (
         float(np.sqrt(np.mean((found.alpha - alpha) ** 2)) / largest),
-        100 * float(inside[free].mean()),
         float((hi - lo + 40 * miss)[free].mean() / largest),
-        float(np.sqrt(np.mean((hi - lo)[free] ** 2)) / 2 / largest),
     )
 
 
@@ -108,7 +105,7 @@ def interval_score(variation: Variation) -> float:
     for _, medium, shapes in cases(variation):
         alpha, places = truth(medium), chosen(shapes, 30)
         for count in (1, 2, 4, 6, 12, 30):
-            scores.append(np.log(score(estimate(pushed(alpha, places[:count]), shapes), alpha)[2]))
+            scores.append(np.log(score(estimate(pushed(alpha, places[:count]), shapes), alpha)[1]))
     return float(np.mean(scores))
 
 
