@@ -1,6 +1,6 @@
 """How well a few pushes tell a whole medium: the published media, left out one by one and by material.
 
-    python studies/shapes.py             the tables of docs/theory/map.md, ten minutes
+    python studies/shapes.py             planned pushes against random ones, natural sands, robot
     python studies/shapes.py --choose 600    look ten minutes for a better variation, and print it
 
 A medium is estimated from pushes that `rftfit.plan` chose, with mean and covariance made without it, and
@@ -21,22 +21,11 @@ import numpy as np
 
 import rftfit
 from rftfit.compare.legs import extreme, measured_peak
-from rftfit.model.fourier import evaluate, fit_lsq
 from rftfit.model.planning import blank
-from rftfit.model.prediction import find_peaks
 from rftfit.model.profiles import TableProfile
-from rftfit.model.scaling import Reference, generic, vertical_penetration
+from rftfit.model.scaling import Reference
 from rftfit.model.scaling import published as published_reference
-from rftfit.model.shapes import (
-    NOT_ALIKE,
-    Pushes,
-    Shapes,
-    Variation,
-    estimate,
-    grid,
-    published_shapes,
-    usual_error,
-)
+from rftfit.model.shapes import Pushes, Shapes, Variation, estimate, grid, published_shapes
 from rftfit.reference import LEGS, MEDIA, SANDS, load
 
 if TYPE_CHECKING:
@@ -45,7 +34,6 @@ if TYPE_CHECKING:
     from rftfit.conventions import FloatArray
     from rftfit.model.shapes import Map
 
-COUNTS = (1, 2, 4, 6, 8, 12, 16, 30, 78)
 MATERIALS = {name: tuple(m for m in MEDIA if m[:5] == name[:5]) for name in MEDIA}
 SE = 0.005  # N/cm^3, run to run, as the paper states
 NODES = grid()
@@ -83,92 +71,17 @@ def chosen(shapes: Shapes, count: int) -> list[int]:
     return list(dict.fromkeys([first, *found]))
 
 
-def score(found: Map, alpha: FloatArray) -> tuple[float, float, float, float]:
-    """Error (rms), coverage, mean interval score and half width (rms), of alpha; % of the largest, and %."""
+def score(found: Map, alpha: FloatArray) -> tuple[float, float]:
+    """Error (rms) and mean interval score of alpha, % of the largest."""
     table = found.table()
     lo, hi = (table[[f"alpha_{c}_{e}_N_per_cm3" for c in "zx"]].to_numpy().T for e in ("lo", "hi"))
     free = hi - lo > 1e-9
-    inside = (lo <= alpha) & (alpha <= hi)
     miss = np.maximum(lo - alpha, 0) + np.maximum(alpha - hi, 0)
     largest = np.abs(alpha).max() / 100
     return (
         float(np.sqrt(np.mean((found.alpha - alpha) ** 2)) / largest),
-        100 * float(inside[free].mean()),
         float((hi - lo + 40 * miss)[free].mean() / largest),
-        float(np.sqrt(np.mean((hi - lo)[free] ** 2)) / 2 / largest),
     )
-
-
-def legs(found: Map, alpha: FloatArray) -> list[tuple[float, bool, float]]:
-    """Error of each leg's largest lift and thrust, %, whether the interval holds it, its half width, %."""
-    rows = []
-    true = TableProfile(alpha[0], alpha[1], *NODES)
-    for name in LEGS:
-        leg = rftfit.model_leg(name)
-        best = {p.name: p.value for p in find_peaks(rftfit.predict(true, leg))}
-        for peak in find_peaks(rftfit.predict(found.profile, leg)):
-            if peak.name in ("lift", "thrust"):
-                there = best[peak.name]
-                half = 50 * (peak.hi - peak.lo) / abs(there)
-                rows.append((100 * (peak.value / there - 1), peak.lo <= there <= peak.hi, half))
-    return rows
-
-
-def few_pushes() -> None:
-    """Print errors, coverage and widths over the number of pushes, beside what else there is."""
-    rows: dict[tuple[str, int], list[tuple[float, ...]]] = {}
-    beside: dict[str, list[tuple[float, float, float]]] = {}
-    for case, medium, shapes in cases():
-        alpha, places = truth(medium), chosen(shapes, max(COUNTS))
-        for count in COUNTS:
-            found = estimate(pushed(alpha, places[:count]), shapes)
-            peaks = legs(found, alpha)
-            rows.setdefault((case, count), []).append(
-                (
-                    *score(found, alpha),
-                    *(float(np.mean([abs(p[i]) for p in peaks])) for i in range(3)),
-                    100 * found.not_passive,
-                )
-            )
-        beside.setdefault(case, []).append(others(alpha, shapes))
-    for case in ("medium", "material"):
-        print(f"\none {case} left out: mean over the five media\n")
-        print(
-            "| pushes | rms error % | coverage % (least) | half width % | peaks: error % | coverage % | half width % | "
-            "draws left out % |"
-        )
-        print("|---|---|---|---|---|---|---|---|")
-        for count in COUNTS:
-            own = np.array(rows[case, count])
-            mean = own.mean(axis=0)
-            print(
-                f"| {count} | {mean[0]:.1f} | {mean[1]:.0f} ({own[:, 1].min():.0f}) | {mean[3]:.1f} | {mean[4]:.0f} | "
-                f"{100 * mean[5]:.0f} | {mean[6]:.0f} | {mean[7]:.0f} |"
-            )
-        names = (
-            "nine terms, all 78",
-            "generic nine terms, one push",
-            "mean shape scaled, one push",
-        )
-        told = np.mean(beside[case], axis=0)
-        print("; ".join(f"{name}: {value:.1f} %" for name, value in zip(names, told, strict=True)))
-
-
-def others(alpha: FloatArray, shapes: Shapes) -> tuple[float, float, float]:
-    """Rms error, % of the largest alpha, of nine terms, of generic nine terms and of the mean shape."""
-    down = int(np.flatnonzero((BETA_DEG.round() == 0) & (GAMMA_DEG.round() == 90))[0])
-    own = np.stack(evaluate(fit_lsq(*NODES, *alpha), *NODES))
-    known = [np.stack(p.alpha(*NODES)) for p in shapes.profiles.values()]
-    fits = np.stack([fit_lsq(*NODES, *one) for one in known])
-    chi = np.mean(
-        [one[0, down] / vertical_penetration(fit) for one, fit in zip(known, fits, strict=True)]
-    )
-    paper = alpha[0, down] / chi * np.stack(evaluate(generic(fits), *NODES))
-    mean = shapes.moments(*NODES)[0].reshape(2, -1)
-    scaled = mean * alpha[0, down] / mean[0, down]
-    largest = np.abs(alpha).max() / 100
-    errors = [np.sqrt(np.mean((one - alpha) ** 2)) / largest for one in (own, paper, scaled)]
-    return float(errors[0]), float(errors[1]), float(errors[2])
 
 
 def choose(seconds: float) -> None:
@@ -192,7 +105,7 @@ def interval_score(variation: Variation) -> float:
     for _, medium, shapes in cases(variation):
         alpha, places = truth(medium), chosen(shapes, 30)
         for count in (1, 2, 4, 6, 12, 30):
-            scores.append(np.log(score(estimate(pushed(alpha, places[:count]), shapes), alpha)[2]))
+            scores.append(np.log(score(estimate(pushed(alpha, places[:count]), shapes), alpha)[1]))
     return float(np.mean(scores))
 
 
@@ -220,46 +133,6 @@ def against_chance(count: int = 6, trials: int = 100) -> None:
         ]
         print(
             f"| {case} | {medium} | {error(planned(shapes, count)):.1f} | {np.median(chance):.1f} |"
-        )
-
-
-def from_the_prior(media: int = 1000) -> None:
-    """Print coverage, false alarms and kept promises of media that are drawn from the prior."""
-    shapes, random = published_shapes(), np.random.default_rng(2013)
-    mean, covariance = shapes.moments(*NODES)
-    values, vectors = np.linalg.eigh(covariance)
-    root = (vectors * np.sqrt(np.maximum(values, 0))).T
-    places = planned(shapes, 30)
-    promised = [step.typical for step in rftfit.plan("map", blank(shapes), count=30).steps]
-    print(
-        f"\n{media} media from the prior that take energy: coverage %, told not to belong %, width found over promised"
-    )
-    for count in (1, 2, 4, 6, 8, 12, 16, 30):
-        covered: list[float] = []
-        alarms: list[bool] = []
-        ratios: list[float] = []
-        while len(covered) < media:
-            alpha = 0.2 * (mean + random.standard_normal(len(root)) @ root).reshape(2, -1)
-            work = alpha[0] * np.sin(NODES[1]) + alpha[1] * np.cos(NODES[1])
-            if work.min() < -0.02 * np.abs(alpha).max():
-                continue
-            noise = usual_error(alpha)
-            seen = alpha + noise * random.standard_normal(alpha.shape)
-            own = places[:count]
-            pushes = Pushes.of(BETA_DEG[own], GAMMA_DEG[own], seen[:, own], noise[:, own])
-            try:
-                found = estimate(pushes, shapes)
-            except ValueError:
-                covered.append(0.0)
-                continue
-            covered.append(score(found, alpha)[1])
-            alarms.append(found.belongs < NOT_ALIKE)
-            if len(ratios) < 100:
-                ratios.append(rftfit.plan("map", found, count=1).steps[0].typical / promised[count])
-        near = np.quantile(np.abs(np.log(ratios)), 0.9)
-        print(
-            f"| {count} | {np.mean(covered):.1f} | {100 * np.mean(alarms):.1f} | {np.median(ratios):.2f}, nine of ten "
-            f"within {100 * np.expm1(near):.0f} % |"
         )
 
 
@@ -421,8 +294,7 @@ def picture(path: Path) -> None:
 
 
 PARTS = {
-    "few": few_pushes, "chance": against_chance, "prior": from_the_prior, "sands": natural_sands,
-    "robot": robot,
+    "chance": against_chance, "sands": natural_sands, "robot": robot,
 }  # fmt: skip
 
 
