@@ -540,6 +540,7 @@ class Medium:
         elif kind == "map":
             try:
                 found = self.map().profile
+                found.spread = found.spread if draws else None
             except InputError as error:
                 nothing = np.full((7, 13), np.nan)
                 found = TableProfile(nothing, nothing, name=f"map of {self.name}")

@@ -258,13 +258,15 @@ def find_peaks(
             continue
         row = int(np.nanargmax(sign * values))
         if name in own:
-            value, (lo, hi) = float(own[name].mean()), interval(own[name], confidence)
+            lo, hi = map(float, interval(own[name], confidence))
+            value = float(own[name].mean())
         else:
-            value = float(values[row])
             lo, hi = (
-                table[end].iloc[row] if end in table else math.nan for end in end_names(quantity)
+                float(table[end].iloc[row]) if end in table else math.nan
+                for end in end_names(quantity)
             )
-        found.append(Peak(name, quantity, value, float(lo), float(hi), float(at[row])))
+            value = float(values[row])
+        found.append(Peak(name, quantity, value, lo, hi, float(at[row])))
     return found
 
 
