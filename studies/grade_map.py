@@ -34,6 +34,7 @@ import rftfit
 from rftfit import Map, Shapes
 from rftfit.conventions import FloatArray, mirror
 from rftfit.errors import InputError
+from rftfit.model import shapes as shapes_module
 from rftfit.model.draws import interval
 from rftfit.model.forces import force_draws
 from rftfit.model.fourier import evaluate, fit_lsq
@@ -53,6 +54,7 @@ GRADED = {
 }  # fmt: skip
 PARTS = GRADED | {"planned": (*FRICTIONS, *MEDIA), "foreign": FOREIGN}
 PUBLISHED = ("medium out", "material out")
+_LEAST_WORK = shapes_module.LEAST_WORK
 ROUGH_LENGTH = 0.7
 """Of the random field, in chords of the circles of 2 beta and gamma."""
 
@@ -107,10 +109,16 @@ def roughened(alpha: FloatArray, share: float, random: np.random.Generator) -> F
 
 def from_prior(shapes: Shapes, random: np.random.Generator) -> FloatArray:
     """Many further media, as the shapes expect them."""
-    mean, covariance = shapes.moments(*NODES)
-    rows = root(covariance)
-    drawn = 0.2 * (mean + random.standard_normal((100, len(rows))) @ rows)
-    return np.asarray(drawn.reshape(100, 2, -1))
+    prior, by = shapes.prior(*NODES), shapes.variation
+    own = random.uniform(0, by.most_own, (100, 1))
+    departure = (by.departure_dof / 2 + 1) / random.gamma(by.departure_dof / 2, size=(100, 1))
+    parts = (
+        (1.0, prior.between),
+        (np.sqrt(1 - own), root(prior.smooth)),
+        (np.sqrt(own), root(prior.rough)),
+    )
+    drawn = sum(part * (random.standard_normal((100, len(rows))) @ rows) for part, rows in parts)
+    return np.asarray(0.2 * (prior.mean + np.sqrt(departure) * drawn).reshape(100, 2, -1))
 
 
 def medium(part: str, name: str, random: np.random.Generator) -> tuple[FloatArray, Shapes]:
@@ -185,8 +193,9 @@ def graded(found: Map, alpha: FloatArray, places: list[int]) -> dict[str, float]
     return result
 
 
-def rows_of(part: str, name: str, number: int) -> list[dict[str, object]]:
-    """Rows of one set of pushes."""
+def rows_of(every: bool, part: str, name: str, number: int) -> list[dict[str, object]]:
+    """Rows of one set of pushes; `every`: no draw is left out."""
+    shapes_module.LEAST_WORK = np.inf if every else _LEAST_WORK
     seed = zlib.crc32(f"{part} {name}".encode())
     alpha, shapes = medium(part, name, np.random.default_rng([seed, number, 0]))
     random = np.random.default_rng([seed, number, 1])
@@ -217,7 +226,7 @@ def rows_of(part: str, name: str, number: int) -> list[dict[str, object]]:
     return rows
 
 
-def grade(file: Path, parts: list[str], sets: int, workers: int) -> None:
+def grade(file: Path, parts: list[str], sets: int, workers: int, *, every: bool) -> None:
     """Append the rows that are not there yet."""
     done = set()
     if file.exists():
@@ -228,7 +237,7 @@ def grade(file: Path, parts: list[str], sets: int, workers: int) -> None:
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
         left = [one for one in wanted if one not in done]
-        for rows in pool.map(rows_of, *zip(*left, strict=True)) if left else ():
+        for rows in pool.map(partial(rows_of, every), *zip(*left, strict=True)) if left else ():
             made = pd.DataFrame(rows, columns=COLUMNS)
             made.to_csv(file, mode="a", header=False, index=False, float_format="%.6g")
 
@@ -330,10 +339,19 @@ def main() -> int:
     parser.add_argument("--sets", type=int, default=20)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--part", action="append", choices=[*PARTS], help="default: all")
+    parser.add_argument(
+        "--every", action="store_true", help="leave no draw out that gives energy back"
+    )
     parser.add_argument("--report", type=Path, nargs="+", metavar="FILE")
     options = parser.parse_args()
     if options.rows:
-        grade(options.rows, options.part or [*PARTS], options.sets, options.workers)
+        grade(
+            options.rows,
+            options.part or [*PARTS],
+            options.sets,
+            options.workers,
+            every=options.every,
+        )
     if options.report:
         report(*[*options.report, None][:2])
     return 0

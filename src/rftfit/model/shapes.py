@@ -632,7 +632,7 @@ def _weighed(
     for _ in range(3):  # to where the likelihood is
         sizes = np.exp(np.linspace(low, high, _SIZES)) if known is None else np.array([known])
         logarithm = beforehand + np.stack([one.likelihood(sizes, departures) for one in given])
-        logarithm += np.log(sizes / (sizes + _HIDDEN * given[0].error))
+        logarithm += np.log(sizes / (sizes + _HIDDEN * given[0].least_error))
         weights = np.exp(logarithm - logarithm.max())
         there = np.flatnonzero(weights.max(axis=(0, 1)) > 1e-6)
         low = np.log(sizes[max(there[0] - 1, 0)])
@@ -649,7 +649,8 @@ class _Given:
         self.mean, self.y = mean, y
         # exact numbers have the error of rounding
         scale = float(np.abs(y).max()) or 1.0
-        self.error = float(np.sqrt(np.diag(errors).min()))
+        own = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
+        self.least_error = float(np.sqrt(np.maximum(own, 0.0).min()))
         errors = errors + np.eye(y.size) * (1e-6 * scale) ** 2
         # one decomposition serves every size: both covariances become diagonal
         root = np.linalg.cholesky(errors)
