@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import rftfit
@@ -98,8 +99,13 @@ def test_what_a_rig_cannot_push_is_not_planned() -> None:
     rig = rftfit.Rig(((0.0, 90.0), (30.0, 45.0)))
     steps = rftfit.plan("map", rig=rig, count=4).steps[1:]
     assert {step.directions[0] for step in steps} <= {(0.0, 90.0), (30.0, 45.0)}
-    with pytest.raises(ValueError, match=r"\(12.0, 90.0\) degrees is no node"):
-        rftfit.plan("map", rig=rftfit.Rig(((12.0, 90.0),)), count=1)
+    odd = rftfit.Rig(((12.0, 90.0), (30.0, 22.0)))
+    assert set(rftfit.plan("map", rig=odd, count=3).table()["beta_deg"].dropna()) <= {12.0, 30.0}
+    one = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
+    with pytest.raises(ValueError, match=r"\(12.0, 90.0\) degrees is no node .*beta_deg=\[12\]"):
+        rftfit.plan("map", rftfit.estimate_map(one), odd, count=1)
+    known = rftfit.estimate_map(one, beta_deg=[12], gamma_deg=[22])
+    assert len(rftfit.plan("map", known, odd, count=2).steps) == 3
     with pytest.raises(rftfit.RftfitError, match="did you mean 'zeta'"):
         rftfit.plan("zeto")
 

@@ -217,7 +217,8 @@ def plan(
     known : Map, optional
         What was measured (`estimate_map`); default: nothing yet.
     rig : Rig, optional
-        What pushes cost and how well they are known; its directions are nodes of the map.
+        What pushes cost and how well they are known; its directions are nodes of the map `known`,
+        of any angle where there is none yet.
     count : int, optional
         Pushes to plan.
     confidence : float, optional
@@ -237,7 +238,10 @@ def plan(
     >>> len(rftfit.plan("zeta", count=2).steps)
     3
     """
-    rig, known, target = rig or Rig(), known or blank(), _target(target)
+    rig, target = rig or Rig(), _target(target)
+    known = known or blank(
+        nodes=grid(*zip(*rig.directions, strict=True)) if rig.directions else None
+    )
     value = np.atleast_1d(target.numbers(known.alpha, known))
     scale = np.abs(value) if target.relative else np.ones_like(value)
     rows = known.factor
@@ -309,7 +313,11 @@ def _choices(known: Map, rig: Rig) -> list[tuple[list[int], int, tuple[tuple[flo
             (90.0 if round(b, 3) == -90 else round(b, 3) + 0.0, round(g, 3) + 0.0) for b, g in ways
         ]
         if lost := [key for key in keys if key not in nodes]:
-            raise ValueError(f"(beta, gamma) = {lost[0]} degrees is no node of the map")
+            odd_beta, odd_gamma = lost[0]
+            raise ValueError(
+                f"(beta, gamma) = {lost[0]} degrees is no node of the map; it is one of "
+                f"estimate_map(..., beta_deg=[{odd_beta:g}], gamma_deg=[{odd_gamma:g}])"
+            )
         places = [nodes[key] for key in keys]
         runs = len(ways) * (rig.depths if gamma == 0 else 1)
         found.append(([c * count + p for p in places for c in (0, 1)], runs, tuple(ways)))

@@ -341,8 +341,9 @@ def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
 
 
 def estimate_map(
-    pushes: pd.DataFrame, shapes: Shapes | None = None, confidence: float = 0.95, name: str = ""
-) -> Map:
+    pushes: pd.DataFrame, shapes: Shapes | None = None, confidence: float = 0.95, name: str = "",
+    *, beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = (),
+) -> Map:  # fmt: skip
     """Estimate alpha over all directions from one push or many.
 
     Parameters
@@ -357,6 +358,8 @@ def estimate_map(
         Level of the intervals.
     name : str, optional
         Of the medium, for people.
+    beta_deg, gamma_deg : array_like, optional
+        Lines of the map's grid beside those of the published one, degrees.
 
     Returns
     -------
@@ -374,7 +377,8 @@ def estimate_map(
     >>> round(rftfit.estimate_map(one).zeta[0], 1)
     0.8
     """
-    return estimate(sorted_pushes(pushes), shapes, confidence=confidence, name=name)
+    nodes = grid(beta_deg, gamma_deg)
+    return estimate(sorted_pushes(pushes), shapes, nodes, confidence=confidence, name=name)
 
 
 def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
