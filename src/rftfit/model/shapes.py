@@ -47,7 +47,7 @@ DRAWS, SEED = 1000, 2013
 """Draws of a map behind its intervals, and their seed."""
 
 FEWEST_DRAWS = 100
-"""With fewer of them there are no intervals."""
+"""With fewer of them there is no map."""
 
 _MOST_DRAWN = 60
 """So many times the wanted draws are made at most to find enough in which the medium takes energy."""
@@ -134,8 +134,9 @@ class Shapes:
         known = np.log(np.sqrt((x**2).mean(axis=1) / (z**2).mean(axis=1)))
         mean, prior = self.moments(*_GRID)
         free = np.diag(prior) > _NONE
+        exact = 1e-6 * np.abs(mean).max() * np.eye(int(free.sum()))
         whole = _Given(
-            mean[free], prior[np.ix_(free, free)], mean[free], np.zeros((free.sum(),) * 2)
+            mean[free], prior[np.ix_(free, free)], mean[free], exact**2, np.linalg.inv(exact)
         )
         allowed = whole.horizontal(np.arange(mean.size)[free] >= mean.size // 2, 1.0)[1]
         return float(known.std(ddof=1)) * np.sqrt(1 + 1 / known.size), allowed
@@ -491,11 +492,11 @@ def estimate(
 _NONE = 1e-9
 """A variance below this is none, of a shape whose size is 1."""
 
-_SIZES = 80
+_SIZES = 32
 _WIDEST = 30.0
 _HIDDEN = 10.0
 """Sizes below so many standard errors of the best push are hidden by it."""
-_OWN = 8
+_OWN = 5
 """Values of w; the first is 0."""
 _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
 """Values of lambda: beyond them lies 0.1 % of what is known of it beforehand."""
@@ -539,12 +540,20 @@ class _Posterior:
         self, prior: _Prior, seen: npt.NDArray[np.intp], y: FloatArray, errors: FloatArray,
         by: Variation, size: float | None,
     ) -> None:  # fmt: skip
-        self.prior, self.seen, self.y, self.errors = prior, seen, y, errors
+        self.prior, self.seen, self.y = prior, seen, y
         self.own = np.linspace(0, by.most_own, _OWN)
         self._each = [prior.covariance(own) for own in self.own]
+        # exact numbers have the error of rounding
+        scale = float(np.abs(y).max()) or 1.0
+        rounded = errors + np.eye(y.size) * (1e-6 * scale) ** 2
+        self._noise = np.linalg.cholesky(rounded).T
+        whiten = np.linalg.inv(self._noise.T)
         self.given = [
-            _Given(prior.mean[seen], each[np.ix_(seen, seen)], y, errors) for each in self._each
+            _Given(prior.mean[seen], each[np.ix_(seen, seen)], y, rounded, whiten)
+            for each in self._each
         ]
+        # seven digits of what is random are enough
+        self._roots = [_rows(each).astype(np.float32) for each in self._each]
         half = by.departure_dof / 2
         before = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
         ends = np.where(np.isin(np.arange(_OWN), (0, _OWN - 1)), 0.5, 1.0)
@@ -592,35 +601,26 @@ class _Posterior:
         where = (np.arange(DRAWS) + random.random()) / DRAWS
         chosen = np.searchsorted(np.cumsum(self.weights.ravel())[:-1], random.permutation(where))
         own, departure, size = np.unravel_index(chosen, self.weights.shape)
-        share, wide = self.own[own][:, None], _DEPARTURES[departure][:, None]
-        s = self.sizes[size][:, None]
-        parts = [
-            (1.0, self.prior.between),
-            *zip((np.sqrt(1 - share), np.sqrt(share)), self._roots, strict=True),
-        ]
-        departed: FloatArray = sum(
-            (part * (random.standard_normal((DRAWS, len(rows))) @ rows) for part, rows in parts),
-            np.zeros(1),
-        )
-        medium = s * (self.prior.mean + np.sqrt(wide) * departed)
-        noise = random.standard_normal((DRAWS, len(self._noise))) @ self._noise
-        off = self.y - medium[:, self.seen] - noise
-        result: FloatArray = medium[:, at]
-        variance = s**2 * wide
-        for place, (one, each) in enumerate(zip(self.given, self._each, strict=True)):
+        s, wide = self.sizes[size][:, None], _DEPARTURES[departure][:, None]
+        noise = random.standard_normal((DRAWS, self.y.size)) @ self._noise
+        result = np.empty((DRAWS, at.size))
+        for place, given in enumerate(self.given):
             mine = own == place
-            pull = variance[mine] * one.solved(off[mine], variance[mine])
-            result[mine] += pull @ each[np.ix_(self.seen, at)]
+            rows, towards = self._roots[place], self._each[place][self.seen]
+            normals = random.standard_normal((int(mine.sum()), len(rows)), np.float32)
+            medium = s[mine] * (self.prior.mean + np.sqrt(wide[mine]) * (normals @ rows))
+            off = self.y - medium[:, self.seen] - noise[mine]
+            variance = s[mine] ** 2 * wide[mine]
+            result[mine] = medium[:, at] + variance * given.solved(off, variance) @ towards[:, at]
         kept.put(result, self.y - noise)
         return result
 
-    @cached_property
-    def _roots(self) -> tuple[FloatArray, FloatArray]:
-        return root(self.prior.smooth), root(self.prior.rough)
 
-    @cached_property
-    def _noise(self) -> FloatArray:
-        return root(self.errors)
+def _rows(covariance: FloatArray) -> FloatArray:
+    """Rows whose products are a covariance; what has no variance is exactly 0."""
+    variance = np.diag(covariance)
+    rows = np.linalg.cholesky(covariance + np.eye(variance.size) * _NONE * variance.max()).T
+    return np.where(variance > _NONE, rows, 0.0)
 
 
 def _weighed(
@@ -645,23 +645,21 @@ def _weighed(
 
 
 class _Given:
-    """Numbers with a normal error, seen of a shape whose size and departure are unknown."""
+    """Numbers with a normal error, seen of a shape whose size and departure are unknown.
+
+    `whiten`: makes their errors independent and 1.
+    """
 
     def __init__(
-        self, mean: FloatArray, prior: FloatArray, y: FloatArray, errors: FloatArray
-    ) -> None:
+        self, mean: FloatArray, prior: FloatArray, y: FloatArray, errors: FloatArray, whiten: FloatArray,
+    ) -> None:  # fmt: skip
         self.mean, self.y = mean, y
-        # exact numbers have the error of rounding
-        scale = float(np.abs(y).max()) or 1.0
         own = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
         self.least_error = float(np.sqrt(np.maximum(own, 0.0).min()))
-        errors = errors + np.eye(y.size) * (1e-6 * scale) ** 2
         # one decomposition serves every size: both covariances become diagonal
-        root = np.linalg.cholesky(errors)
-        half = np.linalg.solve(root, np.linalg.solve(root, prior).T)
-        values, vectors = np.linalg.eigh((half + half.T) / 2)
+        values, vectors = np.linalg.eigh(whiten @ prior @ whiten.T)
         self._values = np.maximum(values, 0.0)
-        self._whiten = vectors.T @ np.linalg.inv(root)
+        self._whiten = vectors.T @ whiten
         self._y, self._mean = self._whiten @ y, self._whiten @ mean
         weight = 1 / (np.diag(errors) + (0.2 * np.abs(y)) ** 2)
         self.first = float(weight @ (mean * y)) / float(weight @ mean**2)
