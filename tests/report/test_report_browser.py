@@ -350,8 +350,16 @@ def test_error_of_the_push_widens_the_map(numbers: Chromium, percent: float) -> 
 def test_next_push_is_that_of_the_plan(numbers: Chromium) -> None:
     step = plan("map", one_push(1.0, 0.0), count=1).steps[1]
     beta, gamma = step.directions[0]
-    words = f"β {beta:.3g}°, γ {gamma:.3g}°; after"
+    words = f"β {beta:.3g}°, γ {gamma:.3g}°. It narrows"
     assert words in numbers.evaluate("document.querySelector('#calculator').innerText")
+
+
+def test_a_large_error_is_told_to_widen_more(numbers: Chromium) -> None:
+    found, ours = in_page(numbers, 0.35, 0.07), one_push(0.35, 0.07)
+    _, lo, hi = array(found["alpha"]).T
+    ends = interval(ours.draws, 0.95)
+    free = ends[1] - ends[0] > 1e-9
+    assert 1 < ((ends[1] - ends[0])[free] / (hi - lo)[free]).mean() < 1.25
 
 
 RESULT = "document.querySelector('#calc-result').innerText"
@@ -362,7 +370,11 @@ FOCUS = "document.activeElement.id"
 
 def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> None:
     assert browser.evaluate(HIDDEN) is False  # the campaign's own push stands there
-    assert browser.evaluate("document.querySelector('#calc-alpha').value") == "0.3500"
+    own = results.table("alpha/poppy_LP.csv").query("beta_deg == 0 and gamma_deg == 90")[
+        column("z")
+    ]
+    shown = browser.evaluate("document.querySelector('#calc-alpha').value")
+    assert float(shown) == pytest.approx(own.iloc[0], abs=5e-5)
     browser.click("#calc-alpha")
     browser.type_text("0.689")
     scaled = scale_new_medium(0.689, 0.0, references(results)[-1].chi, 0.95)
