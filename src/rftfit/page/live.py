@@ -14,12 +14,23 @@ from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import own_flags, shared_flags
 from rftfit.measure.flags import Remark, reason_of, say
+from rftfit.measure.slopes import student_quantile
 from rftfit.model.fourier import TERMS
+from rftfit.model.motion import rotation
 from rftfit.model.outlines import leg_outline
-from rftfit.model.planning import Rig
+from rftfit.model.planning import plan
+from rftfit.model.prediction import find_peaks, predict
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
-from rftfit.model.scaling import GENERIC, Reference, published, reference_from, routine, routines
-from rftfit.model.shapes import LEAST_PERCENT, NOT_ALIKE, USUAL_PERCENT, grid
+from rftfit.model.scaling import (
+    GENERIC,
+    Reference,
+    published,
+    reference_from,
+    routine,
+    routines,
+    scale_new_medium,
+)
+from rftfit.model.shapes import Pushes, estimate, usual_error
 from rftfit.page.findings import usable
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
@@ -30,15 +41,12 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.config import Leg
     from rftfit.conventions import FloatArray
+    from rftfit.model.prediction import Peak
     from rftfit.model.profiles import Profile
-    from rftfit.model.shapes import Shapes
     from rftfit.results import Results
 
 CURVE_DIGITS = 6
 """Significant digits of curves, as in the csv tables. Profiles and outlines keep all of theirs."""
-
-SHAPE_DIGITS = 8
-"""Of the known shapes of the calculator."""
 
 
 # What the page asks of profiles and of the scaling routine.
@@ -114,7 +122,7 @@ def live_data(results: Results) -> dict[str, Any]:
         "leg_names": {name: name_of(name) for name in config.intruders},
         "profile_names": PROFILES,
         "rate": config.arm.leg_speed_rad_per_s,
-        "beta_deg": BETA_DEG.tolist(),  # of the calculator's maps
+        "beta_deg": BETA_DEG.tolist(),
         "gamma_deg": GAMMA_DEG.tolist(),
         "confidence": config.fit.confidence,
         "profiles": {
@@ -138,40 +146,64 @@ def live_data(results: Results) -> dict[str, Any]:
             }
             for medium, rows in predicted.groupby("medium")
         },
-        "shapes": _shapes(results.shapes()),
-        "references": [
-            {
-                "name": reference.name,
-                "media": list(reference.media),
-                "chi": reference.chi.tolist(),
-                "m0": reference.m0.tolist(),
-                "scaled": reference.scaled.tolist(),
-            }
-            for reference in references(results)
-        ],
+        "push": _unit_push(results),
+        "references": [_reference(one, config.fit.confidence) for one in references(results)],
     }
 
 
-def _shapes(shapes: Shapes) -> dict[str, Any]:
-    """What the calculator knows of granular media before a push is made."""
-    sizes = [np.sqrt(np.mean(np.square(one.alpha(*grid())))) for one in shapes.profiles.values()]
+def _unit_push(results: Results) -> dict[str, Any]:
+    """What an exact push of 1 N/cm^3 straight down tells: all of it is proportional to the push."""
+    from scipy.special import ndtri
+
+    config, level = results.config, results.config.fit.confidence
+    exact = Pushes.of(0.0, 90.0, [1.0, np.nan], 0.0)
+    known = estimate(exact, results.shapes(), confidence=level)
+    now, after = plan("map", known, count=1, confidence=level).steps
+    legs = {}
+    for name, leg in config.legs.items():
+        motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
+        body = known.profile, leg_outline(leg), motion, level
+        found = find_peaks(*body)
+        legs[name] = _curve(predict(*body)) | {
+            "peaks": {c: _largest(found, names) for c, names in _PEAKS.items()}
+        }
     return {
-        "media": list(shapes.profiles),
-        "tables": [
-            {
-                "beta": one.beta.tolist(),
-                "gamma": one.gamma.tolist(),
-                "z": as_lists(one.alpha_z / size, SHAPE_DIGITS),
-                "x": as_lists(one.alpha_x / size, SHAPE_DIGITS),
-            }
-            for one, size in zip(shapes.profiles.values(), sizes, strict=True)
-        ],
-        "variation": shapes.variation._asdict(),
-        "horizontal": [float(number) for number in shapes.horizontal_spread],
-        "horizontal_runs": Rig().depths,
-        "usual_percent": USUAL_PERCENT,
-        "least_percent": LEAST_PERCENT,
-        "not_alike": NOT_ALIKE,
+        "media": known.known,
+        "quantile": float(ndtri(0.5 + level / 2)),
+        "usual": float(usual_error(np.ones(1))[0]),
+        "map": _cells(known.table().assign(reason=""), ()),
+        "zeta": as_lists(np.array(known.zeta), CURVE_DIGITS),
+        "legs": legs,
+        "next": {"direction": after.directions[0], "now": now.typical, "after": after.typical},
+    }
+
+
+_PEAKS = {"z": ("lift",), "x": ("thrust", "drag")}
+
+
+def _largest(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
+    """Value, lower and upper end, and place of the largest of some peaks; of a leg in the air 0."""
+    own = [(one.value, one.lo, one.hi, one.at) for one in peaks if one.name in names]
+    return as_lists(
+        np.array(max(own, key=lambda one: abs(one[0]), default=(0.0,) * 4)), CURVE_DIGITS
+    )
+
+
+def _reference(reference: Reference, confidence: float) -> dict[str, Any]:
+    """What the scaling routine takes from reference media; half widths are those of the logarithm of zeta."""
+    exact, doubtful = (scale_new_medium(1.0, se, reference.chi, confidence) for se in (0.0, 1.0))
+    half_chi, half = (math.log(one.zeta_hi / one.zeta) for one in (exact, doubtful))
+    return {
+        "name": reference.name,
+        "media": list(reference.media),
+        "chi": exact.chi,
+        "half_chi": half_chi,
+        "half_test": math.sqrt(
+            half**2 - half_chi**2
+        ),  # of a test whose error is as large as itself
+        "student": float(student_quantile(confidence, reference.chi.size - 1)),
+        "m0": reference.m0.tolist(),
+        "scaled": reference.scaled.tolist(),
     }
 
 

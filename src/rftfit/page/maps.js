@@ -142,6 +142,21 @@ function makeMaps(parent, show) {
   };
 }
 
+const SAME_DIRECTION = 0.5;
+
+/** alpha_z and alpha_x of a grid at a direction, degrees, with their intervals; nothing where it has none. */
+function cellAt(grid, beta, gamma) {
+  // a plate at -90 degrees is the one at 90
+  const place = (lines, at, period) => {
+    const exact = lines.indexOf(at);
+    return exact < 0 ? lines.findIndex((v) => Math.abs(mod(v - at + period / 2, period) - period / 2) <= SAME_DIRECTION) : exact;
+  };
+  const [row, col] = [place(grid.beta_deg, beta, 180), place(grid.gamma_deg, gamma, 360)];
+  if (row < 0 || col < 0) return null;
+  const of = (c) => ({ value: grid[c][row][col], lo: grid[`${c}_lo`][row][col], hi: grid[`${c}_hi`][row][col] });
+  return { z: of("z"), x: of("x"), note: grid.notes[`${row},${col}`] };
+}
+
 /** The maps section: every medium and profile, with what the other profiles say of the cell. */
 function startMaps(data) {
   const [medium, profile] = [byId("map-medium"), byId("map-profile")];
@@ -150,16 +165,9 @@ function startMaps(data) {
     const own = data.profiles[medium.value];
     const cells = data.alpha[medium.value];
     const between = cells.points.length ? "Interpolated between the pushes, which are the dots." : "";
-    // a plate at -90 degrees is the one at 90
-    const place = (lines, at, period) => {
-      const exact = lines.indexOf(at);
-      return exact < 0 ? lines.findIndex((v) => Math.abs(mod(v - at + period / 2, period) - period / 2) <= SAME_DIRECTION) : exact;
-    };
     const cellsOf = (grid, otherwise) => (beta, gamma) => {
-      const [row, col] = [place(grid.beta_deg, beta, 180), place(grid.gamma_deg, gamma, 360)];
-      if (row < 0 || col < 0) return otherwise(beta, gamma);
-      const of = (c) => ({ value: grid[c][row][col], lo: grid[`${c}_lo`][row][col], hi: grid[`${c}_hi`][row][col] });
-      return { z: of("z"), x: of("x"), note: grid.notes[`${row},${col}`] || between };
+      const cell = cellAt(grid, beta, gamma);
+      return cell ? { ...cell, note: cell.note || between } : otherwise(beta, gamma);
     };
     const modelOf = (name) => (beta, gamma) => {
       const [z, x] = alphaOf(own[name], radians(beta), radians(gamma));

@@ -30,4 +30,4 @@ byId("methods-copy").addEventListener("click", async () => {
 });
 
 // for those who want the numbers behind the page: the functions that draw it
-window.rftfit = { data, alphaOf, elementForces, netForce, sweepLeg, studentQuantile, scaleNewMedium, scaledCoefficients, scaledAlpha, scaledSweep, upperGamma, normalQuantile, makeGrid, estimateMap, zetaOfMap, sweepMap, nextPush, pushesOf };
+window.rftfit = { data, alphaOf, elementForces, netForce, sweepLeg, scaleNewMedium, scaledCoefficients, scaledAlpha, scaledSweep, readPush, scaleMap };

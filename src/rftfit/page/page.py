@@ -20,7 +20,6 @@ from rftfit.figures.style import FORMATS, level, size_of_preview
 from rftfit.measure.fits import describe_shared_flags, shared_flags
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
-from rftfit.model.shapes import LEAST_PERCENT, USUAL_PERCENT
 from rftfit.page import tables
 from rftfit.page.findings import findings, listed
 from rftfit.page.live import as_json, live_data, scaled_from_print
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 SCRIPTS = (
-    "kernel.js", "student.js", "scaling.js", "pushes.js", "drawing.js", "tables.js", "maps.js", "curves.js", "viewer.js",
+    "kernel.js", "scaling.js", "drawing.js", "tables.js", "maps.js", "curves.js", "viewer.js",
     "calculator.js", "robot.js", "page.js",
 )  # fmt: skip
 """Parts of the script, in this order."""
@@ -95,11 +94,13 @@ def page(results: Results) -> str:
     )
     environment.filters["quantities"] = quantities
     template = environment.from_string(_part("page.html"))
+    data = live_data(results)
     return template.render(
         context(results),
+        push=data["push"],
         style=style,
         script=script,
-        data=as_json(live_data(results) | {"robot": robot_data(results)}),
+        data=as_json(data | {"robot": robot_data(results)}),
         policy=(
             f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
             "img-src data:; base-uri 'none'; form-action 'none'"
@@ -157,8 +158,6 @@ def context(results: Results) -> dict[str, Any]:
             if (words := describe_shared_flags(shared_flags(one.fits)))
         ],
         "near": f"{WITHIN_PERCENT:g}",
-        "usual_percent": f"{USUAL_PERCENT:g}",
-        "least_percent": f"{LEAST_PERCENT:g}",
         "at_depths": tables.at_depths(results),
         "spreads": tables.spreads(results),
         "coefficients": {

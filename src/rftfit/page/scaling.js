@@ -1,7 +1,5 @@
 // The scaling routine with its intervals: the same as rftfit.model.scaling.scale_new_medium.
 
-const TEST_DOF = 1e3;
-
 function mean(values) {
   return values.reduce((sum, v) => sum + v, 0) / values.length;
 }
@@ -11,21 +9,12 @@ function deviation(values) {
   return Math.sqrt(values.reduce((sum, v) => sum + (v - centre) ** 2, 0) / (values.length - 1));
 }
 
-/** zeta and chi of a new medium with their intervals, and its nine coefficients. */
-function scaleNewMedium(alpha, se, reference, confidence) {
-  const n = reference.chi.length;
-  const chi = mean(reference.chi);
-  const spread = deviation(reference.chi.map(Math.log)) * Math.sqrt(1 + 1 / n);
-  const halfChi = studentQuantile(confidence, n - 1) * spread;
+/** zeta and chi of a new medium with their intervals. */
+function scaleNewMedium(alpha, se, reference) {
   // half widths add, so that more error of the test never narrows the interval
-  const half = Math.hypot(halfChi, (studentQuantile(confidence, TEST_DOF) * se) / alpha);
-  const zeta = alpha / chi;
-  return {
-    zeta: [zeta, zeta * Math.exp(-half), zeta * Math.exp(half)],
-    chi: [chi, chi * Math.exp(-halfChi), chi * Math.exp(halfChi)],
-    values: reference.m0.map((m) => zeta * m),
-    student: studentQuantile(confidence, n - 1),
-  };
+  const half = Math.hypot(reference.half_chi, (reference.half_test * se) / alpha);
+  const around = (value, width) => [value, value * Math.exp(-width), value * Math.exp(width)];
+  return { zeta: around(alpha / reference.chi, half), chi: around(reference.chi, reference.half_chi), student: reference.student };
 }
 
 /** Value, lower and upper end of a quantity of the generic profile, scaled to one further medium. */
