@@ -1,6 +1,6 @@
 """3D-RFT of a plate in the plane of its motion: a whole profile from one push straight down and a friction.
 
-Agarwal, Goldman and Kamrin, *PNAS* 120, e2214017120 (2023): stress over depth on a face is
+Agarwal, Goldman and Kamrin, *PNAS* 120 (2023), arXiv 2205.14920: stress over depth on a face is
 ``xi (f1 m + f2 v + f3 g)``, with ``m`` its normal turned down, ``v`` its direction of motion, ``g`` down, and
 each ``f`` a polynomial of third degree in ``v.g``, ``m.g`` and ``m.v``, the same for all dry media.
 """
