@@ -9,7 +9,7 @@ GROUPS = {
     "Campaigns and results": ("open", "Results", "Medium", "check", "run"),
     "Media": (
         "published_medium", "Profile", "TableProfile", "FourierProfile", "DepthOnlyProfile",
-        "scaled_generic", "read_profile", "write_profile",
+        "scaled_generic", "rft3d_profile", "read_profile", "write_profile",
     ),
     "Scaling": ("scale", "ScaledMedium", "Reference", "published_reference"),
     "A few pushes": ("estimate_map", "Map", "Shapes", "published_shapes", "plan", "Plan", "Rig"),

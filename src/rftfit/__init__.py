@@ -45,6 +45,7 @@ __all__ = [
     "published_table",
     "read_log",
     "read_profile",
+    "rft3d_profile",
     "rotation",
     "run",
     "scale",
@@ -63,6 +64,7 @@ _FOUND_IN = {
     "model.profile_file": ("read_profile", "write_profile"),
     "model.profiles": ("DepthOnlyProfile", "FourierProfile", "Profile", "TableProfile",
                        "published_medium", "scaled_generic"),
+    "model.rft3d": ("rft3d_profile",),
     "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale"),
     "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes"),
     "reference": ("published_table",),
@@ -91,6 +93,7 @@ if TYPE_CHECKING:
         published_medium,
         scaled_generic,
     )
+    from rftfit.model.rft3d import rft3d_profile
     from rftfit.model.scaling import Reference, ScaledMedium, scale
     from rftfit.model.scaling import published as published_reference
     from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from slices import SLICES, law
 
 from rftfit import reference
 from rftfit.lab.plan import Run, plan_runs, plate_of, segments, window
@@ -188,29 +187,3 @@ def test_legs_and_sands(config: Config, runs: dict[str, Run]) -> None:
         true.granular[0][here], area * sand_stress("yuma", -true.motion.z_cm[here])
     )
     assert true.granular[0].max() > 90
-
-
-@pytest.mark.parametrize(
-    ("normal", "velocity", "expected"),
-    [
-        ((0, -1), (0, -1), (0, 0.875040)),
-        ((1, 0), (1, 0), (-0.191850, 0.074620)),
-        ((0.6, -0.8), (0.8, -0.6), (-0.371078, 0.576288)),
-        ((0, 1), (0, 1), (0, -0.079660)),
-    ],
-)
-def test_slices_of_3drft(normal: tuple[float, float], velocity: tuple[float, float],
-                         expected: tuple[float, float]) -> None:  # fmt: skip
-    """Numbers of an implementation by others."""
-    found = law(np.array(normal, float), np.array(velocity, float))
-    np.testing.assert_allclose(found, expected, atol=1e-6)
-
-
-@pytest.mark.parametrize("name", SLICES)
-def test_a_slice_takes_energy_and_is_its_own_mirror_image(name: str) -> None:
-    for beta in range(-80, 91, 10):
-        for gamma in range(-90, 91, 15):
-            z, x = SLICES[name]("", beta, gamma)
-            assert x * np.cos(np.radians(gamma)) + z * np.sin(np.radians(gamma)) > 0
-            if abs(gamma) == 90:
-                np.testing.assert_allclose((z, -x), SLICES[name]("", -beta, gamma), atol=1e-12)

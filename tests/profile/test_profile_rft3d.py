@@ -1,0 +1,145 @@
+"""3D-RFT in the plane: numbers of an implementation by others, and the law written out by hand."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from slices import SLICES
+
+import rftfit
+from rftfit.model import reference_kernel
+from rftfit.model.rft3d import _COEFFICIENTS, alpha_3drft, law
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+GRID = np.radians(np.arange(-90, 91, 5))[:, None], np.radians(np.arange(-180, 181, 5))
+
+
+@pytest.mark.parametrize(
+    ("normal", "velocity", "expected"),
+    [
+        ((0, 0, -1), (0, 0, -1), (0, 0, 0.875040)),
+        ((1, 0, 0), (1, 0, 0), (-0.191850, 0, 0.074620)),
+        ((1, 0, 0), (0, 1, 0), (0.002120, -0.067960, 0.026340)),
+        ((0.6, 0, -0.8), (0.8, 0, -0.6), (-0.371078, 0, 0.576288)),
+        ((0.6, 0, -0.8), (0, 0.8, -0.6), (-0.178931, -0.274613, 0.567569)),
+        ((0.36, 0.48, -0.8), (-0.6, 0, -0.8), (0.126798, -0.142861, 0.670820)),
+        ((0.48, 0.6, 0.64), (0.6, 0.64, 0.48), (-0.108214, -0.121036, 0.016086)),
+        ((0.6, 0.8, 0), (1, 0, 0), (-0.235004, -0.135797, 0.041528)),
+        ((0, 0.6, -0.8), (0.48, 0.64, -0.6), (-0.164346, -0.364415, 0.609791)),
+        ((0, 0, 1), (0, 0, 1), (0, 0, -0.079660)),
+    ],
+)
+def test_numbers_of_an_implementation_by_others(
+    normal: tuple[float, ...], velocity: tuple[float, ...], expected: tuple[float, ...]
+) -> None:
+    n, v = (np.array(one, float) / np.linalg.norm(one) for one in (normal, velocity))
+    np.testing.assert_allclose(law(n, v), expected, atol=6e-7)
+    if normal[1] == velocity[1] == 0:
+        np.testing.assert_allclose(law(n[::2], v[::2]), expected[::2], atol=6e-7)
+
+
+def by_hand(beta: float, gamma: float, friction: float) -> tuple[float, float]:
+    """alpha_z and alpha_x where xi is 1, one number after the other."""
+    vx, vz = -math.cos(gamma), -math.sin(gamma)
+    nx, nz = math.sin(beta), math.cos(beta)
+    lead = nx * vx + nz * vz
+    if lead < -1e-9 or (abs(lead) <= 1e-9 and nz > 0):
+        nx, nz, lead = -nx, -nz, -lead
+    up = nz > 1e-9
+    a, b, c = -vz, nz if up else -nz, -lead if up else lead
+    f1, f2, f3 = (
+        k[0] + k[1] * a + k[2] * b + k[3] * c + k[4] * a * a + k[5] * b * b + k[6] * c * c
+        + k[7] * a * b + k[8] * b * c + k[9] * c * a + k[10] * a**3 + k[11] * b**3 + k[12] * c**3
+        + k[13] * a * b**2 + k[14] * b * a**2 + k[15] * b * c**2 + k[16] * c * b**2
+        + k[17] * c * a**2 + k[18] * a * c**2 + k[19] * a * b * c
+        for k in _COEFFICIENTS.tolist()
+    )  # fmt: skip
+    x = f1 * (-nx if up else nx) + f2 * vx
+    z = f1 * (-nz if up else nz) + f2 * vz - f3
+    push = x * nx + z * nz
+    tx, tz = x - push * nx, z - push * nz
+    size = math.hypot(tx, tz)
+    share = min(1.0, friction * abs(push) / size) if size > 1e-9 else 0.0
+    if tx * vx + tz * vz > 1e-9:
+        share = -share
+    return share * tz - abs(push) * nz, share * tx - abs(push) * nx
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2, 0.4, 5.0])
+def test_the_whole_plane_against_the_law_written_out(friction: float) -> None:
+    xi = 0.69 / 0.87504
+    profile = rftfit.rft3d_profile(0.69, friction)
+    found = np.stack(profile.alpha(*GRID))
+    for row, beta in enumerate(GRID[0][:, 0]):
+        for column, gamma in enumerate(GRID[1]):
+            wanted = xi * np.array(by_hand(beta, gamma, friction))
+            if abs(math.cos(beta)) + abs(math.cos(gamma)) < 1e-9:
+                wanted[1] = 0  # upright and moving along itself: either side leads
+            np.testing.assert_allclose(found[:, row, column], wanted, atol=1e-9)
+
+
+def test_golden_numbers() -> None:
+    """Two with the cap in force, one moving up, one nearly upright."""
+    beta, gamma = np.radians([[30, 0, 30, 60], [45, 0, -90, 20]])
+    wanted = [[0.714927, 0.126040, -0.118299, 0.174589], [0.466024, 0.025208, -0.047023, 0.477838]]
+    np.testing.assert_allclose(alpha_3drft(beta, gamma, 0.2), wanted, atol=6e-7)
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.4, 0.8])
+def test_symmetry_and_energy(friction: float) -> None:
+    random = np.random.default_rng(2013)
+    beta, gamma = random.uniform(-np.pi, np.pi, (2, 2000))
+    z, x = alpha_3drft(beta, gamma, friction)
+    for other, sign in (((-beta, np.pi - gamma), -1), ((beta + np.pi, gamma), 1)):
+        np.testing.assert_allclose(alpha_3drft(*other, friction), (z, sign * x), atol=1e-12)
+    assert (x * np.cos(gamma) + z * np.sin(gamma)).min() > 0
+
+
+def test_size() -> None:
+    z, x = rftfit.rft3d_profile(0.9, 0.4).alpha(0.0, np.pi / 2)
+    assert (float(z), float(x)) == pytest.approx((0.9, 0), abs=1e-12)
+
+
+@pytest.mark.parametrize(("step", "most"), [(1, 0.015), (5, 0.3)])
+@pytest.mark.parametrize("leg", ["c_leg", "reversed_c_leg"])
+def test_forces_on_legs_are_those_of_the_law(step: float, most: float, leg: str) -> None:
+    outline, motion = rftfit.model_leg(leg), rftfit.rotation(np.arange(-135, 135) + 0.37)
+    elements = reference_kernel.place(outline.body, outline.width_cm, motion.poses)
+    load = reference_kernel.submerged(elements, outline.solid)[0]
+    found = rftfit.predict(rftfit.rft3d_profile(0.5, 0.4, step), outline, motion)
+    alpha = alpha_3drft(*reference_kernel.angles(elements), 0.4)
+    for component, own in zip("zx", alpha, strict=True):
+        force = 0.5 * (load * own).sum(axis=1)
+        off = np.abs(found[f"force_{component}_N"] - force).max()
+        assert off < most * np.abs(force).max()
+
+
+def test_it_goes_where_a_profile_goes(tmp_path: Path) -> None:
+    profile = rftfit.rft3d_profile(0.35, 0.4, step_deg=5)
+    rftfit.write_profile(tmp_path / "sand.json", profile, name="sand")
+    again = rftfit.read_profile(tmp_path / "sand.json")
+    np.testing.assert_allclose(again.alpha(*GRID), profile.alpha(*GRID), atol=1e-6)
+    run = rftfit.simulate(profile, 2.0)
+    assert run.outcome == "steady"
+    assert run.speed_cm_per_s > 10
+
+
+@pytest.mark.parametrize(
+    ("numbers", "named"),
+    [((0.0, 0.4), "0"), ((math.nan, 0.4), "nan"), ((0.5, -0.1), "-0.1"), ((0.5, 0.4, 7), "7"),
+     ((0.5, 0.4, 0), "found 0")],
+)  # fmt: skip
+def test_refused(numbers: tuple[float, ...], named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        rftfit.rft3d_profile(*numbers)
+
+
+def test_slices_are_whole_media() -> None:
+    z, x = rftfit.rft3d_profile(0.35, 0.2).alpha(*np.radians([30.0, 45.0]))
+    found = SLICES["3D-RFT, friction 0.2"]("", 30, 45)
+    assert found == pytest.approx((float(z), float(x)))
