@@ -90,9 +90,11 @@ def blank(shapes: Shapes | None = None, nodes: tuple[FloatArray, FloatArray] | N
     shapes = shapes or published_shapes()
     beta, gamma = grid() if nodes is None else nodes
     mean, covariance = shapes.moments(beta, gamma)
-    random, rows = np.random.default_rng(SEED), root(covariance)
-    size = 1 + random.standard_normal((DRAWS, 1))
-    draws = size * mean + random.standard_normal((DRAWS, len(rows))) @ rows
+    rows = np.vstack([mean, root(covariance)])
+    normals = np.random.default_rng(SEED).standard_normal((DRAWS, len(rows)))
+    # their mean is 0 and their covariance 1 to the last digit, so that a plan hangs on no chance
+    even = np.linalg.qr(normals - normals.mean(axis=0))[0] * np.sqrt(DRAWS - 1)
+    draws = mean + even @ rows
     nothing = np.zeros(beta.size, dtype=bool)
     return Map(
         "", beta, gamma, draws.reshape(DRAWS, 2, -1), nothing, 0.0, 1.0, 0.0, 0, 0, shapes.name
