@@ -82,8 +82,9 @@ samebytes: env ## run one campaign under different circumstances and compare its
 matrix: env ## run campaigns of other grids and protocols and compare them with the truth, half an hour
 	@$(BIN)/python tests/slow/matrix.py $(ARGS)
 
-reliability: env ## measure false alarms and power of the checks, and coverage, by campaigns that are not kept yet, an hour
+reliability: env ## measure false alarms and power of the checks, coverage, and the map, by campaigns that are not kept yet, an hour
 	@$(BIN)/python tests/slow/reliability.py $(ARGS)
+	$(if $(ARGS),,@$(BIN)/python studies/grade_map.py --rows results/grade_map.csv --report results/grade_map.csv)
 
 mutations: env ## compare check and run on campaigns with mistakes in sheet, config and logs, ten minutes
 	@$(BIN)/python tests/slow/mutations.py $(ARGS)

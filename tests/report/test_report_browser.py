@@ -341,7 +341,7 @@ def test_error_of_the_push_widens_the_map(numbers: Chromium, percent: float) -> 
     free = half > 1e-9
     for end, wanted in zip((lo, hi), ends, strict=True):
         off = (end - wanted)[free] / half[free]
-        assert abs(off.mean()) < 0.05
+        assert abs(off.mean()) < 0.08
         assert np.sqrt((off**2).mean()) < 0.15
     down = ours.measured  # where the error is all there is
     np.testing.assert_allclose((hi - lo)[0, down] / 2, half[0, down], rtol=0.05)

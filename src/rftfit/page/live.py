@@ -157,7 +157,10 @@ def _unit_push(results: Results) -> dict[str, Any]:
 
     config, level = results.config, results.config.fit.confidence
     exact = Pushes.of(0.0, 90.0, [1.0, np.nan], 0.0)
-    known = estimate(exact, results.shapes(), confidence=level)
+    try:
+        known = estimate(exact, results.shapes(), confidence=level)
+    except ValueError:  # with media of the campaign that hardly take energy
+        known = estimate(exact, confidence=level)
     now, after = plan("map", known, count=1, confidence=level).steps
     legs = {}
     for name, leg in config.legs.items():
