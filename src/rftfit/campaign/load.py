@@ -17,7 +17,7 @@ from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
 from rftfit.campaign.tables import read_pushes
 from rftfit.errors import InputError
-from rftfit.store.digests import digest_of_numbers
+from rftfit.store.digests import digest_of_numbers, digests_of_files
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -42,6 +42,7 @@ class Campaign:
     """A checked campaign; its runs are in the order of the sheet.
 
     `numbers`: By run_id, of a campaign that is a table: its columns (n,), as `Push` has them.
+    `read_from`: SHA-256 of config and run sheet before they were read, by path from `root`.
     """
 
     root: Path
@@ -50,6 +51,12 @@ class Campaign:
     config: Config
     runs: tuple[Run, ...]
     numbers: Mapping[str, Mapping[str, npt.NDArray[Any]]] = field(default_factory=dict)
+    read_from: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def is_as_read(self) -> bool:
+        """Whether config and run sheet are still those that were read."""
+        return digests_of_files(self.root, self.read_from) == self.read_from
 
     @cached_property
     def reenacted(self) -> bool:
@@ -150,6 +157,7 @@ def check_campaign(
     if Path(config_path).exists():  # else the user needs to know where it was looked for
         inside = folder.name == "config" and root != folder
         name = f"config/{Path(config_path).name}" if inside else Path(config_path).name
+    read_from = digests_of_files(root, [os.path.relpath(Path(config_path).absolute(), root)])
     file = read_model(Path(config_path), Config, name)
     if file.data is None:
         if [problem.code for problem in file.problems] == ["config.missing"]:
@@ -159,6 +167,7 @@ def check_campaign(
     raw = _locate(file, within, "raw")
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None
+    read_from |= digests_of_files(root, [sheet] if sheet and not table else [])
     if file.model is not None and logs is not None:
         _check_rigid_contact(file, file.model, logs)
         _check_calibration(file, file.model, logs)
@@ -178,7 +187,8 @@ def check_campaign(
     if file.model is None or any(problem.severity == "error" for problem in problems):
         return None, problems
     numbers = {push.run.run_id: push.columns for push in pushes}
-    return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers), problems
+    campaign = Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers, read_from)
+    return campaign, problems
 
 
 def _no_campaign(root: Path) -> str:
