@@ -47,7 +47,7 @@ MAX_UNPACKED = 40_000_000
 MAX_TAGS = 3_000_000
 """Some four a cell of a workbook: enough for 45,000 runs, and read in seconds whatever they are."""
 
-_HEAD, _BLOCK = 1 << 12, 1 << 22
+_HEAD, _BLOCK = 1 << 12, 1 << 21
 _MOST_NOTED = 100
 """Problems after which no more of a table is read by columns."""
 

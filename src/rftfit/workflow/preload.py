@@ -11,11 +11,9 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 from importlib import import_module
-from pathlib import Path
 
-from rftfit.errors import RftfitError
 from rftfit.store.digests import source_digests
-from rftfit.workflow.state import CONFIG, States, read_states
+from rftfit.workflow.state import States, handed_over
 
 _MODULES = (
     "pandas", "scipy.special", "numba", "rftfit.workflow.job", "rftfit.page.page", "rftfit.page.workbooks",
@@ -24,26 +22,16 @@ _MODULES = (
 )  # fmt: skip
 
 
-def _read_campaign() -> States | None:
-    """States of the campaign; None where it cannot be read."""
-    try:
-        states = read_states(Path(os.environ.get(CONFIG, "")))[0]
-        _ = states.campaign.digests  # of a long table, once for all jobs
-    except (OSError, RftfitError):
-        return None
-    return states
-
-
 def campaign_states() -> States | None:
-    """States of the campaign that was read, if its config and run sheet are still the same."""
-    return _states if _states is not None and _states.campaign.is_as_read else None
+    """States of the campaign that was handed over, if its config and run sheet are still the same."""
+    return _handed[0] if _handed and _handed[0].campaign.is_as_read else None
 
 
 # digests of the code before it is imported: a job refuses to work where they are not the planned ones
 _before = dict(source_digests())
 for _name in _MODULES:
     import_module(_name)
-_states = _read_campaign()
+_handed = handed_over()
 import_module("rftfit.figures.registry").figures()
 source_digests.cache_clear()
 if source_digests() != _before:

@@ -26,7 +26,7 @@ from rftfit.workflow.snakemake import (
     nothing_written,
     working_in,
 )
-from rftfit.workflow.state import CONFIG, HANDED, hand_over, read_states
+from rftfit.workflow.state import HANDED, hand_over, read_states
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -136,10 +136,8 @@ class Workflow:
             if here and sys.platform == "linux":
                 command = [*command, "--executor", "rftfit"]
             with TemporaryFile(buffering=0) as file:
-                handed = {HANDED: hand_over(self.states, self.warnings, file)}
-                status = listen(
-                    command, log, on_line, **handed, **{CONFIG: str(self.config.resolve())}
-                )
+                given = {HANDED: hand_over(self.states, self.warnings, file)}
+                status = listen(command, log, on_line, **given)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 "Stopped. Results that were finished are kept; to go on, give the same command again."

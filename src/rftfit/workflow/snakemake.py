@@ -320,13 +320,9 @@ def _environment(**more: str) -> dict[str, str]:
     # jobs call `python`: it has to be this one, also where the environment was not activated
     here = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [here, os.environ.get("PATH", "")]))
-    return child_environment(
-        PATH=path,
-        PYTHONUNBUFFERED="1",
-        # it ends when this process has ended, even where that could not say so
-        **{VARIABLE: str(os.getpid())},
-        **more,
-    )
+    # it ends when this process has ended, even where that could not say so
+    more |= {VARIABLE: str(os.getpid()), "PYTHONUNBUFFERED": "1"}
+    return child_environment(PATH=path, **more)
 
 
 @contextlib.contextmanager

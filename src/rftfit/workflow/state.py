@@ -6,7 +6,6 @@ job and is written anew only when it changes.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
@@ -23,13 +22,7 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
-from rftfit.store.digests import (
-    code_digest,
-    digest_of,
-    digests_of_files,
-    plugin_digest,
-    source_digests,
-)
+from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest, seal
 from rftfit.workflow.stages import ALL, EVERY, FIGURE_RULES, LAST, OWN, STAGES, Stage
 
 if TYPE_CHECKING:
@@ -40,8 +33,8 @@ if TYPE_CHECKING:
     from rftfit.logs.registry import Origin
 
 STATES = f"{FOLDER}/state"
-CONFIG, HANDED = "RFTFIT_CONFIG", "RFTFIT_CAMPAIGN"
-"""Environment variables: path of the configuration; where the campaign that was read is, and its digest."""
+HANDED = "RFTFIT_CAMPAIGN"
+"""Environment variable: the file with the campaign that `rftfit run` has read, and its seal."""
 
 _LEFT_OUT = ("row", "note")
 """Columns of the run sheet: the number of a row, and what nobody computes with."""
@@ -212,7 +205,7 @@ class States:
 
 def read_states(config: Path) -> tuple[States, int]:
     """Check a campaign, or take it as handed over; its states, and how many warnings there are."""
-    if handed := _handed_over(config):
+    if handed := handed_over(config):
         return handed
     campaign, problems = check_campaign(config)
     if campaign is None:
@@ -225,27 +218,19 @@ def hand_over(states: States, warnings: int, file: IO[bytes]) -> str:
     data = pickle.dumps((states.campaign, warnings), protocol=5)
     with suppress(OSError):  # they read the campaign themselves
         file.write(data)
-    return f"/proc/{os.getpid()}/fd/{file.fileno()} {_seal(data)}"
+    return f"/proc/{os.getpid()}/fd/{file.fileno()} {seal(data)}"
 
 
-def _handed_over(config: Path) -> tuple[States, int] | None:
+def handed_over(config: Path | None = None) -> tuple[States, int] | None:
     """What was handed over, if it is of this config, and config, run sheet and code are the same."""
-    name, _, seal = os.environ.get(HANDED, "").rpartition(" ")
-    try:
-        data = Path(name).read_bytes() if Path(name).is_file() else b""
-        if not data or _seal(data) != seal:
-            return None
-        campaign, warnings = pickle.loads(data)
-        own = Path(campaign.root, next(iter(campaign.read_from)))
-        return (
-            (States(campaign), warnings) if own.samefile(config) and campaign.is_as_read else None
-        )
-    except OSError:
-        return None
-
-
-def _seal(data: bytes) -> str:
-    return digest_of(hashlib.sha256(data).hexdigest(), source_digests())
+    name, _, digest = os.environ.get(HANDED, "").rpartition(" ")
+    with suppress(OSError):
+        if Path(name).is_file() and seal(data := Path(name).read_bytes()) == digest:
+            campaign, warnings = pickle.loads(data)
+            own = Path(campaign.root, next(iter(campaign.read_from)))
+            if campaign.is_as_read and (config is None or own.samefile(config)):
+                return States(campaign), warnings
+    return None
 
 
 def log_names(campaign: Campaign, medium: str) -> list[str]:
