@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.calibration import read_calibration
 from rftfit.campaign.config import PLATE_SHAPES, Config
-from rftfit.campaign.files import Folder, folded
+from rftfit.campaign.files import Folder, folded, inside
 from rftfit.campaign.problems import CampaignError, Place, Problem, listed
 from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
@@ -85,6 +85,13 @@ class Campaign:
         own |= {name: self.by_id[name] for name in named}
         return tuple(own[name] for name in sorted(own))
 
+    def size_of(self, log: str) -> int | None:
+        """Bytes of a log; None where there is none."""
+        try:
+            return (self.raw / log).stat().st_size
+        except OSError:
+            return None
+
     def holds_tare(self, run: Run) -> bool:
         """Whether the force on rod and mount, or on a leg in air, is still in the numbers of a run."""
         rodless = bool(self.numbers) or self.config.fit.missing_tare == "none"
@@ -157,7 +164,7 @@ def check_campaign(
     if Path(config_path).exists():  # else the user needs to know where it was looked for
         inside = folder.name == "config" and root != folder
         name = f"config/{Path(config_path).name}" if inside else Path(config_path).name
-    read_from = digests_of_files(root, [os.path.relpath(Path(config_path).absolute(), root)])
+    was = digests_of_files(root, [os.path.relpath(Path(config_path).absolute(), root)])
     file = read_model(Path(config_path), Config, name)
     if file.data is None:
         if [problem.code for problem in file.problems] == ["config.missing"]:
@@ -167,7 +174,7 @@ def check_campaign(
     raw = _locate(file, within, "raw")
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None
-    read_from |= digests_of_files(root, [sheet] if sheet and not table else [])
+    was |= digests_of_files(root, [sheet] if sheet and not table else [])
     if file.model is not None and logs is not None:
         _check_rigid_contact(file, file.model, logs)
         _check_calibration(file, file.model, logs)
@@ -187,8 +194,7 @@ def check_campaign(
     if file.model is None or any(problem.severity == "error" for problem in problems):
         return None, problems
     numbers = {push.run.run_id: push.columns for push in pushes}
-    campaign = Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers, read_from)
-    return campaign, problems
+    return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers, was), problems
 
 
 def _no_campaign(root: Path) -> str:
@@ -209,12 +215,12 @@ def _only_straight_down(config: Config, sheet: str, runs: list[Run]) -> list[Pro
     found = []
     for name, medium in config.media.items():
         pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
+        place = Place(f"{sheet}, medium {name}")
         if not pushes and any(run.medium == name and run.kind == "leg" for run in runs):
             text = (
                 "a plate run of each medium; without one there is no alpha, and nothing to compare "
                 "the forces on its legs with"
             )
-            place = Place(f"{sheet}, medium {name}")
             found.append(Problem("sheet.no-plate", place, "only legs", text, severity="warning"))
         level = all((run.beta_deg, run.gamma_deg) == (0, 90) for run in pushes)
         if pushes and level and medium.role == "laboratory":
@@ -222,7 +228,6 @@ def _only_straight_down(config: Config, sheet: str, runs: list[Run]) -> list[Pro
                 "role natural_sand, in which one push scales the generic profile; a profile of its own "
                 "needs other directions too"
             )
-            place = Place(f"{sheet}, medium {name}")
             only = "nothing but level plates pushed straight down"
             found.append(Problem("sheet.only-straight-down", place, only, text, severity="warning"))
     return found
@@ -233,7 +238,7 @@ def _read_table(
 ) -> tuple[list[Push], list[Problem]]:
     """Read the table that stands in place of run sheet and logs."""
     assert config.table is not None
-    if not _inside(sheet, raw):
+    if not inside(sheet, raw):
         allowed = (
             f"a table inside the raw folder, {raw}: it is the record that all results come from"
         )
@@ -285,17 +290,13 @@ def _fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, 
     if key == "raw" and exists and entry.status != "folder":
         return "raw-missing", "a folder that exists, relative to the folder of the campaign"
     place, results = (os.path.realpath(f"{root.base}/{path}") for path in (entry.path, RESULTS))
-    if not _inside(place, results) and not (key == "raw" and _inside(results, place)):
+    if not inside(place, results) and not (key == "raw" and inside(results, place)):
         return "", ""
     # the program would overwrite it, or write among the logs
     text = f"a place apart from {RESULTS}/, which the program writes and anybody may delete"
-    if not _inside(entry.path, RESULTS):
+    if not inside(entry.path, RESULTS):
         text += f"; a link brings the two together: {RESULTS} is {results}"
     return "in-results", text
-
-
-def _inside(path: str, folder: str) -> bool:
-    return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
 
 
 def _check_rigid_contact(file: ModelFile[Config], config: Config, logs: Folder) -> None:

@@ -467,6 +467,14 @@ def _read_cell(
         _READERS[column.form](draft, column, cell)
 
 
+def number_of(text: str) -> float:
+    """Read a number; NaN where the text is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
 def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> None:
     if math.isnan(scale):  # the unit is not known: a problem of the header
         draft.bad.add(column.name)
