@@ -5,7 +5,7 @@ them under new names into media of a thousand logs each, with a run sheet that f
 folder. Takes some ten minutes, 7 GB of disk, and all of two cores: `make scale`.
 
 `make scale ARGS="--table 2000000"` measures a table of stress of so many rows instead, beside the same one
-thinned to 5,000, and compares its alphas with numpy: two minutes.
+thinned to 5,000, and compares its alphas with numpy: four minutes.
 """
 
 from __future__ import annotations
@@ -20,9 +20,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import cache, partial
+from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -352,60 +354,63 @@ def long_table(path: Path, rows: int) -> dict[tuple[int, int], float]:
     return slopes
 
 
-def largest(words: Sequence[str], cwd: Path) -> tuple[float, float]:
-    """Seconds of a command, and the peak of the largest process that it starts, directly or not, MB."""
+def watched(words: Sequence[str], cwd: Path) -> tuple[float, float, float]:
+    """Seconds of a command, processor seconds and largest peak in MB of all processes that it starts, directly or not."""
     begun, peak = time.perf_counter(), 0
-    process = subprocess.Popen(words, cwd=cwd, stdout=subprocess.DEVNULL, start_new_session=True)
+    process = subprocess.Popen(words, cwd=cwd, stdout=subprocess.DEVNULL)
+    used = {process.pid: 0}
     while process.poll() is None:
-        for status in Path("/proc").glob("[0-9]*/status"):
+        for folder in Path("/proc").glob("[0-9]*"):
             try:
-                if os.getsid(int(status.parent.name)) == process.pid:
-                    lines = status.read_text(encoding="utf-8").splitlines()
+                own = (folder / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+                if {int(folder.name), int(own[1])} & used.keys():
+                    used[int(folder.name)] = int(own[11]) + int(own[12])
+                    lines = (folder / "status").read_text(encoding="utf-8").splitlines()
                     peak = max([peak, *(int(line.split()[1]) for line in lines if "VmHWM" in line)])
             except OSError:
                 continue
-        time.sleep(0.05)
+        time.sleep(0.02)
     if process.returncode:
         sys.exit(f"{' '.join(words)} failed")
-    return time.perf_counter() - begun, peak / 1e3
+    busy = sum(used.values()) / os.sysconf("SC_CLK_TCK")
+    return time.perf_counter() - begun, busy, peak / 1e3
 
 
 def of_table(folder: Path, rows: int) -> list[str]:
-    """Measure a long table beside a thin one, command by command, in turns; a table of lines."""
+    """Measure a long table beside a thin one, all in turns; a table of lines, with the medians."""
     import pandas as pd
 
     rftfit = str(Path(sys.executable).with_name("rftfit"))
     slopes = {size: long_table(folder / f"t{size}.csv", size) for size in (rows, THIN)}
-    told, reading = [], []
-    for _ in range(TURNS):
-        begun = time.perf_counter()
-        pd.read_csv(folder / f"t{rows}.csv")
-        reading.append(time.perf_counter() - begun)
-    pandas = statistics.median(reading)
-    for name in ("init", "check", "run"):
-        found = {}
-        for size in slopes:
-            root = folder / f"c{size}"
-            init = ["init", str(root), "--stress-table", str(folder / f"t{size}.csv")]
-            words = {"init": init, "check": ["check"], "run": ["run", "--cores", str(CORES)]}[name]
-            found[size] = largest([rftfit, *words], folder if name == "init" else root)
-        (long, peak), (short, _) = found[rows], found[THIN]
-        told.append(
-            [name, f"{long:.1f}", f"{short:.1f}", f"{(long - short) / pandas:.1f}", f"{peak:.0f}"]
+    found: dict[tuple[str, int], list[tuple[float, float, float]]] = defaultdict(list)
+    for _, size in product(range(TURNS), slopes):
+        root, source = folder / f"c{size}", folder / f"t{size}.csv"
+        shutil.rmtree(root, ignore_errors=True)
+        reading = "import sys, pandas; pandas.read_csv(sys.argv[1])"
+        alone = [sys.executable, "-c", reading, str(source)]
+        found["`pandas.read_csv`", size].append(watched(alone, folder))
+        init = [rftfit, "init", str(root), "--stress-table", str(source)]
+        found["`init`", size].append(watched(init, folder))
+        found["`check`", size].append(watched([rftfit, "check"], root))
+        found["`run`", size].append(watched([rftfit, "run", "--cores", str(CORES)], root))
+    told, pandas = [], 0.0
+    for name in dict.fromkeys(name for name, _ in found):
+        (long, busy, peak), (short, little, _) = (
+            map(statistics.median, zip(*found[name, size], strict=True)) for size in slopes
         )
+        pandas = pandas or busy - little
+        cells = [f"{each:.2f}" for each in (long, busy, short, little, (busy - little) / pandas)]
+        told.append([name, *cells, f"{peak:.0f}"])
     alpha = pd.read_csv(folder / f"c{rows}" / "results" / "fits" / f"t{rows}.csv")
     apart = [
         abs(float(row["alpha_z_N_per_cm3"]) / slopes[rows][_cell(str(row["run_id"]))] - 1)
         for row in alpha.to_dict("records")
     ]
     heads = [
-        "command",
-        f"{rows:,} rows, s",
-        f"{THIN:,} rows, s",
-        "difference, times pandas",
-        "largest process, MB",
-    ]
-    end = f"pandas reads it in {pandas:.2f} s; {len(apart)} of {len(slopes[rows])} runs, alpha_z within {max(apart):.1e} of numpy"
+        "", f"{rows:,} rows, s", "processor, s", f"{THIN:,} rows, s", "processor, s",
+        "difference of processor, times pandas", "largest process, MB",
+    ]  # fmt: skip
+    end = f"{len(apart)} of {len(slopes[rows])} runs, alpha_z within {max(apart):.1e} of numpy"
     return [*table(heads, told), "", end]
 
 

@@ -116,6 +116,18 @@ def test_every_page_has_a_picture_or_a_table() -> None:
     assert bare == []
 
 
+def test_tests_that_a_page_names_are_there() -> None:
+    found = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
+    there = {
+        *re.findall(r"def (test_\w+)", found),
+        *(path.stem for path in (ROOT / "tests").rglob("*.py")),
+    }
+    text = "".join((ROOT / page).read_text(encoding="utf-8") for page in pages())
+    named = {*re.findall(r"\btest_\w+", text)}
+    assert named
+    assert named <= there
+
+
 @pytest.fixture
 def drawings(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))

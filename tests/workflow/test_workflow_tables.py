@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
@@ -11,6 +15,7 @@ import pytest
 from campaigns import Folder
 
 from rftfit.campaign.load import load_campaign
+from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.rows import read_columns
 from rftfit.cli.main import main
 from rftfit.lab.truth import table_s5
@@ -21,6 +26,7 @@ from rftfit.measure.ledger import check, join
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 from rftfit.reference import MEDIA, load
+from rftfit.workflow.state import HANDED, hand_over, read_states, rows_of
 
 PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data" / "published"
 
@@ -242,6 +248,73 @@ def test_init_says_how_it_reads_the_columns(
     assert "read as: beta in deg, gamma in deg, depth in cm, stress_z in N/cm^2" in told
     assert "raw/stress.csv, row 1, column run: this column is not read" in told
     assert reads == [source]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="handed over through /proc")
+def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = tmp_path / "stress.csv"
+    source.write_text(
+        "beta,gamma,depth,stress_z,stress_x\n0,90,1,0.3,0\n0,90,2,0.6,0\n", encoding="utf-8"
+    )
+    for name in "ab":
+        assert main(["init", str(tmp_path / name), "--stress-table", str(source)]) == 0
+    config, other = (tmp_path / name / "config" / "config.yaml" for name in "ab")
+    states, warnings = read_states(config)
+    with TemporaryFile(buffering=0) as file:
+        word = hand_over(states, warnings, file)
+        with monkeypatch.context() as patch:
+            patch.setenv(HANDED, word)
+            patch.setattr("rftfit.workflow.state.check_campaign", lambda _: (None, []))
+            handed, count = read_states(config)
+            assert (rows_of(handed.campaign, ""), count) == (rows_of(states.campaign, ""), warnings)
+            same = states.campaign.sheet.read_bytes(), config.read_bytes()
+            for path, text in zip((states.campaign.sheet, config), same, strict=True):
+                path.write_bytes(text + b"\n")
+                with pytest.raises(CampaignError):
+                    read_states(config)
+                path.write_bytes(text)
+            assert read_states(config)[1] == warnings
+            with pytest.raises(CampaignError):
+                read_states(other)
+            file.seek(-1, 2)
+            file.write(b"?")
+            with pytest.raises(CampaignError):
+                read_states(config)
+    monkeypatch.setenv(HANDED, word)
+    assert rows_of(read_states(config)[0].campaign, "") == rows_of(states.campaign, "")
+
+
+@slow
+def test_a_run_reads_its_table_once(tmp_path: Path) -> None:
+    """Of all processes of `rftfit run`, one parses the table."""
+    source, patch = tmp_path / "stress.csv", tmp_path / "site" / "sitecustomize.py"
+    rows = [f"0,90,{depth / 10},{depth / 30},0" for depth in range(1, 30)]
+    source.write_text("\n".join(["beta,gamma,depth,stress_z,stress_x", *rows]), encoding="utf-8")
+    assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
+    patch.parent.mkdir()
+    patch.write_text(_COUNTS.format(str(tmp_path / "reads")), encoding="utf-8")
+    paths = os.pathsep.join([str(patch.parent), *sys.path])
+    subprocess.run(
+        [sys.executable, "-m", "rftfit.cli.main", "run", "--cores", "1"], cwd=tmp_path / "c",
+        env=os.environ | {"PYTHONPATH": paths}, check=True,
+    )  # fmt: skip
+    assert (tmp_path / "c" / "results" / "report.html").is_file()
+    assert len((tmp_path / "reads").read_text().splitlines()) == 1
+
+
+_COUNTS = """
+import os, sys
+def hook(event, args):
+    if event == "open" and str(args[0]).endswith("raw/stress.csv"):
+        caller = sys._getframe(1)
+        while caller and caller.f_code.co_name != "read_pushes":
+            caller = caller.f_back
+        if caller:
+            os.write(os.open({0!r}, os.O_WRONLY | os.O_CREAT | os.O_APPEND), b"read\\n")
+sys.addaudithook(hook)
+"""
 
 
 @pytest.mark.parametrize("holds", ["stress", "alpha"])

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
 
 from rftfit.campaign.config import ForceQuantity, Unit
+from rftfit.campaign.rows import number_of
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def read_calibration(path: Path) -> Calibration:
         if unit not in _UNITS[name[0]]:
             allowed = ", ".join(_UNITS[name[0]])
             problems.append(f"row {number}, unit: found {unit!r}; allowed: {allowed}")
-        values = tuple(map(_number, cells))
+        values = tuple(map(number_of, cells))
         if len(values) != len(gauges) or not all(map(math.isfinite, values)):
             problems.append(
                 f"row {number}: found {', '.join(cells) or 'nothing'}; allowed: {len(gauges)} numbers"
@@ -81,10 +82,3 @@ def read_calibration(path: Path) -> Calibration:
     if problems:
         raise InputError("; ".join(problems))
     return Calibration(gauges, tuple(loads))
-
-
-def _number(cell: str) -> float:
-    try:
-        return float(cell)
-    except ValueError:
-        return math.nan

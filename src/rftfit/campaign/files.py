@@ -103,6 +103,11 @@ class BadPath(Exception):
         self.code, self.allowed, self.nearest = code, allowed, nearest
 
 
+def inside(path: str, folder: str) -> bool:
+    """Whether a path is that of a folder or of what lies in it."""
+    return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
+
+
 def plain_path(text: str) -> str:
     """Return a relative path without its ``.`` parts, or raise `BadPath`."""
     if "\\" in text:
@@ -159,10 +164,10 @@ class Folder:
             mode = os.lstat(full).st_mode
             if stat.S_ISLNK(mode):
                 full = os.path.realpath(full)
-                mode = os.stat(full).st_mode if self._inside(full) else 0  # noqa: PTH116
+                mode = os.stat(full).st_mode if inside(full, self.base) else 0  # noqa: PTH116
         except (OSError, ValueError):
             mode = None
-        if not self._inside(full):
+        if not inside(full, self.base):
             return "outside"
         if mode is None:
             return "missing"
@@ -183,9 +188,6 @@ class Folder:
             self._names[head] = self._list(head)
         found = did_you_mean(name, self._names[head])
         return None if found is None else f"{head}/{found}" if head else found
-
-    def _inside(self, full: str) -> bool:
-        return full == self.base or full.startswith(self.base.rstrip("/\\") + os.sep)
 
     def _list(self, head: str) -> tuple[str, ...]:
         try:

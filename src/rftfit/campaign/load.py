@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.calibration import read_calibration
 from rftfit.campaign.config import PLATE_SHAPES, Config
-from rftfit.campaign.files import Folder, folded
+from rftfit.campaign.files import Folder, folded, inside
 from rftfit.campaign.problems import CampaignError, Place, Problem, listed
 from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
 from rftfit.campaign.tables import read_pushes
 from rftfit.errors import InputError
-from rftfit.store.digests import digest_of_numbers
+from rftfit.store.digests import digest_of_numbers, digests_of_files
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -42,6 +42,7 @@ class Campaign:
     """A checked campaign; its runs are in the order of the sheet.
 
     `numbers`: By run_id, of a campaign that is a table: its columns (n,), as `Push` has them.
+    `read_from`: SHA-256 of config and run sheet before they were read, by path from `root`.
     """
 
     root: Path
@@ -50,6 +51,12 @@ class Campaign:
     config: Config
     runs: tuple[Run, ...]
     numbers: Mapping[str, Mapping[str, npt.NDArray[Any]]] = field(default_factory=dict)
+    read_from: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def is_as_read(self) -> bool:
+        """Whether config and run sheet are still those that were read."""
+        return digests_of_files(self.root, self.read_from) == self.read_from
 
     @cached_property
     def reenacted(self) -> bool:
@@ -77,6 +84,13 @@ class Campaign:
         named = {run.tare_run for run in own.values() if run.kind == "leg" and run.tare_run}
         own |= {name: self.by_id[name] for name in named}
         return tuple(own[name] for name in sorted(own))
+
+    def size_of(self, log: str) -> int | None:
+        """Bytes of a log; None where there is none."""
+        try:
+            return (self.raw / log).stat().st_size
+        except OSError:
+            return None
 
     def holds_tare(self, run: Run) -> bool:
         """Whether the force on rod and mount, or on a leg in air, is still in the numbers of a run."""
@@ -150,6 +164,7 @@ def check_campaign(
     if Path(config_path).exists():  # else the user needs to know where it was looked for
         inside = folder.name == "config" and root != folder
         name = f"config/{Path(config_path).name}" if inside else Path(config_path).name
+    was = digests_of_files(root, [os.path.relpath(Path(config_path).absolute(), root)])
     file = read_model(Path(config_path), Config, name)
     if file.data is None:
         if [problem.code for problem in file.problems] == ["config.missing"]:
@@ -159,6 +174,7 @@ def check_campaign(
     raw = _locate(file, within, "raw")
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None
+    was |= digests_of_files(root, [sheet] if sheet and not table else [])
     if file.model is not None and logs is not None:
         _check_rigid_contact(file, file.model, logs)
         _check_calibration(file, file.model, logs)
@@ -178,7 +194,7 @@ def check_campaign(
     if file.model is None or any(problem.severity == "error" for problem in problems):
         return None, problems
     numbers = {push.run.run_id: push.columns for push in pushes}
-    return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers), problems
+    return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers, was), problems
 
 
 def _no_campaign(root: Path) -> str:
@@ -199,12 +215,12 @@ def _only_straight_down(config: Config, sheet: str, runs: list[Run]) -> list[Pro
     found = []
     for name, medium in config.media.items():
         pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
+        place = Place(f"{sheet}, medium {name}")
         if not pushes and any(run.medium == name and run.kind == "leg" for run in runs):
             text = (
                 "a plate run of each medium; without one there is no alpha, and nothing to compare "
                 "the forces on its legs with"
             )
-            place = Place(f"{sheet}, medium {name}")
             found.append(Problem("sheet.no-plate", place, "only legs", text, severity="warning"))
         level = all((run.beta_deg, run.gamma_deg) == (0, 90) for run in pushes)
         if pushes and level and medium.role == "laboratory":
@@ -212,7 +228,6 @@ def _only_straight_down(config: Config, sheet: str, runs: list[Run]) -> list[Pro
                 "role natural_sand, in which one push scales the generic profile; a profile of its own "
                 "needs other directions too"
             )
-            place = Place(f"{sheet}, medium {name}")
             only = "nothing but level plates pushed straight down"
             found.append(Problem("sheet.only-straight-down", place, only, text, severity="warning"))
     return found
@@ -223,7 +238,7 @@ def _read_table(
 ) -> tuple[list[Push], list[Problem]]:
     """Read the table that stands in place of run sheet and logs."""
     assert config.table is not None
-    if not _inside(sheet, raw):
+    if not inside(sheet, raw):
         allowed = (
             f"a table inside the raw folder, {raw}: it is the record that all results come from"
         )
@@ -275,17 +290,13 @@ def _fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, 
     if key == "raw" and exists and entry.status != "folder":
         return "raw-missing", "a folder that exists, relative to the folder of the campaign"
     place, results = (os.path.realpath(f"{root.base}/{path}") for path in (entry.path, RESULTS))
-    if not _inside(place, results) and not (key == "raw" and _inside(results, place)):
+    if not inside(place, results) and not (key == "raw" and inside(results, place)):
         return "", ""
     # the program would overwrite it, or write among the logs
     text = f"a place apart from {RESULTS}/, which the program writes and anybody may delete"
-    if not _inside(entry.path, RESULTS):
+    if not inside(entry.path, RESULTS):
         text += f"; a link brings the two together: {RESULTS} is {results}"
     return "in-results", text
-
-
-def _inside(path: str, folder: str) -> bool:
-    return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
 
 
 def _check_rigid_contact(file: ModelFile[Config], config: Config, logs: Folder) -> None:

@@ -47,7 +47,7 @@ MAX_UNPACKED = 40_000_000
 MAX_TAGS = 3_000_000
 """Some four a cell of a workbook: enough for 45,000 runs, and read in seconds whatever they are."""
 
-_HEAD, _BLOCK = 1 << 12, 1 << 22
+_HEAD, _BLOCK = 1 << 12, 1 << 21
 _MOST_NOTED = 100
 """Problems after which no more of a table is read by columns."""
 
@@ -341,7 +341,15 @@ def read_columns(
     schema = replace(schema, file=file)
     problems: list[Problem] = []
     texts: dict[str, dict[str, int]] = {}
-    parts = [Rows.of([], schema, texts).columns]
+    columns = Rows.of([], schema, texts).columns
+    filled = 0
+
+    def join(part: dict[str, npt.NDArray[Any]]) -> None:
+        nonlocal filled
+        begin, filled = filled, filled + part["row"].size
+        for name, values in part.items():
+            np.add(values, 0, out=columns[name][begin:filled], casting="unsafe")  # no minus zero
+
     try:
         data = _long_text(path, schema)
         at = _behind_line(data, 0, _HEAD)
@@ -349,7 +357,9 @@ def read_columns(
         suffix = path.suffix.lower()
         table = _read_csv(data[:at].decode(), schema, suffix) if data else _read_table(path, schema)
         found, problems = _find_columns(table, schema)
-        parts.append(Rows.of(_drafts(table, found, schema, problems), schema, texts).columns)
+        most = len(table.rows) + data.count(b"\n", at) + 1
+        columns = {name: np.empty(most, values.dtype) for name, values in columns.items()}
+        join(Rows.of(_drafts(table, found, schema, problems), schema, texts).columns)
         while at < len(data):
             block = data[at : (at := _behind_line(data, at, _BLOCK))]
             part = _quick(block, table, found, schema, texts)
@@ -357,16 +367,15 @@ def read_columns(
                 table.rows = []
                 _take(table, block.decode(), schema)
                 part = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
-            parts.append(part)
+            join(part)
             if at < len(data) and len(problems) > _MOST_NOTED:
                 allowed = "this put right first: the rows below were not looked at"
                 raise schema.refusal("many-problems", allowed, row=table.last)
     except CampaignError as error:
-        return Rows(parts[0], texts), {}, [*problems, *error.problems]
+        return Rows(Rows.of([], schema, texts).columns, texts), {}, [*problems, *error.problems]
     if table.last <= table.header_row:
         problems += schema.no_rows
-    # the parts of a column are freed as soon as it is joined
-    columns = {name: np.concatenate([part.pop(name) for part in parts]) for name in [*parts[0]]}
+    columns = {name: values[:filled] for name, values in columns.items()}
     names = {name: table.header[place] for name, (place, _) in found.items()}
     return Rows(columns, texts), names, problems
 
@@ -410,7 +419,7 @@ def _quick(
         at, scale = found[name]
         values = cells.column(str(at)).combine_chunks()
         if number:
-            columns[name] = values.to_numpy() * scale + 0.0
+            columns[name] = values.to_numpy() if scale == 1 else values.to_numpy() * scale
             ends = columns[name].min(), columns[name].max()
             if not all(math.isfinite(end) and column.holds(end) for end in ends):
                 return None
@@ -456,6 +465,14 @@ def _read_cell(
         _read_number(draft, column, cell, scale)
     else:
         _READERS[column.form](draft, column, cell)
+
+
+def number_of(text: str) -> float:
+    """Read a number; NaN where the text is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> None:

@@ -21,6 +21,7 @@ from rftfit.campaign.rows import (
     DraftRow,
     Rows,
     Schema,
+    number_of,
     read_columns,
     sheet_rows,
 )
@@ -554,8 +555,5 @@ def _grids(path: Path, schema: Schema) -> list[_Grid]:
 
 
 def _float(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
+    value = number_of(text)
     return value if math.isfinite(value) else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -118,30 +117,16 @@ def summary(campaign: Campaign) -> str:
             continue
         # one file may hold force and motion of a run; two runs never share one
         names = {name for run in runs for name in (run.force_log, run.motion_log)}
-        found = {name: _size(campaign.raw / name) for name in names}
+        found = {name: campaign.size_of(name) for name in names}
         there = [size for size in found.values() if size is not None]
         sizes |= found
-        rows.append(
-            [
-                medium or "(in air)",
-                *(str(sum(run.kind == kind for run in runs)) for kind in _KINDS),
-                str(sum(run.excluded for run in runs)),
-                str(len(there)),
-                str(len(found) - len(there)),
-                f"{sum(there) / 1e6:.1f}",
-            ]
-        )
+        counts = [sum(run.kind == kind for run in runs) for kind in _KINDS]
+        counts += [sum(run.excluded for run in runs), len(there), len(found) - len(there)]
+        rows.append([medium or "(in air)", *map(str, counts), f"{sum(there) / 1e6:.1f}"])
     header = ["medium", *_KINDS, "excluded", "logs", "missing", "MB"]
-    total = sum(size for size in sizes.values() if size is not None)
+    total = sum(filter(None, sizes.values()))
     runs_and_logs = f"{count(len(campaign.runs), 'run')}, {count(len(sizes), 'log')}"
     return f"{campaign.config.title}: {runs_and_logs}, {megabytes(total)}\n{table(header, rows)}"
-
-
-def _size(log: Path) -> int | None:
-    try:
-        return log.stat().st_size
-    except OSError:
-        return None
 
 
 def of_robot(robot: RobotCheck) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from rftfit.campaign.config import Leg
 from rftfit.campaign.problems import Place, Problem, did_you_mean, listed
+from rftfit.campaign.rows import number_of
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -118,10 +119,7 @@ def sizes_of(asked: Sequence[str]) -> dict[str, float]:
 
 def _size(name: str, text: str) -> float:
     one = DISTURBANCES[name]
-    try:
-        size = float(text)
-    except ValueError:
-        size = math.nan
+    size = number_of(text)
     if not one.least <= size <= one.most:
         allowed = f"a number from {one.least:g} to {one.most:g} {one.unit}".strip()
         place = Place(f"--disturb {name}")

@@ -123,14 +123,9 @@ def _portions(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
 
 
 def _sizes(campaign: Campaign, run: Run) -> list[int | None]:
-    return [_size(campaign, name) for name in (run.force_log, run.motion_log, run.zero_log) if name]
-
-
-def _size(campaign: Campaign, name: str) -> int | None:
-    try:
-        return (campaign.raw / name).stat().st_size
-    except OSError:
-        return None
+    return [
+        campaign.size_of(name) for name in (run.force_log, run.motion_log, run.zero_log) if name
+    ]
 
 
 def _said(medium: str, members: list[Run], of: int, what: str) -> Place:

@@ -77,6 +77,11 @@ def digest_of(*values: object) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
 
 
+def seal(data: bytes) -> str:
+    """Digest of bytes that no other code may read than that which wrote them."""
+    return digest_of(hashlib.sha256(data).hexdigest(), source_digests())
+
+
 def digest_of_numbers(columns: Mapping[str, npt.NDArray[Any]]) -> str:
     """Digest of columns of numbers and of their names."""
     found = hashlib.sha256()

@@ -11,14 +11,9 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 from importlib import import_module
-from pathlib import Path
 
-from rftfit.errors import RftfitError
-from rftfit.store.digests import sha256_of, source_digests
-from rftfit.workflow.state import States, read_states
-
-CONFIG = "RFTFIT_CONFIG"
-"""Environment variable with the path of the campaign's configuration."""
+from rftfit.store.digests import source_digests
+from rftfit.workflow.state import States, handed_over
 
 _MODULES = (
     "pandas", "scipy.special", "numba", "rftfit.workflow.job", "rftfit.page.page", "rftfit.page.workbooks",
@@ -27,34 +22,16 @@ _MODULES = (
 )  # fmt: skip
 
 
-def _read_campaign() -> tuple[States | None, list[str]]:
-    """States of the campaign and digests of its config and run sheet; None where it cannot be read."""
-    path = Path(os.environ.get(CONFIG, ""))
-    try:
-        digest = sha256_of(path)
-        states = read_states(path)[0]
-        _ = states.campaign.digests  # of a long table, once for all jobs
-        return states, [digest, sha256_of(states.campaign.sheet)]
-    except (OSError, RftfitError):
-        return None, []
-
-
 def campaign_states() -> States | None:
-    """States of the campaign that was read, if its config and run sheet are still the same."""
-    if _states is None:
-        return None
-    try:
-        now = [sha256_of(path) for path in (os.environ[CONFIG], _states.campaign.sheet)]
-    except OSError:
-        return None
-    return _states if now == _digests else None
+    """States of the campaign that was handed over, if its config and run sheet are still the same."""
+    return _handed[0] if _handed and _handed[0].campaign.is_as_read else None
 
 
 # digests of the code before it is imported: a job refuses to work where they are not the planned ones
 _before = dict(source_digests())
 for _name in _MODULES:
     import_module(_name)
-_states, _digests = _read_campaign()
+_handed = handed_over()
 import_module("rftfit.figures.registry").figures()
 source_digests.cache_clear()
 if source_digests() != _before:

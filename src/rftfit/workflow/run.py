@@ -9,6 +9,7 @@ import sys
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 from rftfit.campaign.problems import listed
@@ -25,7 +26,7 @@ from rftfit.workflow.snakemake import (
     nothing_written,
     working_in,
 )
-from rftfit.workflow.state import read_states
+from rftfit.workflow.state import HANDED, hand_over, read_states
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -134,7 +135,9 @@ class Workflow:
             here = log is not None and self.cluster is None and self.snakefile is None
             if here and sys.platform == "linux":
                 command = [*command, "--executor", "rftfit"]
-            status = listen(command, log, on_line, config=self.config.resolve())
+            with TemporaryFile(buffering=0) as file:
+                given = {HANDED: hand_over(self.states, self.warnings, file)}
+                status = listen(command, log, on_line, **given)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 "Stopped. Results that were finished are kept; to go on, give the same command again."

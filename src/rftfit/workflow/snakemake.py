@@ -256,16 +256,13 @@ def find_snakefile() -> Path:
 
 
 def listen(
-    words: Sequence[str],
-    log: Path | None,
-    on_line: Callable[[str], None],
-    config: Path | None = None,
+    words: Sequence[str], log: Path | None, on_line: Callable[[str], None], **more: str
 ) -> int:
     """Run ``python -P -m snakemake`` and hand on each line of its output.
 
     It starts beside the workflow and goes to the campaign by ``--directory``: it takes profiles, which
     can hold Python, from the folder that it starts in. `log`: Where the lines are kept as they come.
-    `config`: The campaign's, for the process that jobs are forked from. Returns exit status.
+    `more`: Of its environment. Returns exit status.
     """
     with contextlib.ExitStack() as stack:
         keep = None
@@ -278,7 +275,7 @@ def listen(
             subprocess.Popen(
                 [sys.executable, "-P", "-m", "snakemake", *words],
                 cwd=find_snakefile().parent,
-                env=_environment(config),
+                env=_environment(**more),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
@@ -319,16 +316,13 @@ def _after(words: Sequence[str], option: str) -> str | None:
     return next((b for a, b in pairwise(words) if a == option), None)
 
 
-def _environment(config: Path | None) -> dict[str, str]:
+def _environment(**more: str) -> dict[str, str]:
     # jobs call `python`: it has to be this one, also where the environment was not activated
     here = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [here, os.environ.get("PATH", "")]))
-    return child_environment(
-        PATH=path,
-        PYTHONUNBUFFERED="1",
-        # it ends when this process has ended, even where that could not say so
-        **{VARIABLE: str(os.getpid()), "RFTFIT_CONFIG": str(config or "")},
-    )
+    # it ends when this process has ended, even where that could not say so
+    more |= {VARIABLE: str(os.getpid()), "PYTHONUNBUFFERED": "1"}
+    return child_environment(PATH=path, **more)
 
 
 @contextlib.contextmanager

@@ -8,9 +8,13 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import pickle
 import re
+from contextlib import suppress
 from functools import cache, cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import IO, TYPE_CHECKING
 
 from rftfit.campaign.files import BAG
 from rftfit.campaign.load import REENACTED, Campaign, check_campaign
@@ -18,18 +22,20 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
-from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest
+from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest, seal
 from rftfit.workflow.stages import ALL, EVERY, FIGURE_RULES, LAST, OWN, STAGES, Stage
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
-    from pathlib import Path
 
     from rftfit.campaign.sheet import Run
     from rftfit.figures.registry import Declared
     from rftfit.logs.registry import Origin
 
 STATES = f"{FOLDER}/state"
+HANDED = "RFTFIT_CAMPAIGN"
+"""Environment variable: the file with the campaign that `rftfit run` has read, and its seal."""
+
 _LEFT_OUT = ("row", "note")
 """Columns of the run sheet: the number of a row, and what nobody computes with."""
 
@@ -198,11 +204,33 @@ class States:
 
 
 def read_states(config: Path) -> tuple[States, int]:
-    """Check a campaign; its states, and how many warnings there are."""
+    """Check a campaign, or take it as handed over; its states, and how many warnings there are."""
+    if handed := handed_over(config):
+        return handed
     campaign, problems = check_campaign(config)
     if campaign is None:
         raise CampaignError(problems)
     return States(campaign), len(problems)
+
+
+def hand_over(states: States, warnings: int, file: IO[bytes]) -> str:
+    """Write a campaign for processes that this one starts; `HANDED` for them, while the file is open."""
+    data = pickle.dumps((states.campaign, warnings), protocol=5)
+    with suppress(OSError):  # they read the campaign themselves
+        file.write(data)
+    return f"/proc/{os.getpid()}/fd/{file.fileno()} {seal(data)}"
+
+
+def handed_over(config: Path | None = None) -> tuple[States, int] | None:
+    """What was handed over, if it is of this config, and config, run sheet and code are the same."""
+    name, _, digest = os.environ.get(HANDED, "").rpartition(" ")
+    with suppress(OSError):
+        if Path(name).is_file() and seal(data := Path(name).read_bytes()) == digest:
+            campaign, warnings = pickle.loads(data)
+            own = Path(campaign.root, next(iter(campaign.read_from)))
+            if campaign.is_as_read and (config is None or own.samefile(config)):
+                return States(campaign), warnings
+    return None
 
 
 def log_names(campaign: Campaign, medium: str) -> list[str]:
