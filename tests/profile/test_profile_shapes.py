@@ -71,42 +71,44 @@ def test_covariance_has_the_symmetry_of_alpha() -> None:
 
 
 def _dense(
-    shapes: Shapes, own: Pushes, size: float, departure: float, share: float
+    mean: np.ndarray, covariance: np.ndarray, own: Pushes, size: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Mean and covariance at the nodes by the textbook formula, and the logarithm of the likelihood."""
-    beta, gamma = (
-        np.concatenate([n, p]) for n, p in zip(NODES, (own.beta, own.gamma), strict=True)
-    )
-    prior = shapes.prior(beta, gamma)
-    mean, covariance = prior.mean, size**2 * departure * prior.covariance(share)
+    """Mean and variance at the nodes by the textbook formula, and the logarithm of the likelihood.
+
+    `mean`, `covariance`: of a medium of size 1, at nodes and pushes.
+    """
     index = np.arange(mean.size).reshape(2, -1)
     at, seen = index[:, :COUNT].ravel(), index[:, COUNT:].ravel()
-    free = np.diag(covariance)[seen] > 1e-9 * size**2
+    free = np.diag(covariance)[seen] > 1e-9
     seen, y = seen[free], own.alpha.ravel()[free]
-    middle = covariance[np.ix_(seen, seen)] + own.covariance[np.ix_(free, free)]
-    gain = covariance[np.ix_(at, seen)] @ np.linalg.inv(middle)
+    middle = size**2 * covariance[np.ix_(seen, seen)] + own.covariance[np.ix_(free, free)]
+    across = size**2 * covariance[np.ix_(at, seen)]
+    gain = across @ np.linalg.inv(middle)
     off = y - size * mean[seen]
     likelihood = -0.5 * (np.linalg.slogdet(middle)[1] + off @ np.linalg.solve(middle, off))
-    left = covariance[np.ix_(at, at)] - gain @ middle @ gain.T
-    return size * mean[at] + gain @ off, left, float(likelihood)
+    left = size**2 * np.diag(covariance)[at] - (gain * across).sum(axis=1)
+    return size * mean[at] + gain @ off, np.maximum(left, 0), float(likelihood)
 
 
 def test_draws_are_of_the_whole_posterior(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without passivity: mean and covariance, against a sum over fine grids of size, departure and share."""
     monkeypatch.setattr(module, "LEAST_WORK", np.inf)
-    monkeypatch.setattr(module, "DRAWS", 40_000)
+    monkeypatch.setattr(module, "DRAWS", 20_000)
     shapes = published_shapes(without=["poppy_LP"])
     for places, off, known in ((FEW[:3], 0, None), (FEW[1:], 3, 0.13)):
         own = Pushes.of(BETA[places] + off, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
         found = estimate(own, shapes, size=known)
         sizes = [known] if known else np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
         parts, weights = [], []
+        places_of_all = zip(NODES, (own.beta, own.gamma), strict=True)
+        prior = shapes.prior(*(np.concatenate(both) for both in places_of_all))
         for departure in np.exp(np.linspace(np.log(0.25), np.log(25), 10)):
             before = 3.5 / departure + 2.5 * np.log(departure)
             for share in np.linspace(0.1, 0.6, 3):
+                covariance = departure * prior.covariance(share)
                 for size in sizes:
-                    mean, left, likelihood = _dense(shapes, own, size, departure, share)
-                    parts.append((mean, np.maximum(np.diag(left), 0)))
+                    *moments, likelihood = _dense(prior.mean, covariance, own, size)
+                    parts.append(moments)
                     weights.append(likelihood - before)
         weight = np.exp(np.array(weights) - max(weights))
         weight /= weight.sum()
@@ -115,8 +117,8 @@ def test_draws_are_of_the_whole_posterior(monkeypatch: pytest.MonkeyPatch) -> No
         deviation = np.sqrt(weight @ (variances + (means - best) ** 2))
         there = ~np.tile(found.measured, 2) & (deviation > 1e-6)
         ours, wide = found.alpha.ravel(), found.draws.std(axis=0).ravel()
-        np.testing.assert_array_less(np.abs(ours - best)[there], 0.04 * deviation[there])
-        np.testing.assert_allclose(wide[there], deviation[there], rtol=0.04)
+        np.testing.assert_array_less(np.abs(ours - best)[there], 0.05 * deviation[there])
+        np.testing.assert_allclose(wide[there], deviation[there], rtol=0.05)
 
 
 def test_media_take_energy_because_that_is_known_beforehand() -> None:
