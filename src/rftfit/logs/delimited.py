@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
+from itertools import islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rftfit.logs.base import HEAD_BYTES
@@ -16,6 +17,7 @@ from rftfit.logs.text import (
     TextReader,
     cells_of,
     decoded,
+    each_line,
     lines_of,
     text_head,
     utf16_of,
@@ -67,9 +69,9 @@ class DelimitedReader(TextReader):
         if text is None:
             raise ValueError("the dialect delimited needs `text` in the config: the format")
         delimiter = _DELIMITERS.get(text.delimiter, text.delimiter)
-        every = lines_of(head, text.skip_lines + 400, text.encoding)
-        skipped, lines = every[: text.skip_lines], every[text.skip_lines :]
-        lines = [line for line in lines if _counts(line, text.comment)]
+        every = each_line(head, text.encoding)
+        skipped = list(islice(every, text.skip_lines))
+        lines = [*islice((one for one in every if _counts(one, text.comment)), _KIND_LINES + 2)]
         start = skipped[-1].stop if skipped else 0
         where = f"names below the first {text.skip_lines} lines (skip_lines)"
         header: list[list[str]] = []
