@@ -162,8 +162,8 @@ def check_campaign(
     folder, root = Path(config_path).absolute().parent, root_of(config_path)
     name = Path(config_path).as_posix()
     if Path(config_path).exists():  # else the user needs to know where it was looked for
-        inside = folder.name == "config" and root != folder
-        name = f"config/{Path(config_path).name}" if inside else Path(config_path).name
+        in_config = folder.name == "config" and root != folder
+        name = f"config/{Path(config_path).name}" if in_config else Path(config_path).name
     was = digests_of_files(root, [os.path.relpath(Path(config_path).absolute(), root)])
     file = read_model(Path(config_path), Config, name)
     if file.data is None:
